@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 # Tests that take two thirds of the time: twins, browsers, killed processes, files larger than memory.
-SLOW := batches reference study workers studio/browser studio/test_studio_connections.py \
+SLOW := batches reference study workers studio/browser studio/test_studio_server.py \
   studio/test_studio_crash.py tiles/test_tiles_points.py tiles/test_tiles_segment.py \
   tiles/test_tiles_workers.py clustering/test_chunks.py clustering/test_classification.py \
   cli/test_cli_tiled.py pictures/test_page_browser.py pictures/test_plotting.py \

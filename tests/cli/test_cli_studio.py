@@ -69,7 +69,7 @@ def test_a_port_in_use_is_an_error(run, sheet, served):
 
 
 def test_a_port_that_may_not_be_opened_is_an_error(monkeypatch):
-    from superfacets.studio.server import open_socket
+    from superfacets.studio.address import open_socket
 
     def refuse(*_):
         raise PermissionError(13, "Permission denied")
@@ -100,7 +100,7 @@ def test_a_torn_work_file_is_noted(run, sheet, served):
 
 def test_the_extra_is_asked_for(run, sheet, monkeypatch):
     monkeypatch.setitem(sys.modules, "superfacets.studio.app", None)
-    monkeypatch.setattr("superfacets.studio.server.find_spec", lambda _: None)
+    monkeypatch.setattr("superfacets.cli.studio.find_spec", lambda _: None)
     status, _, err = run("studio", sheet)
     assert status == 1
     assert "pip install 'superfacets[studio]'" in err
@@ -115,8 +115,7 @@ def test_a_mesh_that_cannot_be_read_is_an_error(run, tmp_path, served):
 
 
 def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, served):
-    from superfacets.studio.address import Address, address_file, keep
-    from superfacets.studio.server import open_again
+    from superfacets.studio.address import Address, address_file, keep, open_again
 
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))

@@ -12,7 +12,7 @@ import shapes
 from studio_client import Server, encoded
 
 from superfacets import write_mesh
-from superfacets.studio.changes import Painted
+from superfacets.studio.history import Change
 
 N_ROUNDS = 4
 
@@ -44,7 +44,7 @@ class Worker:
             self.next = self.state.copy()
             self.next[cells] = number
             body = {"class": number, "cells": encoded(cells)}
-            changed = Painted.of(self.state, cells, number) is not None
+            changed = Change.painting(self.state, cells, number) is not None
         elif source:
             body, changed, self.next = {}, True, source[-1]
         else:

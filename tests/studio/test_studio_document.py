@@ -6,8 +6,8 @@ import shapes
 
 from superfacets import write_mesh
 from superfacets.studio import document as module
-from superfacets.studio.changes import Change, last_stroke
-from superfacets.studio.document import Document, NothingError, work_file_of
+from superfacets.studio.document import Document, work_file_of
+from superfacets.studio.history import Change, NothingError, last_stroke
 from superfacets.studio.journal import JournalError
 from superfacets.studio.revisions import GoneError
 from superfacets.studio.source import ChangedError
@@ -47,7 +47,7 @@ def test_a_new_operation_ends_what_could_be_redone(document):
 def test_what_changes_nothing_is_no_operation(document):
     document.paint(cells(1), 1)
     assert document.paint(cells(1), 1) is None
-    assert document.replay.seq == 1
+    assert document.history.seq == 1
 
 
 def test_a_stroke_is_undone_as_one(document):
@@ -82,7 +82,7 @@ def test_all_operations_come_back_after_a_restart(document):
     assert np.array_equal(again.state.classes, before)
     assert np.array_equal(again.revision.labels, labels)
     assert again.class_list == document.class_list
-    assert again.replay.seq == document.replay.seq
+    assert again.history.seq == document.history.seq
     again.redo()
     assert again.state.classes[1:4].tolist() == [1, 2, 1]
     for _ in range(4):
@@ -111,7 +111,7 @@ def test_new_regions_leave_paint_as_it_is_and_can_be_undone(document):
 def test_the_same_parameters_again_are_no_operation(document):
     parameters = document.state.partition.parameters
     document.set_base(parameters, document.segmenter.run(parameters))
-    assert document.replay.seq == 0
+    assert document.history.seq == 0
 
 
 def test_a_split_region_is_whole_again_after_an_undo(document):
@@ -237,8 +237,8 @@ def test_a_work_file_whose_first_line_lacks_what_is_needed(sheet):
 
 
 def test_undo_keeps_little_memory_for_large_strokes():
-    from superfacets.studio.changes import Painted
-
     classes = np.zeros(1_000_000, np.uint16)
-    painted = Painted.of(classes, np.arange(1_000_000, dtype=np.uint32), 3)
-    assert len(painted.cells) + len(painted.before) + len(painted.after) < 10_000
+    change = Change.painting(classes, np.arange(1_000_000, dtype=np.uint32), 3)
+    before, after = change.before, change.after
+    assert before.cells is after.cells
+    assert len(after.cells) + len(before.values) + len(after.values) < 10_000

@@ -14,9 +14,9 @@ import shapes
 from superfacets import write_mesh
 from superfacets.studio.classes import default_classes
 from superfacets.studio.coding import base64_of, pack_cells
-from superfacets.studio.document import Document, NothingError
+from superfacets.studio.document import Document
+from superfacets.studio.history import History, NothingError
 from superfacets.studio.journal import Journal, JournalError, _coded, summary
-from superfacets.studio.replay import Replay
 
 ONE = base64_of(pack_cells(np.array([1], np.uint32)))
 
@@ -57,7 +57,7 @@ def test_every_cut_of_the_file_leaves_the_operations_before_it(document, sheet):
         journal = Journal.open(path, {})
         n_lines = data[:size].count(b"\n") - 1
         is_torn = not data[:size].endswith(b"\n")
-        replay = Replay.of(journal, n_cells, None)
+        replay = History.replayed(journal, n_cells, None)
         journal.close()
         assert replay.seq == n_lines
         assert np.array_equal(replay.state.classes, states[n_lines])
@@ -163,7 +163,7 @@ def test_on_a_full_disk_nothing_changes_until_there_is_room(document, full_disk,
         monkeypatch.undo()
         assert document.journal.path.read_bytes() == data
         assert np.array_equal(document.state.classes, classes)
-        assert (document.replay.seq, len(document.replay.undo_stack)) == (1, 1)
+        assert (document.history.seq, len(document.history.undo_stack)) == (1, 1)
         assert len(document.class_list) == 6
     document.paint(cells(2, 3), 2)
     assert document.state.classes[:4].tolist() == [0, 1, 2, 2]
@@ -180,7 +180,7 @@ def test_a_file_that_can_not_be_mended_is_not_written_to_any_more(document, monk
     monkeypatch.undo()
     with pytest.raises(JournalError, match="cannot be written any more"):
         document.paint(cells(1), 1)
-    assert document.replay.seq == 0
+    assert document.history.seq == 0
 
 
 def test_a_work_file_that_is_taken_away_or_changed_is_noticed(document):

@@ -14,7 +14,7 @@ from superfacets.studio.address import (
     kept_address,
     new_token,
 )
-from superfacets.studio.security import HEADERS, page_address
+from superfacets.studio.security import HEADERS
 
 OWN = f"127.0.0.1:{PORT}"
 
@@ -28,7 +28,7 @@ def asked(client, path="/api/files", *, method="GET", host=OWN, token=TOKEN, **h
 
 
 def test_the_address_holds_the_token():
-    assert page_address(Address(80, "abc")) == "http://127.0.0.1:80/?token=abc"
+    assert Address(80, "abc").page == "http://127.0.0.1:80/?token=abc"
 
 
 def test_a_request_of_the_page_is_answered(client):

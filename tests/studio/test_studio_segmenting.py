@@ -10,8 +10,13 @@ import superfacets
 from superfacets import PointCloud, crease_weights
 from superfacets._validate import checked_threads
 from superfacets.pipeline import Prepared
-from superfacets.studio.parameters import default_parameters
-from superfacets.studio.segmenting import Cancelled, Segmenter, Turn, levels_of
+from superfacets.studio.segmenting import (
+    Cancelled,
+    Segmenter,
+    Turn,
+    default_parameters,
+    levels_of,
+)
 
 
 @pytest.fixture

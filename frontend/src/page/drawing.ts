@@ -8,9 +8,9 @@ import { cellsIn, type Place } from "../shared/picking";
 import { SURFACE } from "../shared/shaders";
 import { NONE, type Shape } from "../shared/shape";
 import { Surface } from "../shared/surface";
-import { Samples } from "./samples";
 import { BORDER, INK, PICK, SHADE } from "./shaders";
 
+const SAMPLES = 4; // per pixel
 const SLOW_MS = 40; // frame time from which a moving view is drawn coarsely
 const COARSE = 0.5; // resolution of a coarse view, relative to the screen
 const REST_MS = 150; // pause after which the view is drawn finely again
@@ -181,5 +181,42 @@ export class Drawing {
     this.drawCells(size);
     const [left, top] = [Math.floor(x * size.ratio), Math.floor(y * size.ratio)];
     return cellsIn(this.gpu, this.picked, left, size.height - 1 - top, 1, 1)[0];
+  }
+}
+
+/** A multisampled framebuffer. */
+class Samples {
+  private readonly target: WebGLFramebuffer;
+  private readonly buffers: WebGLRenderbuffer[];
+  private width = 0;
+  private height = 0;
+
+  constructor(private readonly gl: WebGL2RenderingContext) {
+    this.target = gl.createFramebuffer();
+    this.buffers = [gl.createRenderbuffer(), gl.createRenderbuffer()];
+  }
+
+  /** Make it the target of drawing. */
+  begin(width: number, height: number): void {
+    const { gl } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    if (this.width === width && this.height === height) return;
+    Object.assign(this, { width, height });
+    const samples = Math.min(SAMPLES, gl.getParameter(gl.MAX_SAMPLES) as number);
+    const places = [gl.COLOR_ATTACHMENT0, gl.DEPTH_ATTACHMENT];
+    [gl.RGBA8, gl.DEPTH_COMPONENT24].forEach((format, i) => {
+      gl.bindRenderbuffer(gl.RENDERBUFFER, this.buffers[i]);
+      gl.renderbufferStorageMultisample(gl.RENDERBUFFER, samples, format, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, places[i], gl.RENDERBUFFER, this.buffers[i]);
+    });
+  }
+
+  /** Resolve the samples to the canvas. */
+  show(): void {
+    const { gl, width, height } = this;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.target);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
+    gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 }

@@ -1,7 +1,6 @@
 // Viewer of a page that superfacets.view has written: one file that works offline.
 
-import { decodeArrays } from "../shared/arrays";
-import { fromBase64 } from "../shared/base64";
+import { decodeArrays, fromBase64 } from "../shared/arrays";
 import { part } from "../shared/dom";
 import type { Facts } from "./content";
 import { Controls } from "./controls";

@@ -67,8 +67,9 @@ export class Panel {
     checkbox.addEventListener("change", () => this.setBorders(checkbox.checked));
     part("reset").addEventListener("click", () => this.drawing.camera.home());
     part("theme").addEventListener("click", () => {
-      const root = document.documentElement;
-      root.dataset.theme = getComputedStyle(root).colorScheme === "dark" ? "light" : "dark";
+      const { dataset } = document.documentElement;
+      const isDark = matchMedia("(prefers-color-scheme: dark)").matches;
+      dataset.theme = (dataset.theme ?? (isDark ? "dark" : "light")) === "dark" ? "light" : "dark";
     });
   }
 

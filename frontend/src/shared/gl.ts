@@ -89,11 +89,7 @@ export class Program implements Held {
   private program!: WebGLProgram;
   private readonly setters = new Map<string, (value: Value) => void>();
 
-  constructor(
-    private readonly gpu: Gpu,
-    private readonly vertex: string,
-    private readonly fragment: string,
-  ) {
+  constructor(private readonly gpu: Gpu, private readonly vertex: string, private readonly fragment: string) {
     gpu.hold(this);
   }
 

@@ -1,11 +1,10 @@
-// Requests to the server.
+// Requests to the server, and its binary answers.
+
+import { type Arrays, decodeArrays, type Entry } from "../shared/arrays";
 
 /** The server refused a request: message and status. */
 export class ServerError extends Error {
-  constructor(
-    message: string,
-    readonly status: number,
-  ) {
+  constructor(message: string, readonly status: number) {
     super(message);
   }
 }
@@ -80,4 +79,17 @@ export class Api {
     }
     if (rest.trim()) yield JSON.parse(rest) as T;
   }
+}
+
+const MAGIC = "SFSTUDIO";
+
+/** A magic word, the length of a header, the header in JSON, and arrays. */
+export function readPacket<Header>(buffer: ArrayBuffer): { header: Header; arrays: Arrays } {
+  const textOf = (start: number, length: number): string =>
+    new TextDecoder().decode(new Uint8Array(buffer, start, length));
+  if (textOf(0, MAGIC.length) !== MAGIC) throw new Error("the server sent something else than a mesh");
+  const start = MAGIC.length + 4;
+  const length = new DataView(buffer).getUint32(MAGIC.length, true);
+  const header = JSON.parse(textOf(start, length)) as Header & { arrays: Entry[] };
+  return { header, arrays: decodeArrays(buffer, start + length, header.arrays) };
 }

@@ -16,10 +16,7 @@ const capital = (word: string): string => word[0].toUpperCase() + word.slice(1);
 export class CellCursor {
   cell = -1;
 
-  constructor(
-    private readonly desk: Desk,
-    private readonly ring: SVGCircleElement,
-  ) {
+  constructor(private readonly desk: Desk, private readonly ring: SVGCircleElement) {
     desk.session.events.on("file", () => {
       this.cell = -1;
       this.showRing();
@@ -66,17 +63,15 @@ export class CellCursor {
 
   /** Give the cell a class; 0 removes it. */
   paint(id: number): void {
-    const { desk } = this;
-    desk.session.paint(Uint32Array.of(this.cell), id);
-    desk.say(id ? `${this.name}: ${desk.className(id)}.` : `${this.name}: class removed.`);
+    this.desk.session.paint(Uint32Array.of(this.cell), id);
+    this.desk.sayPainted(this.name, id);
   }
 
   /** A cell in the region of the keyboard's cursor, or else the cell nearest to the center. */
   private start(): number {
     const { cursor, session, drawing } = this.desk;
     if (cursor >= 0) return this.middleCell(session.regions.cellsOf(cursor));
-    const { clientWidth, clientHeight } = drawing.canvas;
-    const seen = drawing.cellsSeen(0, 0, clientWidth, clientHeight);
+    const seen = drawing.cellsSeen();
     let best = -1;
     let least = Infinity;
     seen.cells.forEach((cell, i) => {

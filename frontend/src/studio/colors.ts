@@ -1,6 +1,6 @@
 // Colors of regions, different for neighbors, and of classes.
 
-import type { Neighbors } from "./neighbors";
+import type { Neighbors } from "./labeling";
 
 export type Rgb = readonly [number, number, number];
 

@@ -44,10 +44,6 @@ export interface FileEntry {
   error?: string;
 }
 
-export interface PaintReply extends Progress {
-  changed: number;
-}
-
 /** Effect of an undo or redo, and the state after it. */
 export interface UndoReply extends Progress {
   kind: string;

@@ -15,6 +15,9 @@ interface Kinds {
   hover: number; // a cell; -1 for none
 }
 
+const nameOf = (regions: readonly number[]): string =>
+  regions.length === 1 ? `Region ${regions[0]}` : `${regions.length} regions`;
+
 export class Desk {
   readonly events = new Events<Kinds>();
   picker!: Picker;
@@ -26,10 +29,7 @@ export class Desk {
   private isPainted = false; // the last stroke painted the selection
   private order: number[] = []; // order of regions for next and previous
 
-  constructor(
-    readonly session: Session,
-    readonly drawing: Drawing,
-  ) {
+  constructor(readonly session: Session, readonly drawing: Drawing) {
     const { events } = session;
     events.on("file", () => this.takeFile());
     events.on("regions", () => this.takeRegions());
@@ -47,11 +47,11 @@ export class Desk {
   }
 
   private takeRegions(): void {
-    const { regions, neighbors, mesh } = this.session;
+    const { regions, mesh } = this.session;
     this.selection.clear();
     this.cursor = -1;
-    this.order = neighbors.walk();
-    this.drawing.setLabels(regions.labels, regionColors(neighbors, regions.count, mesh.palette));
+    this.order = regions.neighbors.walk();
+    this.drawing.setLabels(regions.labels, regionColors(regions.neighbors, regions.count, mesh.palette));
     this.drawing.mark({ hovered: this.regionOf(this.hoveredCell), cursor: -1 });
     this.events.emit("selection", this.selection);
   }
@@ -166,8 +166,13 @@ export class Desk {
       return;
     }
     this.session.paint(this.session.regions.cellsOfAll(list), id);
-    const what = list.length === 1 ? `Region ${list[0]}` : `${list.length} regions`;
-    this.say(id ? `${what}: ${this.className(id)}.` : `${what}: class removed.`);
+    this.sayPainted(list, id);
+  }
+
+  /** Say which class regions, or cells by their name, have now. */
+  sayPainted(what: readonly number[] | string, id: number): void {
+    const name = typeof what === "string" ? what : nameOf(what);
+    this.say(id ? `${name}: ${this.className(id)}.` : `${name}: class removed.`);
   }
 
   /** Go to the largest region that is mostly unlabeled. */
@@ -187,18 +192,19 @@ export class Desk {
 
   grow(): void {
     if (!this.selection.size) return this.say("Nothing is selected, nor painted yet.");
-    const { regions, classes, neighbors } = this.session;
-    let ring = neighbors.ringAround(this.selection);
+    const { regions, classes } = this.session;
+    let ring = regions.neighbors.ringAround(this.selection);
     if (this.isPainted) ring = ring.filter((r) => classes.mainClass(regions.cellsOf(r)) === 0);
     if (!ring.length) return this.say("There is nothing around to grow into.");
-    if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), this.paintedClass());
+    const painted = classes.mainClass(regions.cellsOfAll(this.selection));
+    if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), painted);
     this.select([...this.selection, ...ring], this.isPainted);
     this.say(`Grown by ${ring.length} regions.`);
   }
 
   shrink(): void {
-    const { regions, neighbors } = this.session;
-    const ring = neighbors.outerRing(this.selection);
+    const { regions } = this.session;
+    const ring = regions.neighbors.outerRing(this.selection);
     if (!ring.length || ring.length === this.selection.size) {
       return this.say("There is no ring to take away.");
     }
@@ -206,11 +212,6 @@ export class Desk {
     const rest = [...this.selection].filter((region) => !ring.includes(region));
     this.select(rest, this.isPainted);
     this.say(`Shrunk by ${ring.length} regions.`);
-  }
-
-  private paintedClass(): number {
-    const { regions, classes } = this.session;
-    return classes.mainClass(regions.cellsOfAll(this.selection));
   }
 
   async fillSimilar(): Promise<void> {
@@ -232,19 +233,20 @@ export class Desk {
   }
 
   hideActive(): void {
-    const { activeRegion } = this;
-    if (activeRegion < 0) return this.say("No region is under the pointer or chosen.");
-    this.drawing.cells.mark(this.session.regions.cellsOf(activeRegion), MARK_HIDDEN, true);
-    this.afterHiding(`Region ${activeRegion} is hidden; U shows all.`);
+    this.mask(true, "is hidden");
   }
 
   isolateActive(): void {
-    const { activeRegion, session } = this;
+    this.mask(false, "alone is shown");
+  }
+
+  /** Hide the active region, or all others. */
+  private mask(isHidden: boolean, verb: string): void {
+    const { activeRegion, session, drawing } = this;
     if (activeRegion < 0) return this.say("No region is under the pointer or chosen.");
-    const all = Uint32Array.from({ length: session.mesh.nCells }, (_, i) => i);
-    this.drawing.cells.mark(all, MARK_HIDDEN, true);
-    this.drawing.cells.mark(session.regions.cellsOf(activeRegion), MARK_HIDDEN, false);
-    this.afterHiding(`Only region ${activeRegion} is shown; U shows all.`);
+    if (!isHidden) drawing.cells.mark(Array(session.mesh.nCells).keys(), MARK_HIDDEN, true);
+    drawing.cells.mark(session.regions.cellsOf(activeRegion), MARK_HIDDEN, isHidden);
+    this.afterHiding(`Region ${activeRegion} ${verb}; U shows all.`);
   }
 
   showAll(): void {

@@ -42,10 +42,7 @@ export class Drawing {
   private refining = 0;
   private viewMs = 0; // time of a first pass for this mesh; 0: not measured
 
-  constructor(
-    readonly canvas: HTMLCanvasElement,
-    failed: (line: string) => void,
-  ) {
+  constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
     const gpu = (this.gpu = new Gpu(canvas, true));
     this.surface = new Surface(gpu);
     this.cells = new CellTable(gpu);
@@ -222,8 +219,10 @@ export class Drawing {
     return frame;
   }
 
-  /** Cells seen in a rectangle of the page's pixels, rows from below; NONE where there is none. */
-  cellsSeen(left: number, top: number, width: number, height: number): Seen {
+  /** Cells seen in a rectangle (in CSS pixels; by default the canvas), rows from below; NONE where none is. */
+  cellsSeen(
+    left = 0, top = 0, width = this.canvas.clientWidth, height = this.canvas.clientHeight,
+  ): Seen {
     if (this.isStale || !this.frame) this.draw(1);
     const scale = (this.stride * this.canvas.width) / this.canvas.clientWidth;
     const [w, h] = [Math.max(1, Math.ceil(width * scale)), Math.max(1, Math.ceil(height * scale))];

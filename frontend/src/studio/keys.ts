@@ -12,7 +12,7 @@ interface Key {
   onCanvas?: boolean; // only while the mesh has the focus
 }
 
-const TURN = 0.15;
+const ARROWS: [string, number, number][] = [["Left", -1, 0], ["Right", 1, 0], ["Up", 0, -1], ["Down", 0, 1]];
 const FIELDS = "input:not([type=radio]):not([type=checkbox]):not([type=range]), select, textarea";
 
 const MOUSE: [string, string][] = [
@@ -29,17 +29,16 @@ export class Keys {
   private readonly table = new Map<string, Key>();
   private readonly help = part<HTMLDialogElement>("help");
 
-  constructor(
-    private readonly desk: Desk,
-    private readonly modes: Modes,
-    private readonly goToFile: (steps: number) => void,
-  ) {
+  constructor(private readonly desk: Desk, private readonly modes: Modes, goToFile: (steps: number) => void) {
     this.groups = {
       Labeling: this.labeling(),
       Regions: this.regions(),
       Modes: this.modeKeys(),
       View: this.view(),
-      Files: this.files(),
+      Files: [
+        { names: ["PageDown"], what: "next file", run: () => goToFile(1) },
+        { names: ["PageUp"], what: "previous file", run: () => goToFile(-1) },
+      ],
     };
     for (const key of Object.values(this.groups).flat()) {
       for (const name of key.names) this.table.set(name, key);
@@ -50,12 +49,12 @@ export class Keys {
   }
 
   private labeling(): Key[] {
-    const { desk } = this;
+    const { desk, modes } = this;
     return [
       ...Array.from({ length: 9 }, (_, i) => this.classKey(String(i + 1))),
       { names: ["0"], what: "no class: strokes erase", run: () => desk.choose(0) },
-      { names: ["Enter"], onCanvas: true, what: "paint the chosen region; in split mode: cut", run: () => this.confirm() },
-      { names: ["Delete", "Backspace"], shown: "Delete", what: "remove its class", run: () => this.erase() },
+      { names: ["Enter"], onCanvas: true, what: "paint the chosen region; in split mode: cut", run: () => modes.tool.confirm() },
+      { names: ["Delete", "Backspace"], shown: "Delete", what: "remove its class", run: () => modes.tool.erase() },
       { names: ["f"], what: "paint similar regions too", run: () => void desk.fillSimilar() },
       { names: ["Ctrl+z"], what: "undo", run: () => void desk.session.undo() },
       { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: "redo", run: () => void desk.session.redo() },
@@ -77,13 +76,13 @@ export class Keys {
   }
 
   private regions(): Key[] {
-    const { desk } = this;
+    const { desk, modes } = this;
     return [
       { names: ["n"], what: "next region", run: () => desk.moveCursor(1) },
       { names: ["p"], what: "previous region", run: () => desk.moveCursor(-1) },
       { names: ["s"], what: "largest region without a class", run: () => desk.showLargestBare() },
-      { names: ["+", "=", "]"], shown: "+ or ]", what: "grow by a ring; with the brush: wider", run: () => this.resize(1.25, () => desk.grow()) },
-      { names: ["-", "["], shown: "- or [", what: "shrink by a ring; with the brush: narrower", run: () => this.resize(0.8, () => desk.shrink()) },
+      { names: ["+", "=", "]"], shown: "+ or ]", what: "grow by a ring; with the brush: wider", run: () => modes.tool.resize(true) },
+      { names: ["-", "["], shown: "- or [", what: "shrink by a ring; with the brush: narrower", run: () => modes.tool.resize(false) },
       { names: ["h"], what: "hide the region", run: () => desk.hideActive() },
       { names: ["Shift+h"], what: "hide all others", run: () => desk.isolateActive() },
       { names: ["u", "Alt+h"], shown: "U", what: "show all", run: () => desk.showAll() },
@@ -103,58 +102,24 @@ export class Keys {
   }
 
   private view(): Key[] {
+    const { modes } = this;
     const { camera } = this.desk.drawing;
-    const arrow = (name: string, x: number, y: number): Key => ({
-      names: [`Arrow${name}`], shown: name === "Left" ? "Arrows" : "", what: "turn; with the brush: next cell", onCanvas: true,
-      run: () => this.arrow(x, y),
-    });
-    const shifted = (name: string, x: number, y: number): Key => ({
-      names: [`Shift+Arrow${name}`], shown: name === "Left" ? "Shift+Arrows" : "", what: "move",
-      onCanvas: true, run: () => camera.pan(0.05 * x, 0.05 * y),
-    });
+    const arrows = (prefix: string, what: string, go: (x: number, y: number) => void): Key[] =>
+      ARROWS.map(([name, x, y], i) => ({
+        names: [`${prefix}Arrow${name}`], shown: i ? "" : `${prefix}Arrows`, what, onCanvas: true, run: () => go(x, y),
+      }));
     return [
-      arrow("Left", -1, 0), arrow("Right", 1, 0), arrow("Up", 0, -1), arrow("Down", 0, 1),
-      shifted("Left", -1, 0), shifted("Right", 1, 0), shifted("Up", 0, -1), shifted("Down", 0, 1),
+      ...arrows("", "turn; with the brush: next cell", (x, y) => modes.tool.arrow(x, -y)),
+      ...arrows("Shift+", "move", (x, y) => camera.pan(0.05 * x, 0.05 * y)),
       { names: ["i"], what: "nearer", run: () => camera.zoomBy(1.25) },
       { names: ["o"], what: "farther", run: () => camera.zoomBy(0.8) },
       { names: ["Home"], what: "all of it", onCanvas: true, run: () => camera.home() },
     ];
   }
 
-  private files(): Key[] {
-    return [
-      { names: ["PageDown"], what: "next file", run: () => this.goToFile(1) },
-      { names: ["PageUp"], what: "previous file", run: () => this.goToFile(-1) },
-    ];
-  }
-
   private leave(): void {
     this.modes.choose("paint");
     this.desk.clearSelection();
-  }
-
-  private confirm(): void {
-    const { tool } = this.modes;
-    if (tool.confirm) tool.confirm();
-    else this.desk.paintActive(this.desk.currentClass);
-  }
-
-  private erase(): void {
-    const { tool } = this.modes;
-    if (tool.erase) tool.erase();
-    else this.desk.paintActive(0);
-  }
-
-  private arrow(x: number, y: number): void {
-    const { tool } = this.modes;
-    if (tool.arrow) tool.arrow(x, -y);
-    else this.desk.drawing.camera.orbit(TURN * x, TURN * y);
-  }
-
-  private resize(factor: number, otherwise: () => void): void {
-    const { tool } = this.modes;
-    if (tool.resize) tool.resize(factor);
-    else otherwise();
   }
 
   private pressed(event: KeyboardEvent): void {

@@ -1,19 +1,106 @@
-// Region and class of each cell.
+// Region and class of each cell, and which regions touch.
 
-import { Groups } from "./groups";
+import { readPacket } from "./api";
 
 export const NO_REGION = -1;
+
+/** Indices grouped by their values, by a counting sort. */
+export class Groups {
+  private readonly starts: Uint32Array;
+  private readonly members: Uint32Array;
+
+  /** `values`: the group of each index, below `count`; negative values are left out. */
+  constructor(values: Int32Array | Uint32Array, count: number) {
+    this.starts = new Uint32Array(count + 1);
+    for (const value of values) if (value >= 0) this.starts[value + 1]++;
+    for (let k = 0; k < count; k++) this.starts[k + 1] += this.starts[k];
+    this.members = new Uint32Array(this.starts[count]);
+    const next = this.starts.slice();
+    for (let i = 0; i < values.length; i++) if (values[i] >= 0) this.members[next[values[i]]++] = i;
+  }
+
+  /** Indices of one group in rising order. */
+  of(group: number): Uint32Array {
+    return this.members.subarray(this.starts[group], this.starts[group + 1]);
+  }
+}
+
+export function addTo(sums: Map<number, number>, key: number, value: number): void {
+  sums.set(key, (sums.get(key) ?? 0) + value);
+}
+
+/** The numbers of several arrays, one after the other. */
+export function joined(parts: Uint32Array[]): Uint32Array {
+  const all = new Uint32Array(parts.reduce((sum, part) => sum + part.length, 0));
+  let at = 0;
+  for (const part of parts) {
+    all.set(part, at);
+    at += part.length;
+  }
+  return all;
+}
+
+/** Which regions touch, rings around them, and a walk through all regions. */
+export class Neighbors {
+  private readonly lists: number[][];
+
+  constructor(buffer: ArrayBuffer, count: number) {
+    const arcs = readPacket<object>(buffer).arrays.arcs as Uint32Array;
+    this.lists = Array.from({ length: count }, () => []);
+    for (let i = 0; i < arcs.length; i += 2) {
+      this.lists[arcs[i]].push(arcs[i + 1]);
+      this.lists[arcs[i + 1]].push(arcs[i]);
+    }
+  }
+
+  of(region: number): readonly number[] {
+    return this.lists[region] ?? [];
+  }
+
+  /** Regions around a set that are not in it. */
+  ringAround(regions: ReadonlySet<number>): number[] {
+    const ring = new Set<number>();
+    for (const region of regions) {
+      for (const other of this.of(region)) if (!regions.has(other)) ring.add(other);
+    }
+    return [...ring];
+  }
+
+  /** Regions of a set that touch one outside, or the end of the surface. */
+  outerRing(regions: ReadonlySet<number>): number[] {
+    return [...regions].filter((region) => this.of(region).some((other) => !regions.has(other)));
+  }
+
+  /** All regions, piece by piece, each breadth first. */
+  walk(): number[] {
+    const order: number[] = [];
+    const seen = new Uint8Array(this.lists.length);
+    for (let first = 0; first < this.lists.length; first++) {
+      if (seen[first]) continue;
+      seen[first] = 1;
+      let at = order.push(first) - 1;
+      for (; at < order.length; at++) {
+        for (const other of this.of(order[at])) {
+          if (seen[other]) continue;
+          seen[other] = 1;
+          order.push(other);
+        }
+      }
+    }
+    return order;
+  }
+}
 
 /** Cells of each region, one after the other. */
 export class Regions {
   readonly count: number;
   readonly areas: Float64Array;
+  readonly neighbors: Neighbors;
   private readonly groups: Groups;
 
+  /** `areas`: of cells; `graph`: the server's packet of arcs between regions. */
   constructor(
-    readonly labels: Int32Array,
-    areas: Float32Array,
-    readonly revision: number,
+    readonly labels: Int32Array, areas: Float32Array, graph: ArrayBuffer, readonly revision: number,
   ) {
     let highest = NO_REGION;
     for (const label of labels) if (label > highest) highest = label;
@@ -21,6 +108,7 @@ export class Regions {
     this.areas = new Float64Array(this.count);
     for (let i = 0; i < labels.length; i++) if (labels[i] >= 0) this.areas[labels[i]] += areas[i];
     this.groups = new Groups(labels, this.count);
+    this.neighbors = new Neighbors(graph, this.count);
   }
 
   cellsOf(region: number): Uint32Array {
@@ -29,14 +117,7 @@ export class Regions {
 
   /** Cells of several regions in rising order. */
   cellsOfAll(regions: Iterable<number>): Uint32Array {
-    const parts = [...regions].map((region) => this.cellsOf(region));
-    const joined = new Uint32Array(parts.reduce((sum, part) => sum + part.length, 0));
-    let at = 0;
-    for (const part of parts) {
-      joined.set(part, at);
-      at += part.length;
-    }
-    return joined.sort();
+    return joined([...regions].map((region) => this.cellsOf(region))).sort();
   }
 }
 
@@ -44,20 +125,13 @@ export class Regions {
 export class Classes {
   readonly areaOf = new Map<number, number>();
 
-  constructor(
-    readonly of: Uint16Array,
-    private readonly areas: Float32Array,
-  ) {
-    for (let i = 0; i < of.length; i++) this.shift(of[i], areas[i]);
-  }
-
-  private shift(id: number, area: number): void {
-    this.areaOf.set(id, (this.areaOf.get(id) ?? 0) + area);
+  constructor(readonly of: Uint16Array, private readonly areas: Float32Array) {
+    for (let i = 0; i < of.length; i++) addTo(this.areaOf, of[i], areas[i]);
   }
 
   set(cell: number, id: number): void {
-    this.shift(this.of[cell], -this.areas[cell]);
-    this.shift(id, this.areas[cell]);
+    addTo(this.areaOf, this.of[cell], -this.areas[cell]);
+    addTo(this.areaOf, id, this.areas[cell]);
     this.of[cell] = id;
   }
 
@@ -83,9 +157,7 @@ export class Classes {
   /** The class with the largest area among some cells. */
   mainClass(cells: Uint32Array): number {
     const sums = new Map<number, number>();
-    for (const cell of cells) {
-      sums.set(this.of[cell], (sums.get(this.of[cell]) ?? 0) + this.areas[cell]);
-    }
+    for (const cell of cells) addTo(sums, this.of[cell], this.areas[cell]);
     let best = 0;
     let most = -1;
     for (const [id, area] of sums) if (area > most) [best, most] = [id, area];

@@ -1,14 +1,15 @@
-// Puts the studio together.
+// Puts the studio together; `window.studio` is for tests and measurements.
 
 import "./studio.css";
 import { Api } from "./api";
+import type { Rgb } from "./colors";
 import { Desk } from "./desk";
 import { Drawing } from "./drawing";
-import { type Hook, makeHook } from "./hook";
 import { Keys } from "./keys";
 import { Modes } from "./modes";
 import { showNotices } from "./notices";
 import { part } from "../shared/dom";
+import type { Place } from "../shared/picking";
 import { ClassesPanel } from "./panels/classes";
 import { ExchangePanel } from "./panels/exchange";
 import { FilesPanel } from "./panels/files";
@@ -18,7 +19,7 @@ import { Session } from "./session";
 
 declare global {
   interface Window {
-    studio: Hook;
+    studio: ReturnType<typeof makeHook>;
   }
 }
 
@@ -58,6 +59,39 @@ function watchTools(desk: Desk): void {
   show();
   const borders = part<HTMLInputElement>("borders");
   borders.addEventListener("change", () => desk.drawing.setBorders(borders.checked));
+}
+
+/** For `window.studio`. Places are in pixels of the page, from the canvas's upper left corner. */
+function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean) {
+  const { session, drawing } = desk;
+  const cellAt = (x: number, y: number): number => desk.picker.cellAt({ x, y });
+  return {
+    desk, // for measurements and pictures
+    cellAt,
+    get ready(): boolean {
+      return isLoaded() && session.classes !== undefined;
+    },
+    /** The page shows the state of the server. */
+    get isIdle(): boolean {
+      return session.online && session.isIdle;
+    },
+    get nRegions(): number {
+      return session.regions.count;
+    },
+    get nWaiting(): number {
+      return session.nWaiting;
+    },
+    labels: (): number[] => [...session.regions.labels],
+    classOf: (cell: number): number => session.classes.of[cell],
+    screenOf: (cell: number): Place | null => desk.picker.placeOf(cell),
+    regionAt: (x: number, y: number): number => desk.regionOf(cellAt(x, y)),
+    pixelAt: (x: number, y: number): Rgb => {
+      drawing.draw(2);
+      return drawing.pixel(x, y);
+    },
+    cursor: (): number => desk.cursor,
+    cellCursor: (): number => modes.cellCursor.cell,
+  };
 }
 
 void start();

@@ -2,8 +2,8 @@
 
 import { type Shape, type ShapeFacts, shapeOf } from "../shared/shape";
 import { cross, minus, plus, scaled, type Vector } from "../shared/vectors";
+import { readPacket } from "./api";
 import type { Rgb } from "./colors";
-import { readPacket } from "./packet";
 
 export type Kind = "triangles" | "polygons" | "points" | "tets";
 

@@ -47,9 +47,9 @@ export class Modes {
   }
 
   choose(name: ModeName): void {
-    if (this.desk.session.mesh) this.tool.leave?.();
+    if (this.desk.session.mesh) this.tool.leave();
     this.current = name;
-    if (this.desk.session.mesh) this.tool.enter?.();
+    if (this.desk.session.mesh) this.tool.enter();
     this.show();
   }
 

@@ -1,19 +1,19 @@
-// Which cells are at a place of the picture, and where cells are in it.
+// Cells at and around a place of the picture, places of cells, and neighbors of cells.
 
 import type { Place } from "../shared/picking";
 import { NONE } from "../shared/shape";
-import { dot } from "../shared/vectors";
+import { dot, type Vector } from "../shared/vectors";
 import type { Drawing } from "./drawing";
+import { Groups } from "./labeling";
 import type { Mesh } from "./mesh";
-import { Surroundings } from "./surroundings";
+
+const SLABS = 1024; // number of slabs across the longest side of the mesh
+const NEAR = 8; // distance of neighbors of a point, in diameters of points
 
 export class Picker {
   private known: Surroundings | null = null;
 
-  constructor(
-    private readonly drawing: Drawing,
-    private readonly mesh: Mesh,
-  ) {}
+  constructor(private readonly drawing: Drawing, private readonly mesh: Mesh) {}
 
   /** Built on first use: looking at a mesh does not need it. */
   get surroundings(): Surroundings {
@@ -45,6 +45,73 @@ export class Picker {
     const middle = this.mesh.middleOf(cell);
     const shares = middle && camera.placeOf(middle);
     return shares && { x: shares[0] * canvas.clientWidth, y: shares[1] * canvas.clientHeight };
+  }
+}
+
+/** Neighbors of a cell, and cells within a distance of a place. */
+class Surroundings {
+  private readonly corners: Groups | null; // of triangles, at each vertex
+  private readonly triangles: Groups | null; // of each cell; null where triangle i is cell i
+  private readonly slabs: Groups; // of vertices
+  private axis = 0; // of the longest side
+  private low = 0;
+  private extent = 0;
+
+  constructor(private readonly mesh: Mesh) {
+    const { triangles, sources, positions } = mesh.shape;
+    const { values } = positions;
+    this.corners = triangles && new Groups(triangles, values.length / 3);
+    this.triangles = sources && new Groups(sources, mesh.nCells);
+    for (let axis = 0; axis < 3; axis++) this.measure(values, axis);
+    const slabs = new Uint32Array(values.length / 3);
+    for (let i = 0; i < slabs.length; i++) slabs[i] = this.slabOf(values[3 * i + this.axis]);
+    this.slabs = new Groups(slabs, SLABS);
+  }
+
+  private measure(values: ArrayLike<number>, axis: number): void {
+    let [low, high] = [Infinity, -Infinity];
+    for (let i = axis; i < values.length; i += 3) {
+      low = Math.min(low, values[i]);
+      high = Math.max(high, values[i]);
+    }
+    if (high - low > this.extent) Object.assign(this, { axis, low, extent: high - low });
+  }
+
+  private slabOf(value: number): number {
+    const share = this.extent ? (value - this.low) / this.extent : 0;
+    return Math.max(0, Math.min(SLABS - 1, Math.floor(SLABS * share)));
+  }
+
+  /** Cells that have a vertex in a sphere; points in a sphere. */
+  within(middle: Vector, radius: number): Set<number> {
+    const { values } = this.mesh.shape.positions;
+    const [x, y, z] = middle;
+    const vertices: number[] = [];
+    const last = this.slabOf(middle[this.axis] + radius);
+    for (let slab = this.slabOf(middle[this.axis] - radius); slab <= last; slab++) {
+      for (const i of this.slabs.of(slab)) {
+        const [dx, dy, dz] = [values[3 * i] - x, values[3 * i + 1] - y, values[3 * i + 2] - z];
+        if (dx * dx + dy * dy + dz * dz <= radius * radius) vertices.push(i);
+      }
+    }
+    return this.corners ? this.cellsAt(vertices, this.corners) : new Set(vertices);
+  }
+
+  /** Cells with a common vertex; points nearby. */
+  around(cell: number): Set<number> {
+    const { mesh, corners } = this;
+    const { triangles, facts } = mesh.shape;
+    if (!triangles || !corners) return this.within(mesh.corner(cell), NEAR * facts.point_size);
+    const own = this.triangles?.of(cell) ?? [cell];
+    return this.cellsAt([...own].flatMap((i) => [...triangles.subarray(3 * i, 3 * i + 3)]), corners);
+  }
+
+  private cellsAt(vertices: number[], corners: Groups): Set<number> {
+    const found = new Set<number>();
+    for (const vertex of vertices) {
+      for (const corner of corners.of(vertex)) found.add(this.mesh.cellOf(Math.floor(corner / 3)));
+    }
+    return found;
   }
 }
 

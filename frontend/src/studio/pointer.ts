@@ -14,10 +14,7 @@ export class Pointer {
   private readonly tip = part("tip");
   private waiting: PointerEvent | null = null;
 
-  constructor(
-    private readonly desk: Desk,
-    private readonly modes: Modes,
-  ) {
+  constructor(private readonly desk: Desk, private readonly modes: Modes) {
     this.canvas = desk.drawing.canvas;
     const { canvas } = this;
     canvas.addEventListener("pointerdown", (event) => this.down(event));

@@ -1,8 +1,9 @@
 // Strokes on their way to the server, in order, kept until the server has them.
 
 import { type Api, ServerGone, type ServerError } from "./api";
-import { fromBase64, toBase64 } from "../shared/base64";
-import type { PaintReply } from "./contract";
+import { fromBase64, toBase64 } from "../shared/arrays";
+import type { Progress } from "./contract";
+import { joined } from "./labeling";
 
 export interface Stroke {
   class: number;
@@ -13,7 +14,7 @@ export interface Stroke {
 type Kept = [id: number, cells: string, stroke: string];
 
 interface Listener {
-  saved(reply: PaintReply): void;
+  saved(reply: Progress): void;
   refused(error: ServerError): void;
   gone(): void;
 }
@@ -63,8 +64,8 @@ export class Saver {
       const parts = this.waiting.slice(0, count);
       try {
         const { class: id, stroke } = parts[0];
-        const body = { class: id, cells: toBase64(joined(parts)), stroke };
-        const reply = await this.api.post<PaintReply>(`${this.path}/paint`, body);
+        const body = { class: id, cells: toBase64(joined(parts.map(({ cells }) => cells))), stroke };
+        const reply = await this.api.post<Progress>(`${this.path}/paint`, body);
         this.waiting.splice(0, count);
         this.listener.saved(reply);
       } catch (error) {
@@ -124,14 +125,4 @@ export class Saver {
       // Nothing was kept.
     }
   }
-}
-
-function joined(parts: Stroke[]): Uint32Array {
-  const cells = new Uint32Array(parts.reduce((sum, part) => sum + part.cells.length, 0));
-  let at = 0;
-  for (const part of parts) {
-    cells.set(part.cells, at);
-    at += part.cells.length;
-  }
-  return cells;
 }

@@ -1,14 +1,13 @@
 // The open file: its state on the server, and the user's operations on it.
 
 import { Api, ServerError, ServerGone } from "./api";
-import { fromBase64 } from "../shared/base64";
+import { fromBase64 } from "../shared/arrays";
 import type {
-  ClassEntry, FileEntry, PaintReply, Parameters, Progress, SegmentLine, SplitReply, State, UndoReply,
+  ClassEntry, FileEntry, Parameters, Progress, SegmentLine, SplitReply, State, UndoReply,
 } from "./contract";
 import { Events } from "./events";
 import { Classes, Regions } from "./labeling";
 import { Mesh } from "./mesh";
-import { Neighbors } from "./neighbors";
 import { Saver } from "./saver";
 
 interface Kinds {
@@ -50,7 +49,6 @@ export class Session {
   fileId = -1;
   mesh!: Mesh;
   regions!: Regions;
-  neighbors!: Neighbors;
   classes!: Classes;
   state!: State;
   online = true;
@@ -129,7 +127,7 @@ export class Session {
       this.api.buffer(`${path}/mesh`).then((buffer) => new Mesh(buffer)),
       this.api.get<State>(`${path}/state`),
     ]);
-    const [ids, found] = await Promise.all([
+    const [ids, regions] = await Promise.all([
       this.api.buffer(`${path}/classes`),
       this.fetchRegions(path, state.revision, mesh),
     ]);
@@ -142,7 +140,7 @@ export class Session {
       gone: () => this.lose(),
     });
     this.takeClasses(ids);
-    [this.regions, this.neighbors] = found;
+    this.regions = regions;
     this.events.emit("file", mesh);
     this.events.emit("classes", state.classes);
     this.events.emit("cells", null);
@@ -161,19 +159,16 @@ export class Session {
     this.events.emit("cells", null);
   }
 
-  private async fetchRegions(
-    path: string, revision: number, mesh: Mesh,
-  ): Promise<[Regions, Neighbors]> {
+  private async fetchRegions(path: string, revision: number, mesh: Mesh): Promise<Regions> {
     const [labels, graph] = await Promise.all([
       this.api.buffer(`${path}/labels?revision=${revision}`),
       this.api.buffer(`${path}/regions?revision=${revision}`),
     ]);
-    const regions = new Regions(new Int32Array(labels), mesh.areas, revision);
-    return [regions, new Neighbors(graph, regions.count)];
+    return new Regions(new Int32Array(labels), mesh.areas, graph, revision);
   }
 
   private async loadRegions(revision: number): Promise<void> {
-    [this.regions, this.neighbors] = await this.fetchRegions(this.path, revision, this.mesh);
+    this.regions = await this.fetchRegions(this.path, revision, this.mesh);
     this.events.emit("regions", this.regions);
   }
 
@@ -198,23 +193,22 @@ export class Session {
   }
 
   undo(): Promise<void> {
-    return this.step("undo", "Nothing to undo.");
+    return this.step("undo", "Undone");
   }
 
   redo(): Promise<void> {
-    return this.step("redo", "Nothing to redo.");
+    return this.step("redo", "Done again");
   }
 
-  private async step(what: "undo" | "redo", nothing: string): Promise<void> {
+  private async step(what: "undo" | "redo", done: string): Promise<void> {
     try {
-      const reply = await this.alone(async () => {
-        const found = await this.post<UndoReply>(what);
-        await this.takeUndo(found);
-        return found;
+      await this.alone(async () => {
+        const reply = await this.post<UndoReply>(what);
+        await this.takeUndo(reply);
+        this.events.emit("message", `${done}: ${reply.kind}.`);
       });
-      this.events.emit("message", `${what === "undo" ? "Undone" : "Done again"}: ${reply.kind}.`);
     } catch (error) {
-      if (error instanceof ServerError && error.status === 409) this.events.emit("message", nothing);
+      if (error instanceof ServerError && error.status === 409) this.events.emit("message", `Nothing to ${what}.`);
       else this.report(error);
     }
   }
@@ -337,7 +331,7 @@ export class Session {
 
   async importFrom(files: { name: string; data: string }[]): Promise<void> {
     const isDone = await this.attempt(async () => {
-      await this.post<PaintReply>("import", { files });
+      await this.post<unknown>("import", { files });
       await this.readAnew();
     });
     if (isDone) this.events.emit("message", "Read and painted.");

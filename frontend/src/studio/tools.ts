@@ -6,34 +6,54 @@ import { lengthOf, minus } from "../shared/vectors";
 import type { CellCursor } from "./cellcursor";
 import { MARK_BLUE, MARK_RED } from "./celltable";
 import type { Desk } from "./desk";
+import { addTo } from "./labeling";
 import { placesBetween } from "./picking";
 import { newStroke } from "./session";
 
-export interface Tool {
-  readonly name: string;
-  readonly hint: string;
+export abstract class Tool {
+  abstract readonly name: string;
+  abstract readonly hint: string;
+
+  constructor(protected readonly desk: Desk) {}
+
   /** A stroke begins here; `isOther`: with Shift. */
-  begin(place: Place, isOther: boolean): void;
-  move(place: Place): void;
-  end(): void;
-  enter?(): void;
-  leave?(): void;
-  confirm?(): void; // Enter
-  erase?(): void; // Delete
-  arrow?(x: number, y: number): void; // to the right and up
-  resize?(factor: number): void;
+  abstract begin(place: Place, isOther: boolean): void;
+  abstract move(place: Place): void;
+  abstract end(): void;
+  enter(): void {}
+  leave(): void {}
+
+  /** The key Enter. */
+  confirm(): void {
+    this.desk.paintActive(this.desk.currentClass);
+  }
+
+  /** The key Delete. */
+  erase(): void {
+    this.desk.paintActive(0);
+  }
+
+  /** An arrow key: to the right and up. */
+  arrow(x: number, y: number): void {
+    this.desk.drawing.camera.orbit(TURN * x, -TURN * y);
+  }
+
+  /** The keys + and -. */
+  resize(isUp: boolean): void {
+    if (isUp) this.desk.grow();
+    else this.desk.shrink();
+  }
 }
 
+const TURN = 0.15; // radians
 const STEP = 6; // pixels
 
 /** A stroke of one class; `touched` are the regions or cells that it has painted. */
-abstract class Brush {
+abstract class Brush extends Tool {
   protected id = 0;
   protected stroke = "";
   protected readonly touched = new Set<number>();
   private last: Place = { x: 0, y: 0 };
-
-  constructor(protected readonly desk: Desk) {}
 
   /** Pixels between the places of a stroke at which cells are looked up. */
   protected get step(): number {
@@ -57,7 +77,7 @@ abstract class Brush {
 }
 
 /** Paints regions that the pointer goes over. */
-export class RegionBrush extends Brush implements Tool {
+export class RegionBrush extends Brush {
   readonly name = "Paint regions";
   readonly hint = "Drag paints · Shift removes · Ctrl-click takes a class · ? help";
 
@@ -75,46 +95,40 @@ export class RegionBrush extends Brush implements Tool {
     const { desk } = this;
     if (!this.touched.size) return;
     desk.select(this.touched, true);
-    const count = this.touched.size;
-    const what = count === 1 ? `Region ${[...this.touched][0]}` : `${count} regions`;
-    desk.say(this.id ? `${what}: ${desk.className(this.id)}.` : `${what}: class removed.`);
+    desk.sayPainted([...this.touched], this.id);
   }
 }
 
 /** Paints single cells within a circle. */
-export class CellBrush extends Brush implements Tool {
+export class CellBrush extends Brush {
   readonly name = "Brush single cells";
   readonly hint =
     "Drag paints · Shift removes · [ and ] change the radius · Arrows go from cell to cell, Enter paints · Esc leaves";
   radius = 16;
 
-  constructor(
-    desk: Desk,
-    private readonly circle: SVGCircleElement,
-    private readonly cursor: CellCursor,
-  ) {
+  constructor(desk: Desk, private readonly circle: SVGCircleElement, private readonly cursor: CellCursor) {
     super(desk);
   }
 
-  enter(): void {
+  override enter(): void {
     this.circle.setAttribute("r", String(this.radius));
     this.circle.removeAttribute("hidden");
   }
 
-  leave(): void {
+  override leave(): void {
     this.circle.setAttribute("hidden", "");
     this.cursor.clear();
   }
 
-  arrow(x: number, y: number): void {
+  override arrow(x: number, y: number): void {
     this.cursor.move(x, y);
   }
 
-  confirm(): void {
+  override confirm(): void {
     this.paintChosen(this.desk.currentClass);
   }
 
-  erase(): void {
+  override erase(): void {
     this.paintChosen(0);
   }
 
@@ -123,8 +137,8 @@ export class CellBrush extends Brush implements Tool {
     else this.desk.paintActive(id);
   }
 
-  resize(factor: number): void {
-    this.radius = Math.min(200, Math.max(2, this.radius * factor));
+  override resize(isUp: boolean): void {
+    this.radius = Math.min(200, Math.max(2, this.radius * (isUp ? 1.25 : 0.8)));
     this.circle.setAttribute("r", String(this.radius));
     this.desk.say(`Brush: ${Math.round(this.radius)} pixels.`);
   }
@@ -144,22 +158,19 @@ export class CellBrush extends Brush implements Tool {
   end(): void {
     if (!this.touched.size) return;
     this.desk.select([], false);
-    this.desk.say(`${this.touched.size} cells: ${this.desk.className(this.id)}.`);
+    this.desk.sayPainted(`${this.touched.size} cells`, this.id);
   }
 }
 
 /** Paints regions that are mostly inside a drawn line, or single cells inside it. */
-export class Lasso implements Tool {
+export class Lasso extends Tool {
   readonly name: string;
   readonly hint = "Draw a line around what to paint · Shift removes · L: regions or cells · Esc leaves";
   private places: Place[] = [];
   private id = 0;
 
-  constructor(
-    private readonly desk: Desk,
-    private readonly line: SVGPolygonElement,
-    private readonly ofCells: boolean,
-  ) {
+  constructor(desk: Desk, private readonly line: SVGPolygonElement, private readonly ofCells: boolean) {
+    super(desk);
     this.name = ofCells ? "Lasso (single cells)" : "Lasso (regions)";
   }
 
@@ -173,7 +184,7 @@ export class Lasso implements Tool {
     this.line.setAttribute("points", this.places.map(({ x, y }) => `${x},${y}`).join(" "));
   }
 
-  leave(): void {
+  override leave(): void {
     this.line.setAttribute("points", "");
   }
 
@@ -205,7 +216,7 @@ export class Lasso implements Tool {
         const last = Math.min(seen.width, Math.ceil((crossings[k + 1] - left) * seen.scale - 0.5));
         for (let column = first; column < last; column++) {
           const cell = seen.cells[row * seen.width + column];
-          if (cell !== NONE) counts.set(cell, (counts.get(cell) ?? 0) + 1);
+          if (cell !== NONE) addTo(counts, cell, 1);
         }
       }
     }
@@ -214,28 +225,21 @@ export class Lasso implements Tool {
 
   private paintCells(inside: Map<number, number>): void {
     this.desk.session.paint(Uint32Array.from(inside.keys()).sort(), this.id);
-    this.desk.say(`${inside.size} cells: ${this.desk.className(this.id)}.`);
+    this.desk.sayPainted(`${inside.size} cells`, this.id);
   }
 
   private paintRegions(inside: Map<number, number>): void {
-    const { drawing } = this.desk;
-    const { clientWidth, clientHeight } = drawing.canvas;
+    const { desk } = this;
     const total = new Map<number, number>();
-    for (const cell of drawing.cellsSeen(0, 0, clientWidth, clientHeight).cells) {
-      if (cell === NONE) continue;
-      const region = this.desk.regionOf(cell);
-      total.set(region, (total.get(region) ?? 0) + 1);
+    for (const cell of desk.drawing.cellsSeen().cells) {
+      if (cell !== NONE) addTo(total, desk.regionOf(cell), 1);
     }
     const enclosed = new Map<number, number>();
-    for (const [cell, count] of inside) {
-      const region = this.desk.regionOf(cell);
-      enclosed.set(region, (enclosed.get(region) ?? 0) + count);
-    }
-    const chosen = [...enclosed.keys()].filter(
-      (region) => region >= 0 && 2 * enclosed.get(region)! >= total.get(region)!,
-    );
+    for (const [cell, count] of inside) addTo(enclosed, desk.regionOf(cell), count);
+    const isChosen = (region: number): boolean => region >= 0 && 2 * enclosed.get(region)! >= total.get(region)!;
+    const chosen = [...enclosed.keys()].filter(isChosen);
     this.desk.paintRegions(chosen, this.id);
-    this.desk.say(`${chosen.length} regions: ${this.desk.className(this.id)}.`);
+    this.desk.sayPainted(chosen, this.id);
   }
 }
 
@@ -251,7 +255,7 @@ export function crossingsOf(places: Place[], y: number): number[] {
 }
 
 /** Cuts a region between red and blue strokes. */
-export class Splitter implements Tool {
+export class Splitter extends Tool {
   readonly name = "Split a region";
   readonly hint =
     "Drag: red stroke · Shift-drag: blue · Enter cuts (without strokes: across its length) · Esc leaves";
@@ -261,13 +265,11 @@ export class Splitter implements Tool {
   private readonly red = new Set<number>();
   private readonly blue = new Set<number>();
 
-  constructor(private readonly desk: Desk) {}
-
-  enter(): void {
+  override enter(): void {
     this.clear();
   }
 
-  leave(): void {
+  override leave(): void {
     this.clear();
   }
 
@@ -311,7 +313,7 @@ export class Splitter implements Tool {
     else if (this.red.size) this.desk.say("Now a blue stroke: Shift-drag.");
   }
 
-  confirm(): void {
+  override confirm(): void {
     const { desk } = this;
     if (!this.red.size && !this.blue.size) this.takeEnds(desk.activeRegion);
     if (!this.red.size || !this.blue.size) {

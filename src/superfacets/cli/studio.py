@@ -6,11 +6,13 @@ import contextlib
 import signal
 import sys
 import webbrowser
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NoReturn
 
 import click
 
+from ..errors import MissingExtraError
 from .failures import print_note
 from .options import COUNT, FILE
 
@@ -47,12 +49,12 @@ def studio_command(
 
     The page is served to this machine alone. All work is saved as it is done.
     """
-    from ..studio.server import check_extra, open_again, serve
-
-    check_extra()
-    from ..studio.address import address_file, kept_address, redirection
+    if not all(find_spec(name) for name in ("scipy", "starlette", "uvicorn")):
+        raise MissingExtraError("the studio", "studio")
+    from ..studio.address import address_file, kept_address, open_again, redirection
     from ..studio.classes import read_classes
     from ..studio.folder import Files
+    from ..studio.server import serve
 
     given = () if classes is None else read_classes(classes)
     files = Files.of(path, work, n_segments, given)

@@ -1,4 +1,4 @@
-"""Port and token of a server: remembered for the next start, and passed to a browser.
+"""Port and token of a server: opened, remembered for the next start, and passed to a browser.
 
 A page that was open when a server was killed goes on with the next server for the same work, which
 answers at the same address. The file is for its owner alone, and is removed when a server ends.
@@ -7,11 +7,13 @@ answers at the same address. The file is for its owner alone, and is removed whe
 from __future__ import annotations
 
 import contextlib
+import errno
 import html
 import json
 import os
 import re
 import secrets
+import socket
 import stat
 import tempfile
 from collections.abc import Iterator
@@ -19,11 +21,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-HOST = "127.0.0.1"
-"""The only address that the server listens at."""
-
+HOST = "127.0.0.1"  # the only address that the server listens at
 TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
-"""Environment variable with the token to take, for scripts that have to know it."""
+"""Environment variable with the token, for scripts that have to know it."""
 
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{16,200}")
 
@@ -43,6 +43,11 @@ class Address:
     port: int
     token: str
 
+    @property
+    def page(self) -> str:
+        """The address to open in a browser."""
+        return f"http://{HOST}:{self.port}/?token={self.token}"
+
 
 def new_token() -> str:
     """The token of the environment, or a random one; a ValueError if the former is too simple."""
@@ -54,6 +59,34 @@ def new_token() -> str:
     return given
 
 
+def open_socket(port: int) -> socket.socket:
+    """A socket of this machine alone, at any free port for 0; an OSError if the port is in use."""
+    opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        if os.name != "nt":  # after a crash; on Windows it would let others listen, too
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        opened.bind((HOST, port))
+        opened.listen()
+    except OSError as error:
+        opened.close()
+        if error.errno == errno.EADDRINUSE:
+            raise OSError(f"port {port} is in use: leave --port out, or name another") from None
+        raise OSError(f"port {port}: {error.strerror or error}") from None
+    return opened
+
+
+def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, Address]:
+    """A socket and an address: the port asked for, or that of the last server if it is free."""
+    if port is None and kept is not None:
+        with contextlib.suppress(OSError):
+            return open_socket(kept.port), kept
+    opened = open_socket(port or 0)
+    number = opened.getsockname()[1]
+    if kept is not None and kept.port == number:
+        return opened, kept
+    return opened, Address(number, new_token())
+
+
 def address_file(work: Path) -> Path:
     """The file for the address of the server of a work file, or of a folder."""
     if work.is_dir():
@@ -62,10 +95,10 @@ def address_file(work: Path) -> Path:
 
 
 def kept_address(path: Path) -> Address | None:
-    """The address that a server has left behind; None if there is none that is to be trusted.
+    """The address that a server has left behind; None if there is none, or it is not to be trusted.
 
-    A file that others may read or write, or that is another user's, is not. A copy is not, either:
-    it may have come with an archive of meshes, from somebody who knows the token in it.
+    A file of another user, or that others may read or write, is not trusted. Neither is a copy: it
+    may have come with an archive of meshes, from somebody who knows the token in it.
     """
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         status = path.lstat()
@@ -75,12 +108,8 @@ def kept_address(path: Path) -> Address | None:
             found = json.loads(path.read_text(encoding="ascii"))
             port, token = found["port"], found["token"]
             is_copy = found["inode"] != status.st_ino
-            if (
-                not is_copy
-                and isinstance(port, int)
-                and 0 < port < 1 << 16
-                and _TOKEN.fullmatch(token)
-            ):
+            is_port = isinstance(port, int) and 0 < port < 1 << 16
+            if is_port and _TOKEN.fullmatch(token) and not is_copy:
                 return Address(port, token)
     return None
 
@@ -99,7 +128,7 @@ def keep(path: Path, address: Address) -> Iterator[None]:
         yield
     finally:
         with contextlib.suppress(OSError):
-            if path.read_text(encoding="ascii") == text:  # not that of another server by now
+            if path.read_text(encoding="ascii") == text:  # else another server has written it
                 path.unlink()
 
 

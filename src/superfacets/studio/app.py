@@ -1,8 +1,11 @@
-"""The routes of the server."""
+"""The routes of the server, and a run of the segmentation as a stream of lines."""
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 from importlib.resources import files
 
@@ -15,12 +18,13 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from ..errors import RenderError
+from .document import Document
 from .folder import Files
-from .operations import OPERATIONS, READS, Operation
-from .parameters import checked_parameters
+from .history import Partition
+from .operations import OPERATIONS, READS, Operation, counts_of
 from .replies import Body, JsonReply, answered, body_of, failure, message_of
-from .runs import told
 from .security import Guard
+from .segmenting import Cancelled, Turn, checked_parameters
 from .thumbnails import Thumbnails
 
 NO_BUNDLE = """<!DOCTYPE html>
@@ -29,26 +33,73 @@ NO_BUNDLE = """<!DOCTYPE html>
 missing. Wheels have it; in a checkout, <code>make frontend</code> builds it.</p></html>
 """
 
-_LINES = "application/x-ndjson"
-
-Endpoint = Callable[[Request], Awaitable[Response]]
+_FILE = "/api/files/{id:int}"
 
 
 @dataclass
 class Studio:
-    """The server's state.
-
-    Attributes
-    ----------
-    files : Files
-    quit : callable
-        Ends the server.
-    thumbnails : Thumbnails
-    """
+    """The server's state, and the endpoints that need it."""
 
     files: Files
-    quit: Callable[[], object]
+    quit: Callable[[], object]  # ends the server
     thumbnails: Thumbnails = field(default_factory=Thumbnails)
+
+    async def list_files(self, request: Request) -> Response:
+        """All files, with how far the work on each is."""
+        return await answered(self.files.listed)
+
+    async def quit_server(self, request: Request) -> Response:
+        """End the server."""
+        self.quit()
+        return JsonReply({"quits": True})
+
+    async def thumbnail(self, request: Request) -> Response:
+        """The picture of a file."""
+
+        def drawn() -> Response:
+            path = self.files.path(request.path_params["id"])
+            try:
+                return Response(self.thumbnails.png(path), media_type="image/png")
+            except RenderError as error:
+                return JsonReply({"error": message_of(error)}, 404)
+
+        return await answered(drawn)
+
+    async def segment(self, request: Request) -> Response:
+        """A stream of the progress of a run; wrong parameters are an answer of their own."""
+        number = request.path_params["id"]
+
+        def checked(body: Body) -> Body:
+            with self.files.document(number) as document:
+                now = document.state.partition.parameters
+                return checked_parameters(body, now, document.n_cells)
+
+        try:
+            body = await body_of(request)
+            is_preview = bool(body.pop("preview", False))
+            parameters = await run_in_threadpool(checked, body)
+        except Exception as error:
+            return failure(error)
+        lines = _told(self.files, number, parameters, is_preview=is_preview)
+        return StreamingResponse(lines, media_type="application/x-ndjson")
+
+    def route(self, name: str, work: Operation, method: str) -> Route:
+        """The route of work on a document, with the query of a GET or the body of a POST."""
+
+        async def endpoint(request: Request) -> Response:
+            try:
+                is_read = method == "GET"
+                given = dict(request.query_params) if is_read else await body_of(request)
+            except Exception as error:
+                return failure(error)
+
+            def done() -> object:
+                with self.files.document(request.path_params["id"]) as document:
+                    return work(document, given)
+
+            return await answered(done)
+
+        return Route(f"{_FILE}/{name}", endpoint, methods=[method])
 
 
 def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
@@ -56,16 +107,15 @@ def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
     static = files(__package__).joinpath("static")
     routes: list[BaseRoute] = [
         Route("/", _page),
-        Route("/api/files", _listing(studio)),
-        Route("/api/quit", _quit(studio), methods=["POST"]),
+        Route("/api/files", studio.list_files),
+        Route("/api/quit", studio.quit_server, methods=["POST"]),
+        Route(f"{_FILE}/thumbnail", studio.thumbnail),
+        Route(f"{_FILE}/segment", studio.segment, methods=["POST"]),
+        *(studio.route(name, read, "GET") for name, read in READS.items()),
+        *(studio.route(name, do, "POST") for name, do in OPERATIONS.items()),
     ]
     if static.is_dir():
         routes.append(Mount("/static", StaticFiles(directory=str(static))))
-    one = "/api/files/{id:int}"
-    routes += [_reading(studio, f"{one}/{name}", read) for name, read in READS.items()]
-    routes += [_writing(studio, f"{one}/{name}", do) for name, do in OPERATIONS.items()]
-    routes.append(Route(f"{one}/thumbnail", _thumbnail(studio)))
-    routes.append(Route(f"{one}/segment", _segmenting(studio), methods=["POST"]))
     app = Starlette(routes=routes, exception_handlers={404: _not_found, 405: _not_found})
     return Guard(app, token, port)
 
@@ -80,80 +130,48 @@ async def _not_found(request: Request, error: Exception) -> Response:
     return JsonReply({"error": message}, getattr(error, "status_code", 404))
 
 
-def _listing(studio: Studio) -> Endpoint:
-    async def list_files(request: Request) -> Response:
-        return await answered(studio.files.listed)
-
-    return list_files
-
-
-def _thumbnail(studio: Studio) -> Endpoint:
-    async def thumbnail(request: Request) -> Response:
-        def drawn() -> Response:
-            path = studio.files.path(request.path_params["id"])
-            try:
-                return Response(studio.thumbnails.png(path), media_type="image/png")
-            except RenderError as error:
-                return JsonReply({"error": message_of(error)}, 404)
-
-        return await answered(drawn)
-
-    return thumbnail
+async def _told(
+    files: Files, number: int, parameters: Body, *, is_preview: bool
+) -> AsyncIterator[str]:
+    """Segment a file; yield lines of progress, and the revision in the last line."""
+    loop = asyncio.get_running_loop()
+    queue: asyncio.Queue[Body | None] = asyncio.Queue()
+    turn = Turn(lambda fact: loop.call_soon_threadsafe(queue.put_nowait, fact))
+    work = asyncio.ensure_future(
+        run_in_threadpool(_segmented, files, number, parameters, turn, is_preview)
+    )
+    work.add_done_callback(lambda _: queue.put_nowait(None))
+    try:
+        while (fact := await queue.get()) is not None:
+            yield _line(fact)
+        yield _line(await work)
+    finally:  # also where the client has gone
+        turn.cancel()
 
 
-def _quit(studio: Studio) -> Endpoint:
-    async def quit_server(request: Request) -> Response:
-        studio.quit()
-        return JsonReply({"quits": True})
-
-    return quit_server
-
-
-def _segmenting(studio: Studio) -> Endpoint:
-    async def segment(request: Request) -> Response:
-        number = request.path_params["id"]
-
-        def checked(body: Body) -> Body:
-            with studio.files.document(number) as document:
-                now = document.state.partition.parameters
-                return checked_parameters(body, now, document.n_cells)
-
-        try:
-            body = await body_of(request)
-            is_preview = bool(body.pop("preview", False))
-            parameters = await run_in_threadpool(checked, body)
-        except Exception as error:
-            return failure(error)
-        lines = told(studio.files, number, parameters, is_preview=is_preview)
-        return StreamingResponse(lines, media_type=_LINES)
-
-    return segment
+def _segmented(files: Files, number: int, parameters: Body, turn: Turn, is_preview: bool) -> Body:
+    try:
+        with files.document(number) as document:
+            return _done(document, parameters, turn, is_preview)
+    except Cancelled:
+        return {"cancelled": True}
+    except Exception as error:
+        return {"error": message_of(error)}
 
 
-def _reading(studio: Studio, path: str, read: Operation) -> Route:
-    async def endpoint(request: Request) -> Response:
-        query = dict(request.query_params)
-        return await _with_document(studio, request, read, query)
-
-    return Route(path, endpoint, methods=["GET"])
-
-
-def _writing(studio: Studio, path: str, do: Operation) -> Route:
-    async def endpoint(request: Request) -> Response:
-        try:
-            body = await body_of(request)
-        except Exception as error:
-            return failure(error)
-        return await _with_document(studio, request, do, body)
-
-    return Route(path, endpoint, methods=["POST"])
+def _done(document: Document, parameters: Body, turn: Turn, is_preview: bool) -> Body:
+    start = time.perf_counter()
+    base = document.segmenter.run(parameters, turn)
+    turn.check()
+    if is_preview:
+        partition = Partition(parameters, base.digest)
+        revision = document.revisions.add(partition, base.labels, base.n_regions)
+    else:
+        revision = document.set_base(parameters, base)
+    seconds = round(time.perf_counter() - start, 3)
+    found = {"revision": revision.number, "n_regions": revision.n_regions, "seconds": seconds}
+    return {**found, "parameters": parameters, "notes": list(base.notes), **counts_of(document)}
 
 
-async def _with_document(
-    studio: Studio, request: Request, work: Operation, given: Body
-) -> Response:
-    def done() -> object:
-        with studio.files.document(request.path_params["id"]) as document:
-            return work(document, given)
-
-    return await answered(done)
+def _line(fact: Body) -> str:
+    return json.dumps(fact, separators=(",", ":")) + "\n"

@@ -11,12 +11,8 @@ from typing import Any
 from ..io.atomic import atomic_outputs
 from ..io.attributes import is_encodable
 
-CLASSES_FILE = "superfacets-classes.json"
-"""In a folder: the classes of all its meshes."""
-
-MAX_CLASS = 65_535
-"""Classes are uint16; 0 is none."""
-
+CLASSES_FILE = "superfacets-classes.json"  # in a folder: the classes of all its meshes
+MAX_CLASS = 65_535  # classes are uint16; 0 is none
 _MAX_NAME = 200
 
 _COLORS = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1")
@@ -37,6 +33,14 @@ def new_class(number: int, name: str | None = None) -> dict[str, Any]:
         "color": _COLORS[(number - 1) % len(_COLORS)],
         "key": str(number) if number < 10 else "",
     }
+
+
+def with_new(classes: ClassList, number: int, name: str | None = None) -> ClassList:
+    """The list with one more class, without a key if its key is taken."""
+    entry = new_class(number, name)
+    if any(entry["key"] == other["key"] for other in classes):
+        entry["key"] = ""
+    return (*classes, entry)
 
 
 def default_classes(names: Sequence[str] = ()) -> ClassList:
@@ -90,12 +94,7 @@ def _checked(entry: Any, place: int) -> dict[str, Any]:
 def read_classes(path: Path) -> ClassList:
     """Classes from a JSON list as `write_classes` writes it, or a text file with a name a line.
 
-    Raises
-    ------
-    ValueError
-        If that is not what is in the file.
-    OSError
-        If it cannot be read.
+    Raises ValueError if that is not what is in the file; OSError if it cannot be read.
     """
     try:
         text = path.read_text(encoding="utf-8")

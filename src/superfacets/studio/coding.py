@@ -1,4 +1,4 @@
-"""How cells and arrays are written: in the journal, in JSON, and in binary answers."""
+"""Coding of cells and arrays: in the journal, in JSON, and in binary answers."""
 
 from __future__ import annotations
 
@@ -13,13 +13,11 @@ import numpy.typing as npt
 
 from ..pictures.page.coding import Arrays, little_endian
 
-MAGIC = b"SFSTUDIO"
-"""The first bytes of a binary answer with several arrays."""
+MAGIC = b"SFSTUDIO"  # the first bytes of a binary answer with several arrays
 
 CellNumbers = npt.NDArray[np.uint32]
 
-_MAX_BYTES = 5
-"""Of a difference below 2**32, 7 bits to a byte."""
+_MAX_BYTES = 5  # of a difference below 2**32, 7 bits to a byte
 
 
 def pack_cells(cells: CellNumbers) -> bytes:
@@ -79,13 +77,7 @@ def base64_of(array: npt.NDArray[Any] | bytes) -> str:
 
 
 def cells_from(text: object, n_cells: int) -> CellNumbers:
-    """Cells that a client sends as uint32 in base64, ascending and each once.
-
-    Raises
-    ------
-    ValueError
-        If this is not base64, or a cell is none of `n_cells`.
-    """
+    """Cells that a client sends as uint32 in base64, ascending and each once; or a ValueError."""
     data = bytes_from(text, "cells")
     if len(data) % 4:
         raise ValueError(f"cells must be uint32 numbers: {len(data)} bytes are no multiple of 4")

@@ -1,4 +1,4 @@
-"""One mesh that is being labeled: what is painted, its regions, and the journal of its work."""
+"""One mesh that is being labeled: its classes, its regions, and the journal of the work."""
 
 from __future__ import annotations
 
@@ -15,21 +15,15 @@ import numpy.typing as npt
 from .._validate import checked_threads
 from ..cells.kinds import measures_of
 from ..mesh.cells import Cells
-from .changes import Change, Painted, Partition, State, last_stroke
 from .classes import ClassList, checked_class_list, default_classes, with_missing
-from .coding import CellNumbers, base64_of
+from .coding import CellNumbers, pack_cells, unpack_cells
+from .history import Change, History, Partition, State
 from .imports import Imported
-from .journal import Journal
-from .parameters import default_parameters
-from .replay import Replay
+from .journal import Journal, Line
 from .revisions import GoneError, Revision, Revisions
-from .segmenting import Base, Segmenter
+from .segmenting import Base, Segmenter, default_parameters
 from .source import Source
 from .splitting import split_cells
-
-
-class NothingError(LookupError):
-    """There is nothing to undo or redo."""
 
 
 def work_file_of(path: Path) -> Path:
@@ -47,13 +41,12 @@ OTHER_VERSION = (
 class Document:
     """A mesh with the state of its labeling.
 
-    All changes go through the journal: they are made, written, and only then kept; a change that
-    cannot be written is taken back.
+    All changes go through the journal: a change that cannot be written is taken back.
     """
 
     source: Source
     journal: Journal
-    replay: Replay
+    history: History
     segmenter: Segmenter
     base: Base
     share_classes: Callable[[ClassList], object] | None = None
@@ -69,30 +62,17 @@ class Document:
 
     @classmethod
     def open(
-        cls, path: Path, work: Path | None = None, *, n_segments: int | None = None,
+        cls, path: Path, work: Path | None = None, n_segments: int | None = None,
         classes: ClassList = (), share_classes: Callable[[ClassList], object] | None = None,
     ) -> Document:  # fmt: skip
         """Read an input and the work on it, and find its regions.
 
-        Parameters
-        ----------
-        path : Path
-            A mesh or point cloud.
-        work : Path, optional
-            The work file; by default that beside the input.
-        n_segments : int, optional
-            Number of regions of new work.
-        classes : tuple of dict, optional
-            Classes of new work; with `share_classes`, of all work.
-        share_classes : callable, optional
-            Keeps a new list of classes for all meshes of a folder. The journal does not, then.
+        The work file is beside the input if no other is given. `n_segments` and `classes` are for
+        new work. With `share_classes`, which keeps a new list for all meshes of a folder in place
+        of the journal, `classes` are for all work.
 
-        Raises
-        ------
-        MeshError, OSError
-            If the input cannot be read.
-        JournalError
-            If the work file cannot be used, or is about another file than this one is now.
+        Raises MeshError or OSError if the input cannot be read; JournalError if the work
+        file cannot be used, or is about another file than this one is now.
         """
         source = Source.read(path)
         own = None if share_classes else list(classes or default_classes())
@@ -101,10 +81,10 @@ class Document:
         journal = Journal.open(work.resolve() if work else work_file_of(path), header)
         try:
             source.check_work(journal)
-            replay = Replay.of(journal, source.n_cells, classes if share_classes else None)
+            history = History.replayed(journal, source.n_cells, classes if share_classes else None)
             segmenter = Segmenter(source.cells)
-            base = segmenter.base(replay.state.partition.parameters)
-            return cls(source, journal, replay, segmenter, base, share_classes)
+            base = segmenter.base(history.state.partition.parameters)
+            return cls(source, journal, history, segmenter, base, share_classes)
         except BaseException:
             journal.close()
             raise
@@ -116,13 +96,13 @@ class Document:
 
     @property
     def cells(self) -> Cells:
-        """What is labeled."""
+        """The mesh or point cloud that is labeled."""
         return self.source.cells
 
     @property
     def state(self) -> State:
-        """What is painted, with which classes, by which regions."""
-        return self.replay.state
+        """The class of each cell, the list of classes, and the regions."""
+        return self.history.state
 
     @property
     def n_cells(self) -> int:
@@ -136,7 +116,7 @@ class Document:
 
     @property
     def progress(self) -> float:
-        """Share of the area that has a class, 0 to 1; of the cells where there is no area."""
+        """Share of the area that has a class, 0 to 1; of the cells if the area is 0."""
         is_done = self.state.classes > 0
         if self._total > 0:
             return float(min(1.0, np.sum(self.areas, where=is_done) / self._total))
@@ -148,12 +128,12 @@ class Document:
 
     @property
     def class_list(self) -> ClassList:
-        """The classes, and those that cells have and the list has not."""
+        """The list of classes, with classes that cells have and the list lacks."""
         used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
         return with_missing(self.state.class_list, used)
 
     def close(self) -> None:
-        """Let go of the work file."""
+        """End the runs, and close the work file."""
         with self.lock:
             self.segmenter.close()
             self.journal.close()
@@ -163,14 +143,8 @@ class Document:
     def paint(self, cells: CellNumbers, wanted: Any, stroke: str | None = None) -> Change | None:
         """Give cells (ascending) a class, 0 for none, or one class each; None if nothing changes.
 
-        Raises
-        ------
-        ValueError
-            If there is no such class.
-        JournalError
-            If it could not be written.
-        ChangedError
-            If the input has changed.
+        Raises ValueError if there is no such class; JournalError if it could not be
+        written; ChangedError if the input has changed.
         """
         with self.lock:
             values = np.unique(np.asarray(wanted))
@@ -178,22 +152,18 @@ class Document:
             unknown = [int(value) for value in values if int(value) not in known]
             if unknown:
                 raise ValueError(f"there is no class {unknown[0]}")
-            painted = Painted.of(self.state.classes, cells, wanted)
-            if painted is None:
-                return None
-            change = Change("paint", painted, painted, stroke)
-            self._commit(change, _paint_line(painted, stroke))
+            change = Change.painting(self.state.classes, cells, wanted, stroke)
+            if change is not None:
+                self._commit(change)
             return change
 
     def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
-        """Take regions that the segmenter has found for these parameters."""
+        """Show the regions that the segmenter has found for these parameters."""
         with self.lock:
             before, partition = self.state.partition, Partition(parameters, base.digest)
             is_new = before.digest not in ("", base.digest) or bool(before.splits)
             if is_new or before.parameters != parameters:
-                change = Change("segment", before, partition)
-                line = {"op": "segment", "parameters": parameters, "digest": base.digest}
-                self._commit(change, line)
+                self._commit(Change("segment", before, partition))
             return self._show(base)
 
     def split(
@@ -201,50 +171,36 @@ class Document:
     ) -> CellNumbers:
         """Cut a region of this revision in two by strokes; return the cells of the new region.
 
-        That is the one with the blue stroke. Its label is the next free one.
+        The new region has the blue stroke, and the next free label.
 
-        Raises
-        ------
-        GoneError
-            If the revision is not that of the state.
-        ValueError
-            If there is no such region, or a stroke is not in it.
+        Raises GoneError if the revision is not that of the state; ValueError if there is no
+        such region, or a stroke is not in it.
         """
         with self.lock:
             if self.revisions.get(number) is not self.revision:
                 raise GoneError("regions are other ones by now: ask for the state, and its labels")
             whole = self.revision.cells_of(region)
             cells = split_cells(self.segmenter.surface, whole, red, blue)
-            self._split_off(cells)
-            return cells
-
-    def _split_off(self, cells: CellNumbers) -> None:
-        """Make cells of one region a region of their own."""
-        with self.lock:
             self._adopt_base()
             before = self.state.partition
-            after = before.with_split(cells, self.base.digest)
-            packed = base64_of(after.splits[-1].cells)
-            line = {"op": "split", "digest": self.base.digest, "cells": packed}
-            self._commit(Change("split", before, after), line)
+            after = before.with_split(pack_cells(cells), self.base.digest)
+            self._commit(Change("split", before, after))
             labels = self.revision.labels.copy()
             labels[cells] = self.revision.n_regions
             self.revision = self.revisions.add(after, labels, self.revision.n_regions + 1)
+            return cells
 
     def take(self, imported: Imported) -> Change | None:
-        """Paint what was imported, with its new classes; one undo takes all of it back."""
+        """Paint imported classes, and add the new ones to the list; one undo reverts both."""
         with self.lock:
-            stroke = f"import {self.replay.seq + 1}"
+            stroke = f"import {self.history.seq + 1}"
             self.set_classes(list(imported.class_list), stroke)
             return self.paint(imported.cells, imported.classes, stroke)
 
     def set_classes(self, value: object, stroke: str | None = None) -> None:
-        """Take another list of classes.
+        """Replace the list of classes.
 
-        Raises
-        ------
-        ValueError
-            If the list is wrong, or lacks a class that cells have.
+        Raises ValueError if the list is wrong, or lacks a class that cells have.
         """
         classes = checked_class_list(value)
         with self.lock:
@@ -259,60 +215,34 @@ class Document:
                 self.share_classes(classes)
                 self.state.class_list = classes
             elif classes != self.state.class_list:
-                change = Change("classes", self.state.class_list, classes, stroke)
-                line = {"op": "classes", "classes": list(classes)}
-                self._commit(change, _with_stroke(line, stroke))
+                self._commit(Change("classes", self.state.class_list, classes, stroke))
 
     def undo(self) -> list[Change]:
-        """Take the last operation back, or all of the last stroke, and return what that was.
+        """Undo the last operation, or the whole last stroke, and return its changes.
 
-        Raises
-        ------
-        NothingError
-            If there is nothing to undo.
+        Raises NothingError if there is nothing to undo.
         """
-        return self._move(self.replay.undo_stack, self.replay.redo_stack, "undo")
+        return self._move("undo")
 
     def redo(self) -> list[Change]:
-        """Do the last operation again that was undone; likewise."""
-        return self._move(self.replay.redo_stack, self.replay.undo_stack, "redo")
+        """Redo the last undone operation; likewise."""
+        return self._move("redo")
 
-    def _move(self, source: list[Change], target: list[Change], name: str) -> list[Change]:
+    def _move(self, name: str) -> list[Change]:
         with self.lock:
             self.source.check()
-            changes = last_stroke(source)
-            if not changes:
-                raise NothingError(f"there is nothing to {name}")
-            do, take_back = (Change.undo, Change.do) if name == "undo" else (Change.do, Change.undo)
-            self._write(changes, do, take_back, {"op": name})
-            del source[len(source) - len(changes) :]
-            target.extend(changes)
+            changes = self.history.move(name, lambda seq: self._write(seq, {"op": name}))
             if changes[-1].kind in ("segment", "split"):
                 self._show(self.segmenter.base(self.state.partition.parameters))
             return changes
 
-    def _commit(self, change: Change, line: dict[str, Any]) -> None:
-        """Make a new change, write it, and remember it."""
+    def _commit(self, change: Change) -> None:
+        """Make a new change, and write it."""
         self.source.check()
-        self._write([change], Change.do, Change.undo, line)
-        self.replay.undo_stack.append(change)
-        self.replay.redo_stack.clear()
+        self.history.make(change, lambda seq: self._write(seq, change.line()))
 
-    def _write(
-        self, changes: list[Change], do: Callable[[Change, State], None],
-        take_back: Callable[[Change, State], None], line: dict[str, Any],
-    ) -> None:  # fmt: skip
-        """Make changes and write a line; if it cannot be written, all is as it was."""
-        for change in changes:
-            do(change, self.state)
-        try:
-            done = round(self.progress, 6)
-            self.journal.append({"seq": self.replay.seq + 1, **line, "done": done})
-        except BaseException:
-            for change in reversed(changes):
-                take_back(change, self.state)
-            raise
-        self.replay.seq += 1
+    def _write(self, seq: int, line: Line) -> None:
+        self.journal.append({"seq": seq, **line, "done": round(self.progress, 6)})
 
     def _is_foreign(self) -> bool:
         """Whether the state's partition was made from other labels than those of the base."""
@@ -337,20 +267,7 @@ class Document:
         elif partition.splits:
             labels = labels.copy()
             for split in partition.splits:
-                labels[split.unpacked(self.n_cells)] = n_regions
+                labels[unpack_cells(split, self.n_cells)] = n_regions
                 n_regions += 1
         self.revision = self.revisions.add(partition, labels, n_regions)
         return self.revision
-
-
-def _paint_line(painted: Painted, stroke: str | None) -> dict[str, Any]:
-    line: dict[str, Any] = {"op": "paint", "cells": base64_of(painted.cells)}
-    if painted.one is None:
-        line["classes"] = base64_of(painted.after)
-    else:
-        line["class"] = painted.one
-    return _with_stroke(line, stroke)
-
-
-def _with_stroke(line: dict[str, Any], stroke: str | None) -> dict[str, Any]:
-    return line if stroke is None else {**line, "stroke": stroke}

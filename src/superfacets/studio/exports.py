@@ -35,11 +35,11 @@ _OF_KIND = {
 _COLORED = ("ply", "off", "vtp", "las", "laz")
 
 MARKS = {"cells": ".classes", "vertices": ".vertex-classes", "region_classes": ".region-classes"}
-"""What the names of files get before the ending, so that a folder of inputs is not confused."""
+"""Marks in the names of files, before the ending, that tell them from inputs."""
 
 
 def formats_of(kind: str) -> dict[str, list[str]]:
-    """The formats for what there is to export of a kind of cells."""
+    """The formats by what is exported, for a kind of cells."""
     of_triangles = ("sstk.json",) if kind == "triangles" else ()
     of_vertices = ("segs.json", "bin", "sp_label.npy")
     regions = (*_LISTS, *_OF_KIND[kind], *of_vertices, *of_triangles, "aggregation.json", "npz")
@@ -54,17 +54,12 @@ def formats_of(kind: str) -> dict[str, list[str]]:
 def export(document: Document, what: str, format: str, *, replace: bool = False) -> Path:
     """Write a file beside the input and return its path.
 
-    One of that name is replaced where the name says that it comes from here. Names that other tools
-    ask for may be those of other files.
+    An existing file is replaced if its name has a mark of the studio: names that other tools ask
+    for may be the names of other files.
 
-    Raises
-    ------
-    ValueError
-        If there is no such thing to export, or it has no such format, or does not fit into it.
-    FileExistsError
-        If there is a file with such a name, and it is not to be replaced.
-    OSError
-        If the file cannot be written.
+    Raises ValueError if there is no such thing to export, or it has no such format, or does not
+    fit into it; FileExistsError if there is a file with such a name, and it is not to be
+    replaced; OSError if the file cannot be written.
     """
     ending = _checked_ending(document, what, format)
     path = document.path.with_name(_name_of(document, what, ending))

@@ -1,4 +1,4 @@
-"""The files that a studio is about: one, or those of a folder; the last few are open."""
+"""The inputs of a studio: one file, or the files of a folder; the last few are open."""
 
 from __future__ import annotations
 
@@ -15,37 +15,20 @@ from .classes import CLASSES_FILE, ClassList, default_classes, read_classes, wri
 from .document import Document, work_file_of
 from .journal import JournalError, Line, summary
 
-MAX_OPEN = 3
-"""Meshes in memory, with their graphs; others are opened again when they are asked for."""
-
-EXPORTED = (".classes",)
-"""In the names of exports, which a folder is not searched for."""
+MAX_OPEN = 3  # number of meshes in memory, with their graphs; others are opened again on demand
+EXPORTED = ".classes"  # suffix in the names of exports, which are no inputs
 
 
 @dataclass
 class Files:
-    """The inputs of a studio.
-
-    Attributes
-    ----------
-    paths : list of Path
-        The number of a file is its place here.
-    work : Path or None
-        The work file of the one file, where it is not the usual one.
-    n_segments : int or None
-        Number of regions of new work.
-    classes : tuple of dict
-        Of new work, or of all files of a folder.
-    folder : Path or None
-        The folder, if it is one.
-    """
+    """The inputs of a studio, by number."""
 
     paths: list[Path]
-    work: Path | None = None
-    n_segments: int | None = None
-    classes: ClassList = ()
+    work: Path | None = None  # work file of a single input, where it is not the usual one
+    n_segments: int | None = None  # of new work
+    classes: ClassList = ()  # of new work, or of all files of the folder
     folder: Path | None = None
-    _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)
+    _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)  # least recent first
     _users: Counter[int] = field(default_factory=Counter)  # number of blocks that use each document
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
@@ -53,19 +36,15 @@ class Files:
     def of(cls, path: Path, work: Path | None, n_segments: int | None, classes: ClassList) -> Files:
         """Find the files of a path.
 
-        Raises
-        ------
-        ValueError
-            If a work file is named for a folder, or its list of classes is damaged.
-        OSError
-            If there is nothing to label.
+        Raises ValueError if a work file is named for a folder, or its list of classes is
+        damaged; OSError if there is nothing to label.
         """
         if not path.is_dir():
             return cls([path], work, n_segments, classes)
         if work is not None:
             raise ValueError("--work is for one file: each mesh of a folder has one of its own")
         found = [Path(source.input) for source in find_sources(path)]
-        paths = [file for file in found if not set(EXPORTED) & set(file.suffixes)]
+        paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
             raise FileNotFoundError(f"{path}: holds exported files alone, and no mesh to label")
         shared = path / CLASSES_FILE
@@ -78,11 +57,6 @@ class Files:
         """The work file, or the folder."""
         return self.folder or self.work or work_file_of(self.paths[0])
 
-    def name_of(self, number: int) -> str:
-        """What the list calls a file: its path below the folder."""
-        path = self.path(number)
-        return path.name if self.folder is None else path.relative_to(self.folder).as_posix()
-
     def path(self, number: int) -> Path:
         """The path of a file; an IndexError if there is no such file."""
         if not 0 <= number < len(self.paths):
@@ -90,19 +64,15 @@ class Files:
         return self.paths[number]
 
     def listed(self) -> list[dict[str, Any]]:
-        """All files with how far each is; none is opened."""
+        """All files with the progress of each; none is opened."""
         return [self._entry(number) for number in range(len(self.paths))]
 
     @contextlib.contextmanager
     def document(self, number: int) -> Iterator[Document]:
         """The document of a file, opened if necessary; it stays open until the block ends.
 
-        Raises
-        ------
-        IndexError
-            If there is no such file.
-        MeshError, JournalError, OSError
-            If it, or the work on it, cannot be opened.
+        Raises IndexError if there is no such file; MeshError, JournalError or OSError if it,
+        or the work on it, cannot be opened.
         """
         with self._lock:
             document = self._open.get(number) or self._opened(number)
@@ -124,11 +94,10 @@ class Files:
             document.close()
 
     def _opened(self, number: int) -> Document:
-        is_shared = self.folder is not None
+        share = None if self.folder is None else self._share
         document = self._open[number] = Document.open(
-            self.path(number), self.work, n_segments=self.n_segments, classes=self.classes,
-            share_classes=self._share if is_shared else None,
-        )  # fmt: skip
+            self.path(number), self.work, self.n_segments, self.classes, share
+        )
         return document
 
     def _close_surplus(self) -> None:
@@ -142,17 +111,19 @@ class Files:
             self._open.pop(number).close()
 
     def _entry(self, number: int) -> dict[str, Any]:
-        entry: dict[str, Any] = {"id": number, "name": self.name_of(number)}
+        path, folder = self.paths[number], self.folder
+        name = path.name if folder is None else path.relative_to(folder).as_posix()
+        entry: dict[str, Any] = {"id": number, "name": name}
         document = self._open.get(number)
         if document is not None:
             return {**entry, "done": document.progress, "n_cells": document.n_cells}
         try:
-            return {**entry, **_told(summary(self.work or work_file_of(self.paths[number])))}
+            return {**entry, **_told(summary(self.work or work_file_of(path)))}
         except JournalError as error:
             return {**entry, "done": 0.0, "n_cells": None, "error": str(error)}
 
     def _share(self, classes: ClassList) -> None:
-        """Keep the classes of the folder, for all that are open, too."""
+        """Write the classes of the folder, and give them to all open documents."""
         assert self.folder is not None
         with self._lock:
             write_classes(self.folder / CLASSES_FILE, classes)
@@ -162,7 +133,7 @@ class Files:
 
 
 def _told(found: tuple[Line, Line] | None) -> dict[str, Any]:
-    """Progress of the work, and the number of cells; a JournalError if they do not fit."""
+    """Progress of the work, and the number of cells; a JournalError if they are damaged."""
     if found is None:
         return {"done": 0.0, "n_cells": None}
     done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")

@@ -20,7 +20,8 @@ from ..io.guards import known_ending
 from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..regions.vertices import corner_groups
-from .classes import MAX_CLASS, ClassList, new_class
+from .classes import MAX_CLASS, ClassList, with_new
+from .coding import CellNumbers
 
 GROUPS = ".aggregation.json"
 OF_VERTICES = (".segs.json",)
@@ -30,48 +31,28 @@ ENDINGS = (".sstk.json", *OF_VERTICES, *LISTS, GROUPS)
 Ints = npt.NDArray[np.int64]
 
 _DAMAGE = (ValueError, LookupError, TypeError, RecursionError)
-"""What JSON of another shape than expected raises."""
+"""Errors that JSON of an unexpected structure raises."""
 
 
 @dataclass(frozen=True)
 class Imported:
-    """Classes of cells, and the list in which new ones were added.
+    """Classes of cells, and the list of classes with new ones added."""
 
-    Attributes
-    ----------
-    cells : ndarray of uint32
-        Those that the files say something of, ascending.
-    classes : ndarray of uint16
-        Class of each of these.
-    class_list : tuple of dict
-    """
-
-    cells: npt.NDArray[np.uint32]
-    classes: npt.NDArray[np.uint16]
+    cells: CellNumbers  # all cells that the files label, ascending
+    classes: npt.NDArray[np.uint16]  # of each of these cells
     class_list: ClassList
 
 
 def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> Imported:
-    """Read labels by the names of their files: one with labels, and one with groups if there is.
+    """Read labels from the content of files by name: one with labels, and perhaps one with groups.
 
-    Without groups the labels are the numbers of classes, and 0 or less is none, as in what the
-    studio exports. With groups (``.aggregation.json``) the label of a group is the name of a class,
-    in any case, and what is in no group stays as it is.
+    Labels are in ``.sstk.json`` (the first, finest, segmentation of triangles), ``.segs.json`` (of
+    vertices: a cell gets the label of most of its corners), ``.npy``, ``.seg`` or ``.txt`` (of
+    cells). Without groups they are numbers of classes, and 0 or less is none, as in exports of the
+    studio. With groups (``.aggregation.json``) the label of a group is the name of a class, in any
+    case, and cells in no group keep their class. `known` are the classes so far.
 
-    Parameters
-    ----------
-    files : mapping of str to bytes
-        Content by name: ``.sstk.json`` (the first, finest, segmentation of triangles),
-        ``.segs.json`` (of vertices: a cell gets what most of its corners have), ``.npy``, ``.seg``
-        or ``.txt`` (of cells), and ``.aggregation.json``.
-    cells : Mesh, PolygonMesh, TetMesh or PointCloud
-    known : tuple of dict
-        The classes that there are.
-
-    Raises
-    ------
-    ValueError
-        If a file is damaged, for another mesh, or of no known kind.
+    Raises ValueError if a file is damaged, for another mesh, or of no known kind.
     """
     endings = {name: known_ending(Path(name), ENDINGS) for name in files}
     grouping = [name for name, ending in endings.items() if ending == GROUPS]
@@ -131,7 +112,7 @@ def _integers(values: Any, name: str) -> Ints:
 
 
 def _of_corners(cells: Any, of_vertices: Ints) -> Ints:
-    """What most corners of a cell have; the lowest of equals."""
+    """The label of most corners of each cell; the lowest of equals."""
     are_points = kind_of(cells).are_points
     n_vertices = cells.n_cells if are_points else cells.n_vertices
     if len(of_vertices) != n_vertices:
@@ -151,31 +132,23 @@ def _by_number(labels: Ints, known: ClassList) -> Imported:
     classes = np.maximum(labels, 0)
     if classes.max() > MAX_CLASS:
         raise MeshError(f"label {classes.max()} is no class: they go to {MAX_CLASS}")
-    numbers = {entry["id"] for entry in known}
-    more = [new_class(i) for i in np.unique(classes).tolist() if i and i not in numbers]
-    class_list = (*known, *({**entry, "key": _free_key(entry, known)} for entry in more))
-    return Imported(np.arange(len(labels), dtype=np.uint32), classes.astype(np.uint16), class_list)
+    numbers = {0, *(entry["id"] for entry in known)}
+    for number in np.unique(classes).tolist():
+        known = known if number in numbers else with_new(known, number)
+    return Imported(np.arange(len(labels), dtype=np.uint32), classes.astype(np.uint16), known)
 
 
 def _by_group(labels: Ints, document: Any, known: ClassList) -> Imported:
-    classes = list(known)
-    number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(classes)}
+    number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(known)}
     found = np.full(len(labels), -1, np.int64)
     for group in document["segGroups"]:
         name = str(group["label"]).strip()
         if name in ("", NO_CLASS):
             continue
         if name.casefold() not in number_of:
-            number = max((entry["id"] for entry in classes), default=0) + 1
-            entry = new_class(number, name)
-            classes.append({**entry, "key": _free_key(entry, tuple(classes))})
-            number_of[name.casefold()] = number
+            number_of[name.casefold()] = max((entry["id"] for entry in known), default=0) + 1
+            known = with_new(known, number_of[name.casefold()], name)
         is_in = np.isin(labels, _integers(group["segments"], "segments"))
         found[is_in] = number_of[name.casefold()]
     cells = np.flatnonzero(found >= 0)
-    return Imported(cells.astype(np.uint32), found[cells].astype(np.uint16), tuple(classes))
-
-
-def _free_key(entry: dict[str, Any], known: ClassList) -> str:
-    key: str = entry["key"]
-    return "" if key in {other["key"] for other in known} else key
+    return Imported(cells.astype(np.uint32), found[cells].astype(np.uint16), known)

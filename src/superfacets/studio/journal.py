@@ -1,7 +1,7 @@
-"""The work file: one line of JSON for each operation, only ever appended to.
+"""The work file: one line of JSON for each operation, which is only appended to.
 
-A line is on the disk before its operation counts as done. A crash can so leave at most a part of
-one line behind, of an operation that nobody was told was done.
+A line is on the disk before its operation is acknowledged. So a crash leaves at most a part of one
+line, of an operation that was not acknowledged.
 """
 
 from __future__ import annotations
@@ -21,13 +21,10 @@ FORMAT = "superfacets studio"
 VERSION = 1
 
 _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
-"""The first bytes of every work file."""
+"""First bytes of every work file."""
 
-_SUM = b',"crc":"%08x"}'
-"""How a line ends: the checksum of all before it."""
-
-_LAST_BYTES = 1 << 12
-"""That a look at the last line begins with."""
+_SUM = b',"crc":"%08x"}'  # end of a line: the checksum of all bytes before
+_LAST_BYTES = 1 << 12  # number of bytes in which the last line is looked for first
 
 Line = dict[str, Any]
 
@@ -42,23 +39,12 @@ class WriteError(JournalError):
 
 @dataclass
 class Journal:
-    """An open work file, locked against other servers.
-
-    Attributes
-    ----------
-    path : Path
-    header : dict
-        Its first line.
-    lines : list of dict
-        All others as they were read; whoever replays them may take them away.
-    notes : list of str
-        What had to be mended.
-    """
+    """An open work file, locked against other servers."""
 
     path: Path
-    header: Line
-    lines: list[Line]
-    notes: list[str]
+    header: Line  # the first line
+    lines: list[Line]  # all others as they were read; a replay removes them
+    notes: list[str]  # repairs
     _file: int = field(repr=False)
     _size: int = field(repr=False)
     _fault: str | None = None
@@ -67,18 +53,15 @@ class Journal:
     def open(cls, path: Path, header: Mapping[str, Any]) -> Journal:
         """Open a work file, or begin one with this header.
 
-        Raises
-        ------
-        JournalError
-            If another studio has it open, it is something else, or it is damaged before its last
-            line.
-        OSError
-            If it cannot be read or written.
+        Raises JournalError if another studio has it open, it is something else, or it is
+        damaged before its last line; OSError if it cannot be read or written.
         """
         file = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
         try:
             lock_file(file, path, f"{path}: another studio has this work file open")
-            data = _content(file)
+            with os.fdopen(file, "rb", closefd=False) as reader:
+                reader.seek(0)
+                data = reader.read()
             if data and not data.startswith(_BEGIN[: len(data)]):
                 raise JournalError(f"{path}: is no work file of superfacets studio")
             lines, size, notes = _read_lines(path, data)
@@ -105,16 +88,15 @@ class Journal:
     def append(self, line: Mapping[str, Any]) -> None:
         """Write a line, and return when it is on the disk.
 
-        Raises
-        ------
-        WriteError
-            If it could not be written whole, and the file is as it was; or if the file is not the
-            one any more that was opened. The message says which.
+        Raises WriteError if it could not be written whole, and the file is as it was; or if the
+        file at the path is not the opened one any more. The message says which.
         """
         self._check()
         data = _coded(line)
         try:
-            _write_all(self._file, data)
+            rest = memoryview(data)
+            while rest:
+                rest = rest[os.write(self._file, rest) :]
             os.fsync(self._file)
         except OSError as error:
             self._take_back()
@@ -129,7 +111,7 @@ class Journal:
         self._file = -1
 
     def _check(self) -> None:
-        """Raise a WriteError if what is written would not be found at the path."""
+        """Raise a WriteError if the file at the path is not the open one, as last written."""
         if self._fault is not None:
             raise WriteError(self._fault)
         if self._file < 0:
@@ -147,7 +129,7 @@ class Journal:
             )
 
     def _take_back(self) -> None:
-        """Cut off what a failed write may have left; if that fails, too, nothing more is done."""
+        """Cut off the part of a line that a failed write left; if that fails, refuse all writes."""
         try:
             os.ftruncate(self._file, self._size)
         except OSError:
@@ -155,14 +137,12 @@ class Journal:
 
 
 def summary(path: Path) -> tuple[Line, Line] | None:
-    """The first and the last whole line of a work file, for a look at how far the work is.
+    """The first and the last whole line of a work file, which is not locked.
 
-    None if there is none, or nothing is in it yet. The file is not locked.
+    None if there is no file, or no line in it yet.
 
-    Raises
-    ------
-    JournalError
-        If its first line is damaged, or if it is a link or otherwise no regular file.
+    Raises JournalError if its first line is damaged, or if it is a link or otherwise no regular
+    file.
     """
     try:
         opened = open_own(path, os.O_RDONLY)
@@ -185,12 +165,6 @@ def summary(path: Path) -> tuple[Line, Line] | None:
                 return first, last or first
             n_bytes *= 8
     return None
-
-
-def _content(file: int) -> bytes:
-    with os.fdopen(os.dup(file), "rb") as reader:
-        reader.seek(0)
-        return reader.read()
 
 
 def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
@@ -218,7 +192,7 @@ def _coded(line: Mapping[str, Any]) -> bytes:
 
 
 def _parsed(text: bytes) -> Line | None:
-    """What a line holds; None if it is not whole."""
+    """The JSON of a line; None if the line is damaged."""
     body = text[: -len(_SUM % 0)]
     if text[len(body) :] != _SUM % zlib.crc32(body):
         return None
@@ -228,14 +202,8 @@ def _parsed(text: bytes) -> Line | None:
     return None
 
 
-def _write_all(file: int, data: bytes) -> None:
-    rest = memoryview(data)
-    while rest:
-        rest = rest[os.write(file, rest) :]
-
-
 def _sync_folder(folder: Path) -> None:
-    """See to it that a new file is found after a crash of the machine, where systems let us."""
+    """Make the entry of a new file durable, on systems that can do so."""
     with contextlib.suppress(OSError):
         file = os.open(folder, os.O_RDONLY)
         try:

@@ -1,4 +1,4 @@
-"""What can be read of a document and done with it: the name of each is that of its route."""
+"""Reading a document, and operations on it: each is named like its route."""
 
 from __future__ import annotations
 
@@ -9,47 +9,115 @@ from urllib.parse import quote
 import numpy as np
 from starlette.responses import Response
 
-from .answers import counts_of, moved, regions_packet, state_of
-from .coding import base64_of, bytes_from, cells_from
+from ..cells.kinds import kind_of
+from ..pictures.camera import View
+from ..pictures.colors import PALETTE
+from ..pictures.page.shape import shape_of, view_facts
+from .coding import base64_of, bytes_from, cells_from, packet
 from .document import Document
-from .exports import export, export_bytes
+from .exports import export, export_bytes, formats_of
+from .history import Change
 from .imports import read_import
-from .replies import Body
-from .shapes import mesh_packet
-from .similar import similar_regions
+from .replies import BYTES, Body
+from .revisions import similar_regions
+from .segmenting import levels_of, ranges
 
 Operation = Callable[[Document, Body], Any]
-"""Takes what the request says: the query, or the JSON object in it."""
+"""Work on a document, with the query or the JSON object of a request."""
 
-OCTETS = "application/octet-stream"
-
-LARGEST = (1 << 63) - 1
-"""Number that arrays hold."""
-
-MAX_DIGITS = 20
-"""Of the number of a revision."""
-
-MAX_STROKE = 64
-"""Characters in the name of a stroke."""
+LARGEST = (1 << 63) - 1  # number that arrays hold
+MAX_DIGITS = 20  # of the number of a revision
+MAX_STROKE = 64  # characters in the name of a stroke
 
 
-def _read_classes(document: Document, query: Body) -> Response:
+def _state(document: Document, query: Body) -> Body:
+    """State of a document for a client that begins, without arrays."""
     with document.lock:
-        return Response(document.state.classes.astype("<u2").tobytes(), media_type=OCTETS)
+        parameters, kind = document.state.partition.parameters, document.source.kind
+        return {
+            "parameters": parameters,
+            "ranges": ranges(document.n_cells),
+            "revision": document.revision.number,
+            "n_regions": document.revision.n_regions,
+            "classes": list(document.class_list),
+            "levels": levels_of(parameters["n_segments"]),
+            "input": document.source.facts["file"] | {"n_cells": document.n_cells, "kind": kind},
+            "exports": formats_of(kind),
+            "work": str(document.journal.path),
+            "notes": [*document.notes, *document.base.notes],
+            **counts_of(document),
+        }
 
 
-def _read_labels(document: Document, query: Body) -> Response:
+def counts_of(document: Document) -> Body:
+    """The facts that every operation changes."""
+    with document.lock:
+        return {
+            "seq": document.history.seq,
+            "progress": document.progress,
+            "can_undo": bool(document.history.undo_stack),
+            "can_redo": bool(document.history.redo_stack),
+        }
+
+
+def _moved(document: Document, step: Callable[[], list[Change]]) -> Body:
+    """Effect of an undo or a redo: cells with their classes now, the revision, the classes."""
+    with document.lock:
+        changes = step()
+        cells = np.unique(np.concatenate([change.cells(document.n_cells) for change in changes]))
+        return {
+            "kind": changes[-1].kind,
+            "cells": base64_of(cells.astype(np.uint32)),
+            "classes": base64_of(document.state.classes[cells]),
+            "revision": document.revision.number,
+            "n_regions": document.revision.n_regions,
+            "parameters": document.state.partition.parameters,
+            "class_list": list(document.class_list),
+            **counts_of(document),
+        }
+
+
+def _read_classes(document: Document, query: Body) -> bytes:
+    with document.lock:
+        return document.state.classes.astype("<u2").tobytes()
+
+
+def _read_labels(document: Document, query: Body) -> bytes:
+    return document.revisions.get(_number(query)).labels.astype("<i4").tobytes()
+
+
+def _read_mesh(document: Document, query: Body) -> bytes:
+    """The shape of a mesh as one block, see `packet`.
+
+    Positions are float32 around the center of the bounding box. Vertices are in the order in which
+    triangles use them, no two at one place. Triangles of polygons, and of the outside of
+    tetrahedra, have ``sources``: the cell of each. Points have packed ``normals``.
+    """
+    shape = shape_of(document.cells)
+    center = document.cells.bounds.mean(axis=0)
+    header = {
+        "kind": document.source.kind,
+        "n_cells": document.n_cells,
+        "center": center.tolist(),
+        "measure": "volume" if kind_of(document.cells).dimension == 3 else "area",
+        **view_facts(shape, View()),
+        "low": [0, 0, 0],
+        "step": [1, 1, 1],
+        "point_size": shape.point_size * shape.diagonal,
+        "palette": PALETTE.tolist(),
+    }
+    arrays: dict[str, Any] = {"areas": document.areas.astype(np.float32)}
+    for name, (array, _) in shape.parts((shape.points - center).astype(np.float32)).items():
+        arrays[name] = array
+    return packet(header, arrays)
+
+
+def _read_regions(document: Document, query: Body) -> bytes:
+    """The arcs between neighboring regions, uint32 of shape (A, 2), as one block, see `packet`."""
     revision = document.revisions.get(_number(query))
-    return Response(revision.labels.astype("<i4").tobytes(), media_type=OCTETS)
-
-
-def _read_mesh(document: Document, query: Body) -> Response:
-    return Response(mesh_packet(document), media_type=OCTETS)
-
-
-def _read_regions(document: Document, query: Body) -> Response:
-    revision = document.revisions.get(_number(query))
-    return Response(regions_packet(document, revision), media_type=OCTETS)
+    graph = revision.graph(document.segmenter.surface)
+    header = {"revision": revision.number, "n_regions": revision.n_regions}
+    return packet(header, {"arcs": graph.edge_index.T.astype(np.uint32)})
 
 
 def _read_export(document: Document, query: Body) -> Response:
@@ -57,7 +125,7 @@ def _read_export(document: Document, query: Body) -> Response:
     name, content = export_bytes(document, what, format)
     quoted = quote(name, errors="surrogateescape")
     headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quoted}"}
-    return Response(content, media_type=OCTETS, headers=headers)
+    return Response(content, media_type=BYTES, headers=headers)
 
 
 READS: dict[str, Operation] = {
@@ -66,7 +134,7 @@ READS: dict[str, Operation] = {
     "labels": _read_labels,
     "mesh": _read_mesh,
     "regions": _read_regions,
-    "state": lambda document, query: state_of(document),
+    "state": _state,
 }
 
 
@@ -84,16 +152,6 @@ def _paint(document: Document, body: Body) -> Body:
     with document.lock:
         change = document.paint(cells, number, stroke)
         return {"changed": 0 if change is None else change.after.n, **counts_of(document)}
-
-
-def _undo(document: Document, body: Body) -> Body:
-    with document.lock:
-        return moved(document, document.undo())
-
-
-def _redo(document: Document, body: Body) -> Body:
-    with document.lock:
-        return moved(document, document.redo())
 
 
 def _similar(document: Document, body: Body) -> Body:
@@ -145,8 +203,8 @@ def _import(document: Document, body: Body) -> Body:
 
 OPERATIONS: dict[str, Operation] = {
     "paint": _paint,
-    "undo": _undo,
-    "redo": _redo,
+    "undo": lambda document, _: _moved(document, document.undo),
+    "redo": lambda document, _: _moved(document, document.redo),
     "similar": _similar,
     "classes": _set_classes,
     "split": _split,

@@ -1,4 +1,4 @@
-"""What requests hold, and what is answered when something is wrong."""
+"""Bodies of requests, and answers, also to errors."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from starlette.responses import JSONResponse, Response
 
 from ..errors import MeshError, MissingExtraError, RenderError
 from ..io.attributes import is_encodable
-from .document import NothingError
+from .history import NothingError
 from .journal import JournalError, WriteError
 from .revisions import GoneError
 from .source import ChangedError
 
 Body = dict[str, Any]
 
+BYTES = "application/octet-stream"
 
-MAX_BODY = 1 << 29
-"""Maximum bytes of a request. Browsers have no longer strings."""
+MAX_BODY = 1 << 29  # maximum bytes of a request; browsers have no longer strings
 
 
 class TooLargeError(ValueError):
@@ -29,7 +29,7 @@ class TooLargeError(ValueError):
 
 
 class JsonReply(JSONResponse):
-    """JSON in ASCII, so that any name of a file can be told, also one that is no valid text."""
+    """JSON in ASCII, which can hold every file name, also one that is no valid Unicode."""
 
     def render(self, content: Any) -> bytes:
         """The bytes of an answer."""
@@ -54,27 +54,25 @@ STATUS_OF = (
     (MemoryError, 507),
     (ClientDisconnect, 400),  # nobody receives it
 )
-"""What the status of an answer says of an error: the first that fits."""
+"""Status of the answer to an error: the first entry whose class fits counts."""
 
 
 async def answered(work: Callable[[], Any]) -> Response:
-    """What comes out of work in a thread; errors as one line."""
+    """The result of work in a thread: an answer, bytes, or JSON; errors as one line."""
     try:
         result = await run_in_threadpool(work)
     except Exception as error:
         return failure(error)
+    if isinstance(result, bytes):
+        return Response(result, media_type=BYTES)
     return result if isinstance(result, Response) else JsonReply(result)
 
 
 async def body_of(request: Request) -> Body:
     """The JSON object of a request.
 
-    Raises
-    ------
-    TooLargeError
-        If it has more than `MAX_BODY` bytes. No more than these are taken.
-    ValueError
-        If it is no JSON object, or has text that is not valid Unicode.
+    Raises TooLargeError if it has more than `MAX_BODY` bytes, of which no more are read; ValueError
+    if it is no JSON object, or has text that is not valid Unicode.
     """
     text = await _content(request)
     try:
@@ -94,7 +92,8 @@ async def body_of(request: Request) -> Body:
 async def _content(request: Request) -> bytearray:
     """The body of a request. Its declared length is checked before it is read."""
     data = bytearray()
-    if _announced(request) <= MAX_BODY:
+    announced = request.headers.get("content-length", "0")
+    if not announced.isdecimal() or int(announced) <= MAX_BODY:
         async for part in request.stream():
             data += part
             if len(data) > MAX_BODY:
@@ -104,17 +103,12 @@ async def _content(request: Request) -> bytearray:
     raise TooLargeError(f"the request is larger than {MAX_BODY} bytes")
 
 
-def _announced(request: Request) -> int:
-    text = request.headers.get("content-length", "0")
-    return int(text) if text.isdecimal() else 0
-
-
 def _no_constant(name: str) -> None:
     raise ValueError(f"{name} is not JSON")
 
 
 def failure(error: Exception) -> Response:
-    """An error as an answer; raised again where it is a fault of ours."""
+    """The answer to an error; an error of no listed class is raised again."""
     for kind, status in STATUS_OF:
         if isinstance(error, kind):
             return JsonReply({"error": message_of(error)}, status)
@@ -122,7 +116,7 @@ def failure(error: Exception) -> Response:
 
 
 def message_of(error: Exception) -> str:
-    """One line; the system's errors name the file without its folder."""
+    """The message of an error in one line; errors of the system name their file."""
     if isinstance(error, MemoryError):
         return "not enough memory"
     if isinstance(error, OSError) and error.strerror is not None:

@@ -1,4 +1,4 @@
-"""Labels that clients have been shown, by number, so that they can speak of their regions."""
+"""Labels that clients have been shown, by number, and the similarity of their regions."""
 
 from __future__ import annotations
 
@@ -11,38 +11,30 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from .._validate import checked_share
 from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..cells.surface import Surface
 from ..io.guards import shortened
-from .changes import Partition
+from .history import Partition
 
-MAX_KEPT = 6
+MAX_KEPT = 6  # number of revisions that clients may still refer to
 
 Ints = npt.NDArray[np.int32]
 
 
 class GoneError(LookupError):
-    """The labels that a client speaks of are not kept any more: it must ask for new ones."""
+    """The labels that a client refers to are not kept any more: it must ask for new ones."""
 
 
 @dataclass
 class Revision:
-    """The labels of a partition.
+    """The labels of a partition."""
 
-    Attributes
-    ----------
-    number : int
-        No other labels have it, also of earlier runs of the server.
-    partition : Partition
-    labels : ndarray of int32, shape (N,)
-        0..K-1.
-    n_regions : int
-    """
-
-    number: int
+    number: int  # unique, also among earlier runs of the server
     partition: Partition
-    labels: Ints
+    labels: Ints  # (N,), 0..K-1
     n_regions: int
+    _graph: RegionGraph | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def _by_region(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32]]:
@@ -65,10 +57,9 @@ class Revision:
 
     def graph(self, surface: Surface) -> RegionGraph:
         """The region graph, made when it is first asked for."""
-        if "_graph" not in self.__dict__:
-            self.__dict__["_graph"] = region_graph_of(surface, self.labels, self.n_regions)
-        graph: RegionGraph = self.__dict__["_graph"]
-        return graph
+        if self._graph is None:
+            self._graph = region_graph_of(surface, self.labels, self.n_regions)
+        return self._graph
 
 
 @dataclass
@@ -80,7 +71,7 @@ class Revisions:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def add(self, partition: Partition, labels: Ints, n_regions: int) -> Revision:
-        """Keep labels under a new number, or under that which the same partition has."""
+        """Keep labels under a new number, or under the number of the same partition."""
         with self._lock:
             for revision in self._kept.values():
                 if revision.partition == partition:
@@ -102,3 +93,39 @@ class Revisions:
                 raise GoneError(f"revision {name} is gone: ask for the state, and its labels")
             self._kept.move_to_end(revision.number)
             return revision
+
+
+def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[int]:
+    """Regions of nearly the same shape as one, which is among them; size and place do not count.
+
+    The tolerance is 0 (the same) to 1 (all): it is the upper bound of the distance of shapes, as a
+    share of the largest.
+
+    Raises ValueError or TypeError if there is no such region, or the tolerance is not 0 to 1.
+    """
+    limit = checked_share(tolerance, "tolerance")
+    if not 0 <= region < graph.n_regions:
+        raise ValueError(f"there is no region {region}: there are {graph.n_regions}")
+    shapes = _shapes(graph)
+    scale = shapes.std(axis=0)
+    steps = (shapes - shapes[region]) / np.where(scale > 0, scale, 1.0)
+    distances = np.sqrt((steps * steps).sum(axis=1))
+    found: list[int] = np.flatnonzero(distances <= limit * distances.max()).tolist()
+    return found
+
+
+def _shapes(graph: RegionGraph) -> npt.NDArray[np.float64]:
+    """Linearity, planarity, sphericity, three times the curvature, and crease, shape (K, 5).
+
+    The first four are 0 to 1. The crease is the mean signed angle at the border to other regions in
+    units of pi, -1 (ridges) to 1 (grooves). Undefined values are 0.
+    """
+    n, ends = graph.n_regions, graph.edge_index.ravel()
+    lengths = np.tile(graph.border_lengths, 2)
+    angles = np.tile(graph.concavities, 2)
+    sums = np.bincount(ends, lengths * angles, n)
+    totals = np.bincount(ends, lengths, n)
+    creases = np.divide(sums, np.pi * totals, out=np.zeros(n), where=totals > 0)
+    extents = (graph.linearity, graph.planarity, graph.sphericity, 3.0 * graph.curvature)
+    shapes: npt.NDArray[np.float64] = np.nan_to_num(np.stack([*extents, creases], axis=1))
+    return shapes

@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from .address import HOST, Address
+from .address import HOST
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -98,8 +98,3 @@ def _with_headers(send: Send) -> Send:
         await send(message)
 
     return send_with_headers
-
-
-def page_address(address: Address) -> str:
-    """What to open in a browser."""
-    return f"http://{HOST}:{address.port}/?token={address.token}"

@@ -1,4 +1,4 @@
-"""Regions for parameters, fast enough for a slider: what does not depend on them is kept."""
+"""Regions of a mesh for parameters, fast enough for a slider; checks of these parameters."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import hashlib
 import threading
 import warnings
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,38 +16,86 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_threads
+from .._validate import checked_count, checked_flag, checked_number, checked_threads
 from ..cells.kinds import graph_and_surface
+from ..cells.size import DEFAULT_N_SEGMENTS
 from ..cells.surface import Surface
+from ..cells.weights import WEIGHTS
 from ..errors import SliverWarning
 from ..mesh.cells import Cells
 from ..pipeline import Prepared, segment
 from ..regions.edit import read_regions
 from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 
-MAX_KEPT = 4
-"""Segmentations to go back to at once: the labels, and the merges, of each."""
-
-LEVEL_STEP = 2
-"""Each level that is offered has so many times fewer regions than the one before."""
-
-FEWEST_OFFERED = 4
+MAX_KEPT = 4  # number of segmentations whose labels and merges are kept
+LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
+FEWEST_OFFERED = 4  # minimum number of regions on a level below the finest
+MAX_REGIONS = 20_000  # upper end of the slider; nobody paints by hundreds of thousands of regions
+MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
 
 Ints = npt.NDArray[np.int32]
-Tell = Callable[[dict[str, Any]], object]
-"""Takes what is to be told of the progress of a run."""
+Parameters = dict[str, Any]
+
+
+def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
+    """The defaults of `segment`, with a number of regions if one is asked for."""
+    n = DEFAULT_N_SEGMENTS if n_segments is None else n_segments
+    weights = {name: WEIGHTS["creases"].defaults[name] for name in ("alpha", "ridges")}
+    return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
+
+
+def ranges(n_cells: int) -> dict[str, list[float]]:
+    """The lowest and highest value of each slider."""
+    return {
+        "n_segments": [1, min(n_cells, MAX_REGIONS)],
+        "alpha": [0.0, MAX_ALPHA],
+        "ridges": [0.0, MAX_RIDGES],
+    }
+
+
+def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:
+    """Check the parameters that a client sends; those that it leaves out stay as they are now.
+
+    A level as fine as the finest becomes None. Raises ValueError or TypeError if a parameter is
+    unknown, out of range or of the wrong type.
+    """
+    unknown = sorted(set(given) - set(usual))
+    if unknown:
+        raise ValueError(f"there is no parameter {unknown[0]}")
+    merged = {**usual, **given}
+    if "level" not in given and given.get("n_segments") not in (None, usual["n_segments"]):
+        merged["level"] = None  # the level belongs to other regions
+    n_segments = checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
+    level = merged["level"]
+    if level is not None:
+        level = checked_count(level, "level", n_segments, "regions on the finest level")
+    return {
+        "n_segments": n_segments,
+        "alpha": checked_number(merged["alpha"], "alpha", zero=True),
+        "ridges": checked_number(merged["ridges"], "ridges", zero=True),
+        "smooth": checked_flag(merged["smooth"], "smooth"),
+        "level": None if level == n_segments else level,
+    }
+
+
+def levels_of(n_segments: int) -> list[int]:
+    """Numbers of regions that are offered as levels, the finest first."""
+    levels = [n_segments]
+    while levels[-1] // LEVEL_STEP >= FEWEST_OFFERED:
+        levels.append(levels[-1] // LEVEL_STEP)
+    return levels
 
 
 class Cancelled(Exception):  # noqa: N818  # no error
     """The run was given up for a newer one, or because nobody waits for it."""
 
 
+@dataclass
 class Turn:
-    """One run, which may be cancelled from another thread."""
+    """One run, which may be cancelled from another thread; `tell` receives its progress."""
 
-    def __init__(self, tell: Tell | None = None) -> None:
-        self._tell = tell
-        self._is_cancelled = threading.Event()
+    tell: Callable[[dict[str, Any]], object] = lambda _: None
+    _is_cancelled: threading.Event = field(default_factory=threading.Event)
 
     def cancel(self) -> None:
         """Let the run end at its next stage or iteration."""
@@ -60,16 +108,13 @@ class Turn:
 
     def on_stage(self, stage: str) -> None:
         """Tell that a stage begins."""
-        self._say({"stage": stage})
+        self.check()
+        self.tell({"stage": stage})
 
     def on_iteration(self, iteration: int, n_moved: int) -> None:
         """Tell how many centers an iteration moved."""
-        self._say({"iteration": iteration, "moved": n_moved})
-
-    def _say(self, fact: dict[str, Any]) -> None:
         self.check()
-        if self._tell is not None:
-            self._tell(fact)
+        self.tell({"iteration": iteration, "moved": n_moved})
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +131,8 @@ class Base:
 class Segmenter:
     """Regions of one mesh for any parameters; one run at a time, in a thread of its own.
 
-    The graph of the cells, which takes most of the time that parameters do not matter for, is made
-    once. Regions of the last few parameters are kept, and so are the merges of each.
+    The graph of the cells does not depend on parameters, and is made once. The regions of the last
+    few parameters are kept, with the merges of each.
     """
 
     source: Cells
@@ -106,21 +151,16 @@ class Segmenter:
 
     @cached_property
     def surface(self) -> Surface:
-        """What stages after the clustering take, with cells in the order of the input."""
+        """The surface for stages after the clustering, with cells in the order of the input."""
         prepared, n_threads = self.prepared, checked_threads(None)
         if prepared.order is not None:
             return graph_and_surface(self.source, True, n_threads)[1]
         return prepared.kind.surface(self.source, prepared.graph, n_threads)
 
-    def run(self, parameters: dict[str, Any], turn: Turn | None = None) -> Base:
+    def run(self, parameters: Parameters, turn: Turn | None = None) -> Base:
         """Return the regions for checked parameters; a newer run cancels this one.
 
-        Raises
-        ------
-        Cancelled
-            If the turn was cancelled.
-        ValueError
-            If there is no level with so few regions.
+        Raises Cancelled if the turn was cancelled; ValueError if no level has so few regions.
         """
         turn = Turn() if turn is None else turn
         with self._lock:
@@ -129,7 +169,7 @@ class Segmenter:
             self._latest = turn
         return self._worker.submit(self._base, parameters, turn).result()
 
-    def base(self, parameters: dict[str, Any]) -> Base:
+    def base(self, parameters: Parameters) -> Base:
         """Return the regions likewise, but do not disturb a run, nor be cancelled."""
         return self._worker.submit(self._base, parameters, Turn()).result()
 
@@ -139,7 +179,7 @@ class Segmenter:
             self._latest.cancel()
         self._worker.shutdown(wait=True, cancel_futures=True)
 
-    def _base(self, parameters: dict[str, Any], turn: Turn) -> Base:
+    def _base(self, parameters: Parameters, turn: Turn) -> Base:
         turn.check()
         finest = self._finest(parameters, turn)
         level = parameters["level"]
@@ -149,7 +189,7 @@ class Segmenter:
         ranks = tree.regions_at(checked_cut(level, "level", tree))
         return _base_of(ranks[finest.labels], finest.notes)
 
-    def _finest(self, parameters: dict[str, Any], turn: Turn) -> Base:
+    def _finest(self, parameters: Parameters, turn: Turn) -> Base:
         key = _key(parameters)
         if key in self._kept:
             self._kept.move_to_end(key)
@@ -169,7 +209,7 @@ class Segmenter:
         _trim(self._kept)
         return base
 
-    def _tree(self, parameters: dict[str, Any], finest: Base, turn: Turn) -> MergeTree:
+    def _tree(self, parameters: Parameters, finest: Base, turn: Turn) -> MergeTree:
         key = _key(parameters)
         if key not in self._trees:
             turn.on_stage("merging")
@@ -181,15 +221,7 @@ class Segmenter:
         return self._trees[key]
 
 
-def levels_of(n_segments: int) -> list[int]:
-    """Numbers of regions that are offered as levels, the finest first."""
-    levels = [n_segments]
-    while levels[-1] // LEVEL_STEP >= FEWEST_OFFERED:
-        levels.append(levels[-1] // LEVEL_STEP)
-    return levels
-
-
-def _key(parameters: dict[str, Any]) -> tuple[Any, ...]:
+def _key(parameters: Parameters) -> tuple[Any, ...]:
     return tuple(value for name, value in sorted(parameters.items()) if name != "level")
 
 

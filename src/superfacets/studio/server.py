@@ -1,78 +1,39 @@
-"""The server: a port of this machine, a token, and the run until it is ended."""
+"""The server: it runs until it is ended, and closes connections whose clients are silent."""
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
-import errno
-import os
 import socket
 from collections.abc import Callable
-from importlib.util import find_spec
-from typing import Any
 
-from ..errors import MissingExtraError
-from .address import HOST, Address, address_file, keep, new_token
+import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from .address import Address, address_file, keep
+from .app import Studio, studio_app
 from .folder import Files
 
+MAX_CONNECTIONS = 64
+"""Maximum of open connections. A browser opens six; some systems allow a process 256 open files."""
 
-def check_extra() -> None:
-    """Raise a MissingExtraError if what the server is made with is not installed."""
-    if not all(find_spec(name) for name in ("scipy", "starlette", "uvicorn")):
-        raise MissingExtraError("the studio", "studio")
-
-
-def open_socket(port: int) -> socket.socket:
-    """A socket of this machine alone; port 0 stands for any that is free.
-
-    Raises
-    ------
-    OSError
-        If something else has the port.
-    """
-    opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        if os.name != "nt":  # after a crash; on Windows it would let others listen, too
-            opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        opened.bind((HOST, port))
-        opened.listen()
-    except OSError as error:
-        opened.close()
-        if error.errno == errno.EADDRINUSE:
-            raise OSError(f"port {port} is in use: leave --port out, or name another") from None
-        raise OSError(f"port {port}: {error.strerror or error}") from None
-    return opened
-
-
-def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, Address]:
-    """A socket and an address: the port asked for, or that of the last server if it is free."""
-    if port is None and kept is not None:
-        with contextlib.suppress(OSError):
-            return open_socket(kept.port), kept
-    opened = open_socket(port or 0)
-    number = opened.getsockname()[1]
-    is_same = kept is not None and kept.port == number
-    return opened, kept if kept is not None and is_same else Address(number, new_token())
+BACKLOG = 32  # backlog: connections that are accepted before they are counted
+SECONDS = 10.0  # seconds without progress of the client after which its connection is closed
 
 
 def serve(
     files: Files, opened: socket.socket, address: Address, on_start: Callable[[str], object]
 ) -> None:
     """Serve until an interrupt or a request ends it; `on_start` gets the address to open."""
-    import uvicorn
-
-    from .app import Studio, studio_app
-    from .connections import BACKLOG, Connection
-    from .security import page_address
-
     studio = Studio(files, lambda: setattr(server, "should_exit", True))
     config = uvicorn.Config(
         studio_app(studio, address.token, address.port), log_level="error", access_log=False,
         http=Connection, lifespan="off", ws="none", server_header=False, proxy_headers=False,
         backlog=BACKLOG, timeout_graceful_shutdown=2,
     )  # fmt: skip
-    server: Any = _server(
-        uvicorn, config, lambda: on_start(page_address(address)), studio.thumbnails.close
-    )
+    server = _Server(config)
+    server.on_start = lambda: on_start(address.page)
+    server.on_end = studio.thumbnails.close
     try:
         with keep(address_file(files.place), address), contextlib.suppress(KeyboardInterrupt):
             server.run(sockets=[opened])
@@ -80,16 +41,72 @@ def serve(
         files.close()
 
 
-def _server(
-    uvicorn: Any, config: Any, on_start: Callable[[], object], on_end: Callable[[], object]
-) -> Any:
-    class Server(uvicorn.Server):  # type: ignore[misc]  # uvicorn is imported where it is needed
-        async def startup(self, sockets: Any = None) -> None:
-            await super().startup(sockets=sockets)
-            on_start()
+class _Server(uvicorn.Server):
+    on_start: Callable[[], object]
+    on_end: Callable[[], object]
 
-        async def shutdown(self, sockets: Any = None) -> None:
-            on_end()  # before the server waits for running requests
-            await super().shutdown(sockets=sockets)
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets=sockets)
+        self.on_start()
 
-    return Server(config)
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        self.on_end()  # before the server waits for running requests
+        await super().shutdown(sockets=sockets)
+
+
+class Connection(H11Protocol):
+    """A connection that is closed if its client makes no progress.
+
+    A client has to send a whole head of a request in time, whatever it sends. Of a body, and of an
+    answer, some bytes have to move. Where there are too many connections, the one that has waited
+    longest for a request is closed.
+    """
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Count a new connection, and start its timer."""
+        super().connection_made(transport)
+        self._n_received = 0
+        self._watch()
+        if len(self.connections) > MAX_CONNECTIONS:
+            open_ones = [other for other in self.connections if isinstance(other, Connection)]
+            idle = [other for other in open_ones if other._is_idle]  # includes this one
+            min(idle, key=lambda other: other._timer.when())._give_up()
+
+    def data_received(self, data: bytes) -> None:
+        """Receive bytes of a request."""
+        self._n_received += len(data)
+        super().data_received(data)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Stop the timer of a closed connection."""
+        self._timer.cancel()
+        super().connection_lost(exc)
+
+    @property
+    def _is_idle(self) -> bool:
+        """Whether no request is in progress, and no complete head of the next has arrived."""
+        return self.cycle is None or self.cycle.response_complete
+
+    def _awaited(self) -> tuple[object, ...] | None:
+        """Progress of the client; None while the server is at work."""
+        n_unsent = self.transport.get_write_buffer_size()
+        if n_unsent:
+            return "answer", self.cycle, n_unsent
+        if self._is_idle:
+            return "head", self.cycle
+        return ("body", self._n_received) if self.cycle.more_body else None
+
+    def _watch(self) -> None:
+        self._timer = self.loop.call_later(SECONDS, self._check, self._awaited())
+
+    def _check(self, before: tuple[object, ...] | None) -> None:
+        """Close the connection if the client has made no progress since the last check."""
+        if before is not None and self._awaited() == before:
+            self._give_up()
+        else:
+            self._watch()
+
+    def _give_up(self) -> None:
+        self._timer.cancel()
+        self.connections.discard(self)  # counted no more, though the event loop closes it later
+        self.transport.abort()

@@ -1,4 +1,4 @@
-"""The file that is labeled: what is in it, and whether it is still the same."""
+"""The file that is labeled: its cells, and whether it has changed since."""
 
 from __future__ import annotations
 
@@ -16,28 +16,18 @@ from .journal import Journal, JournalError
 
 
 class ChangedError(RuntimeError):
-    """The input is not the file any more that the work is about."""
+    """The input has changed since the work was begun."""
 
 
 @dataclass
 class Source:
-    """An input that was read.
-
-    Attributes
-    ----------
-    path : Path
-    cells : Mesh, PolygonMesh, TetMesh or PointCloud
-    size : int
-        Bytes of the file.
-    digest : str
-        SHA-256 of these.
-    """
+    """An input that was read."""
 
     path: Path
     cells: Cells
-    size: int
-    digest: str
-    _seen: tuple[int, int] | None
+    size: int  # bytes of the file
+    digest: str  # SHA-256 of the file
+    _seen: tuple[int, int] | None  # see `_stamp`
 
     @classmethod
     def read(cls, path: Path) -> Source:
@@ -57,13 +47,13 @@ class Source:
 
     @property
     def kind(self) -> str:
-        """What the front end calls this kind of cells."""
+        """Name of this kind of cells in the front end."""
         name = kind_of(self.cells).name
         return "tets" if name == "tetrahedra" else name
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What the first line of a work file says of it."""
+        """Facts about the input in the first line of a work file."""
         return {
             "file": {"name": self.path.name, "size": self.size, "sha256": self.digest},
             "kind": self.kind,
@@ -100,7 +90,7 @@ class Source:
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
-    """What changes when a file is written; None if it is not there."""
+    """Time of the last write, and size; None if there is no file."""
     try:
         status = path.stat()
     except OSError:

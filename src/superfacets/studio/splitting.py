@@ -16,19 +16,15 @@ SHARPNESS = 12.5
 """Exponent by which a turn of pi closes an edge: exp(-12.5 / 2) = 0.002 is left of a right angle.
 It is what `hierarchy` takes (20 radii a turn, of which 1.6 count for 1/e)."""
 
-RIDGE = 0.5
-"""Weight of ridges: whoever draws strokes on both sides of one means it, too."""
-
+RIDGE = 0.5  # weight of ridges: whoever draws strokes on both sides of one means it, too
 NEARNESS = 6.0
 """How much a cell is drawn to the nearer stroke. Without it the border would be the shortest way
 around the smaller stroke. With 3 it still is on a flat square with strokes of a tenth; with 6 these
 meet in the middle, and a crease at a quarter of the way wins all the same."""
 
-CAPACITY = 1 << 30
-"""Sum of the capacities that a cut can be made of. Strokes have twice that: they are never cut."""
+CAPACITY = 1 << 30  # sum of the capacities that can be cut; strokes have twice that
 
-UNCUT = (1 << 31) - 1
-"""The most that flows of 32 bits hold."""
+UNCUT = (1 << 31) - 1  # the most that flows of 32 bits hold
 
 Floats = npt.NDArray[np.float64]
 
@@ -42,18 +38,10 @@ def split_cells(
     how far cells are from the strokes. Both sides hold together as far as their strokes do: a piece
     that no stroke is in goes to the other side.
 
-    Parameters
-    ----------
-    surface : Surface
-    cells : ndarray of uint32
-        All cells of the region, ascending.
-    red, blue : ndarray of uint32
-        Cells of the strokes, ascending; those outside of the region have no effect.
+    The cells of the region and of both strokes are ascending. Cells of strokes outside of the
+    region have no effect.
 
-    Raises
-    ------
-    ValueError
-        If a stroke has no cell in the region, or both have the same.
+    Raises ValueError if a stroke has no cell in the region, or both have the same.
     """
     places = [_places_in(cells, stroke) for stroke in (red, blue)]
     for name, found in zip(("red", "blue"), places, strict=True):

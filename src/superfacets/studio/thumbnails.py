@@ -15,8 +15,7 @@ from ..errors import RenderError
 
 SIZE = (320, 240)
 
-SECONDS = 120.0
-"""After which a picture is given up."""
+SECONDS = 120.0  # after which a picture is given up
 
 
 class Thumbnails:
@@ -31,12 +30,8 @@ class Thumbnails:
     def png(self, path: Path) -> bytes:
         """Return the picture of a file as PNG.
 
-        Raises
-        ------
-        RenderError
-            If none can be drawn; the message says why.
-        OSError
-            If there is no such file.
+        Raises RenderError if none can be drawn; the message says why; OSError if there is
+        no such file.
         """
         status = path.stat()
         stamp = (status.st_mtime_ns, status.st_size)
@@ -84,7 +79,7 @@ class Thumbnails:
 
 
 def main() -> None:
-    """Draw the file that the first argument names to that which the second names."""
+    """Draw the file of the first argument to the file of the second."""
     from ..io.readers.read import read_cells
     from ..pictures.rendering import render
 

@@ -9,8 +9,9 @@ import urllib.request
 
 import numpy as np
 
+from superfacets.studio.address import open_again
 from superfacets.studio.folder import Files
-from superfacets.studio.server import open_again, serve
+from superfacets.studio.server import serve
 
 START_SECONDS = 60
 WAIT_MS = 60_000

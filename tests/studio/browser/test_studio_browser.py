@@ -510,3 +510,16 @@ def test_a_file_leads_the_browser_to_the_page(shared, open_tab):
     server, _ = shared
     with redirection(server.address) as file:
         assert open_tab(file).page.url.startswith(server.address.split("?")[0])
+
+
+def test_hints_are_seen_whole(bear, serve, open_tab):
+    tab = open_tab(serve(bear, 40).address)
+    for width in (800, 1100):
+        tab.page.set_viewport_size({"width": width, "height": 460})
+        for key in "vblx":
+            tab.page.keyboard.press(key)
+            is_whole = (
+                "hint.scrollWidth <= hint.clientWidth && hint.scrollHeight <= hint.clientHeight"
+            )
+            assert tab.evaluate(is_whole), (width, key)
+            assert tab.evaluate("hint.offsetTop + hint.offsetHeight <= bar.clientHeight")

@@ -1,6 +1,6 @@
 // Export and import.
 
-import { toBase64 } from "../../shared/base64";
+import { toBase64 } from "../../shared/arrays";
 import { make, part } from "../../shared/dom";
 import type { Session } from "../session";
 

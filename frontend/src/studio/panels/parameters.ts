@@ -58,15 +58,13 @@ export class ParametersPanel {
     const { name, text } = slider;
     const output = make("output", { for: name });
     const field = make("input", { type: "range", id: name, min: "0", max: String(STEPS), step: "1" });
-    field.addEventListener("input", () => {
+    const moved = (isPreview: boolean): void => {
       this.moved.add(slider);
       this.showValue(name, this.valueOf(slider));
-      this.send(true);
-    });
-    field.addEventListener("change", () => {
-      this.moved.add(slider);
-      this.send(false);
-    });
+      this.send(isPreview);
+    };
+    field.addEventListener("input", () => moved(true));
+    field.addEventListener("change", () => moved(false));
     this.fields.set(name, field);
     this.outputs.set(name, output);
     part("sliders").append(make("label", { class: "slider", for: name }, text, output), field);

@@ -11,10 +11,9 @@ import httpx
 import pytest
 from studio_client import TOKEN, Server
 
-from superfacets.studio import connections
-from superfacets.studio.address import TOKEN_VARIABLE
+from superfacets.studio.address import TOKEN_VARIABLE, open_again
 from superfacets.studio.folder import Files
-from superfacets.studio.server import open_again, serve
+from superfacets.studio.server import MAX_CONNECTIONS, serve
 
 WAIT = 30
 HALF = b"POST /api/files/0/paint HTTP/1.1\r\nHost: 127.0.0.1\r\n"
@@ -23,7 +22,7 @@ HALF = b"POST /api/files/0/paint HTTP/1.1\r\nHost: 127.0.0.1\r\n"
 @pytest.fixture
 def port(sheet, monkeypatch):
     """The port of a studio in a thread of this process, whose patience is short."""
-    monkeypatch.setattr(connections, "SECONDS", 0.3)
+    monkeypatch.setattr("superfacets.studio.server.SECONDS", 0.3)
     monkeypatch.setenv(TOKEN_VARIABLE, TOKEN)
     opened, address = open_again(None, None)
     started = threading.Event()
@@ -124,13 +123,11 @@ def test_answers_that_nobody_reads_are_given_up(port):
 
 
 def test_a_run_that_takes_longer_is_not_cut_off(port, monkeypatch):
-    from superfacets.studio import runs
-
     def slow(*_):
         time.sleep(1.5)
         return {"is": "done"}
 
-    monkeypatch.setattr(runs, "_segmented", slow)
+    monkeypatch.setattr("superfacets.studio.app._segmented", slow)
     answer = httpx.post(
         f"http://127.0.0.1:{port}/api/files/0/segment",
         headers={"X-Token": TOKEN}, json={}, timeout=WAIT,
@@ -139,9 +136,9 @@ def test_a_run_that_takes_longer_is_not_cut_off(port, monkeypatch):
 
 
 def test_of_too_many_connections_the_one_that_waited_longest_is_closed(port, monkeypatch):
-    monkeypatch.setattr(connections, "SECONDS", 1000.0)
+    monkeypatch.setattr("superfacets.studio.server.SECONDS", 1000.0)
     with contextlib.ExitStack() as stack:
-        clients = [stack.enter_context(connected(port)) for _ in range(connections.MAX_CONNECTIONS)]
+        clients = [stack.enter_context(connected(port)) for _ in range(MAX_CONNECTIONS)]
         for client in clients:
             client.sendall(HALF)
         assert status(port) == 200

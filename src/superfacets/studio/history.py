@@ -1,0 +1,302 @@
+"""The state of a labeling, the changes that led to it, and their lines in the journal.
+
+A change can be done and undone, and takes little memory: a byte or so for each cell.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..io.guards import shortened
+from .classes import MAX_CLASS, ClassList, checked_class_list, default_classes
+from .coding import CellNumbers, base64_of, bytes_from, inflated, pack_cells, unpack_cells
+from .journal import Journal, JournalError, Line
+from .segmenting import checked_parameters, default_parameters
+
+Classes = npt.NDArray[np.uint16]
+
+
+class NothingError(LookupError):
+    """There is nothing to undo or redo."""
+
+
+@dataclass(frozen=True)
+class Partition:
+    """The regions: the parameters that reproduce them, and the splits since."""
+
+    parameters: dict[str, Any]
+    digest: str = ""  # of the labels before splits, to notice other labels; "": not known
+    splits: tuple[bytes, ...] = ()  # packed cells; each gets the next free label
+
+    def with_split(self, packed: bytes, digest: str) -> Partition:
+        """The same with one more split, of labels with this digest."""
+        return replace(self, digest=digest, splits=(*self.splits, packed))
+
+
+@dataclass
+class State:
+    """The class of each cell, the list of classes, and the regions."""
+
+    classes: Classes  # (N,) class of each cell; 0: none
+    class_list: ClassList
+    partition: Partition
+
+
+@dataclass(frozen=True)
+class Painted:
+    """Classes of some cells, packed."""
+
+    cells: bytes
+    n: int
+    values: bytes  # one for each cell, or one for all
+
+    @classmethod
+    def of(cls, cells: bytes, values: Classes) -> Painted:
+        """Pack the class of each cell: one value if all are the same."""
+        row = values[:1] if bool((values == values[0]).all()) else values
+        return cls(cells, len(values), zlib.compress(row.tobytes(), level=1))
+
+    def unpacked(self) -> Classes:
+        """The class of each cell, or the one class of all."""
+        return np.frombuffer(zlib.decompress(self.values), np.uint16)
+
+    def set(self, classes: Classes) -> None:
+        """Give the cells their classes."""
+        classes[unpack_cells(self.cells, len(classes))] = self.unpacked()
+
+
+@dataclass(frozen=True)
+class Change:
+    """A step that can be done and undone."""
+
+    kind: Literal["paint", "split", "segment", "classes"]
+    before: Any  # Painted, Partition or list of classes, by the kind
+    after: Any
+    stroke: str | None = None  # consecutive changes of the same stroke are undone together
+
+    @classmethod
+    def painting(
+        cls, classes: Classes, cells: CellNumbers, wanted: Any, stroke: str | None = None
+    ) -> Change | None:
+        """The change of those of these ascending cells that get another class; None if none does.
+
+        `wanted` is one class, or one for each cell.
+        """
+        after = np.broadcast_to(np.asarray(wanted, np.uint16), cells.shape)
+        before = classes[cells]
+        differs = before != after
+        if not differs.any():
+            return None
+        packed = pack_cells(cells[differs])
+        old, new = (Painted.of(packed, values[differs]) for values in (before, after))
+        return cls("paint", old, new, stroke)
+
+    def do(self, state: State) -> None:
+        """Make the change."""
+        if self.kind == "paint":
+            self.after.set(state.classes)
+        elif self.kind == "classes":
+            state.class_list = self.after
+        else:
+            state.partition = self.after
+
+    def cells(self, n_cells: int) -> CellNumbers:
+        """The cells whose classes it changes."""
+        is_paint = self.kind == "paint"
+        return unpack_cells(self.after.cells, n_cells) if is_paint else np.empty(0, np.uint32)
+
+    def inverse(self) -> Change:
+        """The change that undoes this one."""
+        return replace(self, before=self.after, after=self.before)
+
+    def line(self) -> Line:
+        """The change as a line of the journal."""
+        stroke = {} if self.stroke is None else {"stroke": self.stroke}
+        return {"op": self.kind, **_WRITERS[self.kind](self.after), **stroke}
+
+
+def last_stroke(changes: list[Change]) -> list[Change]:
+    """The last changes that are one stroke, the last first."""
+    found: list[Change] = []
+    for change in reversed(changes):
+        if found and (change.stroke is None or change.stroke != found[0].stroke):
+            break
+        found.append(change)
+    return found
+
+
+def _nothing(seq: int) -> None:
+    """Record no step: those of a replay are in the journal already."""
+
+
+@dataclass
+class History:
+    """The state, and the steps that can be undone and redone.
+
+    Methods that change the state take `record`, which writes the step of a given number. If it
+    raises, the state is as it was.
+    """
+
+    state: State
+    undo_stack: list[Change] = field(default_factory=list)
+    redo_stack: list[Change] = field(default_factory=list)
+    seq: int = 0
+
+    @classmethod
+    def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
+        """Replay all lines; classes are those of the folder, if it has some.
+
+        Raises JournalError if a line cannot be replayed.
+        """
+        number = 1
+        try:
+            history = cls(_first_state(journal.header, n_cells, classes))
+            for line in journal.lines:
+                number = history.seq + 2
+                history.replay(line)
+        except (KeyError, TypeError, ValueError, OverflowError, NothingError) as error:
+            reason = f"it has no {error}" if isinstance(error, KeyError) else str(error)
+            raise JournalError(
+                f"{journal.path}: line {number} of the work file makes no sense:"
+                f" {shortened(reason)}"
+            ) from None
+        if classes is not None:  # whatever the work had before the folder
+            history.state.class_list = classes
+        journal.lines.clear()
+        return history
+
+    def replay(self, line: Line) -> None:
+        """Do the step of a line."""
+        if line["seq"] != self.seq + 1:
+            raise ValueError(f"it is number {line['seq']}, not {self.seq + 1}")
+        name = str(line["op"])
+        if name in ("undo", "redo"):
+            self.move(name)
+        elif name in _READERS:
+            self.make(_READERS[name](line, self.state))
+        else:
+            raise ValueError(f"there is no operation {name}")
+
+    def make(self, change: Change, record: Callable[[int], object] = _nothing) -> None:
+        """Make a new change, which can be undone."""
+        self._apply([change], record)
+        self.undo_stack.append(change)
+        self.redo_stack.clear()
+
+    def move(self, name: str, record: Callable[[int], object] = _nothing) -> list[Change]:
+        """Undo or redo the last stroke, by this name, and return its changes.
+
+        Raises NothingError if there is nothing to undo or redo.
+        """
+        is_undo = name == "undo"
+        stacks = self.undo_stack, self.redo_stack
+        source, target = stacks if is_undo else stacks[::-1]
+        changes = last_stroke(source)
+        if not changes:
+            raise NothingError(f"there is nothing to {name}")
+        self._apply([change.inverse() if is_undo else change for change in changes], record)
+        del source[len(source) - len(changes) :]
+        target.extend(changes)
+        return changes
+
+    def _apply(self, changes: list[Change], record: Callable[[int], object]) -> None:
+        for change in changes:
+            change.do(self.state)
+        try:
+            record(self.seq + 1)
+        except BaseException:
+            for change in reversed(changes):
+                change.inverse().do(self.state)
+            raise
+        self.seq += 1
+
+
+def _first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
+    usual = default_parameters(n_cells)
+    parameters = checked_parameters(header["parameters"], usual, n_cells)
+    if classes is None:
+        own = header["classes"]  # None: of work that was begun in a folder
+        classes = default_classes() if own is None else _class_list(own)
+    return State(np.zeros(n_cells, np.uint16), classes, Partition(parameters))
+
+
+def _class_list(value: Any) -> ClassList:
+    """Class names of a line, without lone surrogates, which older versions accepted."""
+    text = json.dumps(value, ensure_ascii=False).encode("utf-8", "ignore")
+    return checked_class_list(json.loads(text))
+
+
+# Each kind of change in the journal: the entries of its line, and the change of a line.
+
+
+def _write_paint(painted: Painted) -> Line:
+    values = painted.unpacked()
+    if len(values) == 1:
+        of_cells: Line = {"class": int(values[0])}
+    else:
+        of_cells = {"classes": base64_of(painted.values)}
+    return {"cells": base64_of(painted.cells), **of_cells}
+
+
+def _read_paint(line: Line, state: State) -> Change:
+    n_cells = len(state.classes)
+    cells = unpack_cells(bytes_from(line["cells"], "cells"), n_cells)
+    wanted: int | Classes
+    if "class" in line:
+        wanted = line["class"]
+        if not isinstance(wanted, int) or not 0 <= wanted <= MAX_CLASS:
+            raise ValueError(f"class {wanted} is not 0 to {MAX_CLASS}")
+    else:
+        data = inflated(bytes_from(line["classes"], "classes"), 2 * n_cells)
+        wanted = np.frombuffer(data, np.uint16)
+    change = Change.painting(state.classes, cells, wanted, line.get("stroke"))
+    if change is None:
+        raise ValueError("it changes nothing")
+    return change
+
+
+def _write_segment(partition: Partition) -> Line:
+    return {"parameters": partition.parameters, "digest": partition.digest}
+
+
+def _read_segment(line: Line, state: State) -> Change:
+    before, n_cells = state.partition, len(state.classes)
+    parameters = checked_parameters(line["parameters"], before.parameters, n_cells)
+    return Change("segment", before, Partition(parameters, str(line["digest"])))
+
+
+def _write_split(partition: Partition) -> Line:
+    return {"digest": partition.digest, "cells": base64_of(partition.splits[-1])}
+
+
+def _read_split(line: Line, state: State) -> Change:
+    packed = bytes_from(line["cells"], "cells")
+    unpack_cells(packed, len(state.classes))  # raises if they are damaged
+    return Change("split", state.partition, state.partition.with_split(packed, str(line["digest"])))
+
+
+def _read_classes(line: Line, state: State) -> Change:
+    classes = _class_list(line["classes"])
+    return Change("classes", state.class_list, classes, line.get("stroke"))
+
+
+_WRITERS: dict[str, Callable[[Any], Line]] = {
+    "paint": _write_paint,
+    "segment": _write_segment,
+    "split": _write_split,
+    "classes": lambda classes: {"classes": list(classes)},
+}
+
+_READERS: dict[str, Callable[[Line, State], Change]] = {
+    "paint": _read_paint,
+    "segment": _read_segment,
+    "split": _read_split,
+    "classes": _read_classes,
+}
