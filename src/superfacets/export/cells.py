@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeAlias
 
 import numpy as np
 
@@ -16,15 +16,16 @@ from ..cells.kinds import Kind, kind_of
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
-from .clouds import CLOUD_WRITERS
+from .clouds import write_csv, write_las
+from .content import Content
 from .glb import write_glb
-from .obj import write_obj
-from .off import write_off
-from .ply import write_ply
-from .tets import TET_WRITERS
-from .vtp import write_vtp
+from .obj import write_obj, write_off
+from .ply import write_cloud_ply, write_ply
+from .vtk import write_vtk, write_vtp, write_vtu
 
-FACE_WRITERS: Mapping[str, Callable[..., None]] = {
+Writers: TypeAlias = Mapping[str, Callable[[IO[bytes], Content], None]]
+
+FACE_WRITERS: Writers = {
     ".ply": write_ply,
     ".vtp": write_vtp,
     ".obj": write_obj,
@@ -32,7 +33,15 @@ FACE_WRITERS: Mapping[str, Callable[..., None]] = {
     ".glb": write_glb,
 }
 
-WRITERS: dict[str, Mapping[str, Callable[..., None]]] = {
+TET_WRITERS: Writers = {".vtu": write_vtu, ".vtk": write_vtk}
+CLOUD_WRITERS: Writers = {
+    ".ply": write_cloud_ply,
+    ".csv": write_csv,
+    ".las": write_las,
+    ".laz": write_las,
+}
+
+WRITERS: dict[str, Writers] = {
     "triangles": FACE_WRITERS,
     "polygons": FACE_WRITERS,
     "tetrahedra": TET_WRITERS,
@@ -43,10 +52,10 @@ label files only."""
 
 MESH_OUTPUTS = (*FACE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".las", ".laz")
-"""Of point clouds alone."""
+"""Files of point clouds only."""
 
 ATTRIBUTE_OUTPUTS = (".ply", ".vtp", ".las", ".laz")
-"""Files that have a place for attributes of vertices and faces."""
+"""Files that can store attributes of vertices and faces."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Files whose array of labels may have any name."""
@@ -54,12 +63,12 @@ NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 CLASS_OUTPUTS = (".glb", ".aggregation.json")
 
 COLORLESS_OUTPUTS = (".obj", ".csv", *TET_WRITERS)
-"""Files that have no place for colors, which take a while to find."""
+"""Files without colors, so that none have to be computed."""
 
 
 @dataclass(frozen=True)
 class FormatOptions:
-    """What formats leave a choice in.
+    """Choices that formats leave open.
 
     Parameters
     ----------
@@ -120,7 +129,7 @@ def _checked_class(value: object) -> str:
 
 @dataclass(frozen=True)
 class CellWriter:
-    """Cells and what goes with them, to be written to files of any format."""
+    """Cells with labels, colors and attributes, to be written to files of any format."""
 
     cells: Cells
     labels: Ints | None
@@ -147,24 +156,29 @@ class CellWriter:
         return replace(self, given_colors=colors)
 
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
-        """Write a file that ends so."""
-        cells, labels, options = self.cells, self.labels, self.options
-        colors = self.given_colors if ending in COLORLESS_OUTPUTS else self._colors
-        keywords: dict[str, Any] = {"ascii": options.ascii, "attributes": self.attributes}
-        if ending in NAMED_OUTPUTS:
-            keywords["label_name"] = options.label_name
-        if ending == ".glb":
-            keywords["classes"] = options.classes
+        """Write a file with this ending."""
+        options, of_vertices = self.options, None
         if ending == ".ply" and options.vertex_labels:
             from ..regions.vertices import vertex_labels
 
-            assert labels is not None
-            keywords["vertex_labels"] = vertex_labels(cells, labels)
-        WRITERS[kind_of(cells).name][ending](file, cells, labels, colors, **keywords)
+            assert self.labels is not None
+            of_vertices = vertex_labels(self.cells, self.labels)
+        content = Content(
+            self.cells,
+            ending,
+            self.labels,
+            self.given_colors if ending in COLORLESS_OUTPUTS else self._colors,
+            self.attributes,
+            of_vertices,
+            options.classes,
+            options.label_name,
+            options.ascii,
+        )
+        WRITERS[kind_of(self.cells).name][ending](file, content)
 
     @cached_property
     def _colors(self) -> Bytes | None:
-        """The colors as given, or those of the labels, or None where there are neither."""
+        """The given colors, or colors of the labels; None if there are neither."""
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # checked
         from ..pictures.colors import face_colors
@@ -177,7 +191,7 @@ def usual_ending(kind: str) -> str:
     return next(iter(WRITERS.get(kind, FACE_WRITERS)))
 
 
-def _writers_of(kind: Kind) -> Mapping[str, Callable[..., None]]:
+def _writers_of(kind: Kind) -> Writers:
     if kind.name not in WRITERS:
         raise MeshError(
             f"{kind.plural} are in no format of meshes: write their labels, as .npy, .seg or .txt"

@@ -1,39 +1,25 @@
-"""Point clouds with a label per point: PLY, CSV, LAS and LAZ."""
+"""Write point clouds with a label per point: CSV, LAS and LAZ."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Mapping
-from functools import partial
 from typing import IO
 
 import numpy as np
 
-from .._types import Array, Bytes, Floats, Ints
+from .._types import Array, Floats
 from ..errors import MeshError, MissingExtraError, reason_of
-from ..io.attributes import MeshAttributes
 from ..io.guards import shortened
-from ..mesh.point_cloud import PointCloud
-from .ply import write_cloud_ply
+from .content import Content
 from .text import write_rows
-
-Labels = Ints | None
-Colors = Bytes | None
 
 _LAS_STEPS = 2.0**31 - 2
 """Coordinates in LAS are whole numbers of 32 bits."""
 
 
-def _write_csv(
-    file: IO[bytes],
-    cloud: PointCloud,
-    labels: Labels,
-    colors: Colors,
-    *,
-    ascii: bool,
-    attributes: MeshAttributes | None = None,
-) -> None:
-    """A line of names, and a line per point: x, y, z and its label."""
+def write_csv(file: IO[bytes], content: Content) -> None:
+    """Write points as CSV: a line of names, and a line per point with x, y, z and the label."""
+    cloud, labels = content.cells, content.labels
     names = ["x", "y", "z"] + ([] if labels is None else ["label"])
     file.write((",".join(names) + "\n").encode())
     row = ",".join(["%.17g"] * 3 + ([] if labels is None else ["%d"])) + "\n"
@@ -41,21 +27,13 @@ def _write_csv(
     write_rows(file, row, columns if labels is None else [*columns, labels])
 
 
-def _write_las(
-    file: IO[bytes],
-    cloud: PointCloud,
-    labels: Labels,
-    colors: Colors,
-    *,
-    ascii: bool,
-    attributes: MeshAttributes | None = None,
-    ending: str = ".las",
-) -> None:
-    """LAS 1.4 with what attributes hold, and the labels as a further dimension `label`."""
+def write_las(file: IO[bytes], content: Content) -> None:
+    """Write points as LAS 1.4 or LAZ, with attributes, and labels in a dimension `label`."""
     try:
         import laspy
     except ModuleNotFoundError:
         raise MissingExtraError("a .las or .laz file", "las") from None
+    cloud, attributes = content.cells, content.attributes
     header = laspy.LasHeader(point_format=7 if cloud.colors is not None else 6, version="1.4")
     low, high = cloud.bounds
     header.offsets = low
@@ -66,8 +44,8 @@ def _write_las(
     if cloud.colors is not None:
         for name, shades in zip(("red", "green", "blue"), cloud.colors.T, strict=True):
             stored[name] = np.rint(shades * 65535).astype(np.uint16)
-    if labels is not None:
-        stored["label"] = labels
+    if content.labels is not None:
+        stored["label"] = content.labels
     known = set(las.point_format.dimension_names)
     for name, values in stored.items():
         if values.ndim != 1:
@@ -77,10 +55,10 @@ def _write_las(
         las[name[:31]] = values
     written = io.BytesIO()  # laspy seeks back to complete the header
     try:
-        las.write(written, do_compress=ending == ".laz")
+        las.write(written, do_compress=content.ending == ".laz")
     except Exception as error:  # laspy raises many kinds
         reason = shortened(reason_of(error))
-        raise MeshError(f"the cloud cannot be written as {ending}: {reason}") from None
+        raise MeshError(f"the cloud cannot be written as {content.ending}: {reason}") from None
     file.write(written.getbuffer())
 
 
@@ -88,12 +66,3 @@ def _round_step(least: Floats) -> Floats:
     """The next power of ten, as scales in LAS usually are, from 1e-6 on."""
     with np.errstate(divide="ignore"):
         return np.asarray(10.0 ** np.maximum(np.ceil(np.log10(least)), -6.0))
-
-
-CLOUD_WRITERS: Mapping[str, Callable[..., None]] = {
-    ".ply": write_cloud_ply,
-    ".csv": _write_csv,
-    ".las": _write_las,
-    ".laz": partial(_write_las, ending=".laz"),
-}
-"""As the writers of meshes, but for a `PointCloud`."""

@@ -18,8 +18,8 @@ import numpy.typing as npt
 
 from ..cells.region_adjacency import region_graph
 from ..errors import MeshError
-from ..io.attributes import MeshAttributes
 from ..mesh.faces import FaceMesh, cut_into_triangles
+from .content import Content
 from .text import fits_single
 
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
@@ -36,20 +36,12 @@ ALIGNMENT = 8
 """Of all buffer views; tables of properties need it."""
 
 
-def write_glb(
-    file: IO[bytes],
-    mesh: FaceMesh,
-    labels: npt.NDArray[np.int32] | None,
-    colors: npt.NDArray[np.uint8] | None,
-    *,
-    ascii: bool,
-    attributes: MeshAttributes | None = None,
-    classes: Sequence[str] | None = None,
-) -> None:
-    """Write checked arrays. Polygons become triangles; vertices of no face are left out.
+def write_glb(file: IO[bytes], content: Content) -> None:
+    """Write GLB. Polygons become triangles; unused vertices are left out.
 
-    Coordinates are float32, from the middle of the bounding box where they do not fit into it.
+    Coordinates are float32, relative to the middle of the bounding box if they are not exact.
     """
+    mesh, labels, colors = content.cells, content.labels, content.colors
     scene = _Scene()
     corners, key_of_corner, triangles = _split_vertices(mesh, labels, colors)
     primitive: dict[str, Any] = {
@@ -77,7 +69,7 @@ def write_glb(
             "EXT_mesh_features": {"featureIds": [_feature_ids(n_regions, labels)]}
         }
         if n_regions:
-            scene.add_table(_region_columns(mesh, labels, names[-n_regions:], ids), classes)
+            scene.add_table(_region_columns(mesh, labels, names[-n_regions:], ids), content.classes)
     scene.document["meshes"] = [{"primitives": [primitive]}]
     scene.write(file)
 

@@ -1,4 +1,4 @@
-"""OBJ with a group for each region."""
+"""Write OBJ with a group for each region, and OFF with a color for each face."""
 
 from __future__ import annotations
 
@@ -8,25 +8,18 @@ from typing import IO
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Array, Bytes, Ints
-from ..io.attributes import MeshAttributes
+from .._types import Array
 from ..mesh.faces import FaceMesh, corners_of
+from .content import Content
 from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
 
 
-def write_obj(
-    file: IO[bytes],
-    mesh: FaceMesh,
-    labels: Ints | None,
-    colors: Bytes | None,
-    *,
-    ascii: bool,
-    attributes: MeshAttributes | None = None,
-) -> None:
-    """Write checked arrays: the faces of each region in a group, in their order.
+def write_obj(file: IO[bytes], content: Content) -> None:
+    """Write OBJ, with the faces of each region in a group, in their order.
 
-    Colors and attributes are left out: the format has no place for those of faces.
+    The format has no place for colors and attributes of faces.
     """
+    mesh, labels = content.cells, content.labels
     row = " ".join(["v", *[coordinate_format(mesh.vertices)] * 3]) + "\n"
     write_rows(file, row, list(mesh.vertices.T))
     if labels is None:
@@ -76,3 +69,18 @@ def _lines_of(
         row = begin.replace("#", str(size)) + " ".join(["%d"] * len(columns)) + "\n"
         lines[alike] = text_rows(row, columns).splitlines(keepends=True)
     return lines.tolist()
+
+
+def write_off(file: IO[bytes], content: Content) -> None:
+    """Write OFF, with red, green and blue, 0 to 255, after the corners of each face.
+
+    The file begins with OFF, because COFF would announce colors of vertices. The format has no
+    place for labels and attributes.
+    """
+    mesh, colors = content.cells, content.colors
+    file.write(b"OFF\n%d %d 0\n" % (mesh.n_vertices, mesh.n_faces))
+    row = " ".join([coordinate_format(mesh.vertices)] * 3) + "\n"
+    write_rows(file, row, list(mesh.vertices.T))
+    ends = () if colors is None else tuple(colors.T)
+    for lines in face_lines(mesh, np.arange(mesh.n_faces), "# ", ends=ends):
+        file.write(b"".join(lines))

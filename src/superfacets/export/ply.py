@@ -13,6 +13,7 @@ from ..io.attributes import PLY_TYPES, MeshAttributes
 from ..io.readers.ply_header import INDEX_NAMES
 from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.point_cloud import PointCloud
+from .content import Content
 from .text import ROWS_AT_ONCE, fits_single, text_rows
 
 OWN_NAMES = {
@@ -23,10 +24,7 @@ OWN_NAMES = {
 
 
 def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
-    """MeshAttributes, in words, that `write_ply` leaves out where there are labels.
-
-    A cloud has labels and colors where a mesh has its vertices.
-    """
+    """Names of attributes that `write_ply` replaces by labels and colors."""
     return [
         f"{owner} property {name}"
         for owner, values in (("vertex", attributes.vertex), ("face", attributes.face))
@@ -35,51 +33,36 @@ def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> li
     ]
 
 
-def write_ply(
-    file: IO[bytes],
-    mesh: FaceMesh,
-    labels: npt.NDArray[np.int32] | None,
-    colors: npt.NDArray[np.uint8] | None,
-    *,
-    ascii: bool,
-    attributes: MeshAttributes | None = None,
-    vertex_labels: npt.NDArray[np.int32] | None = None,
-) -> None:
-    """Write checked arrays; see `superfacets.write_mesh` for what the file holds."""
+def write_ply(file: IO[bytes], content: Content) -> None:
+    """Write a mesh as PLY; `superfacets.write_mesh` describes its properties."""
+    mesh, attributes = content.cells, content.attributes
     vertices = _Element("vertex", mesh.n_vertices, _vertex_columns(mesh.vertices))
-    faces = _Element("face", mesh.n_faces, [_corner_column(mesh), *_label_columns(labels, colors)])
-    if vertex_labels is not None:
-        vertices.columns.append(_Column("label", "<i4", vertex_labels))
+    columns = [_corner_column(mesh), *_label_columns(content.labels, content.colors)]
+    faces = _Element("face", mesh.n_faces, columns)
+    if content.vertex_labels is not None:
+        vertices.columns.append(_Column("label", "<i4", content.vertex_labels))
     if attributes is not None:
-        left_out = ("label",) if _has_other_labels(attributes, labels) else ()
+        left_out = ("label",) if _has_other_labels(attributes, content.labels) else ()
         vertices.add(attributes.vertex, left_out)
         faces.add(attributes.face)
-    _write_elements(file, [vertices, faces], attributes, ascii=ascii)
+    _write_elements(file, [vertices, faces], content)
 
 
-def write_cloud_ply(
-    file: IO[bytes],
-    cloud: PointCloud,
-    labels: npt.NDArray[np.int32] | None,
-    colors: npt.NDArray[np.uint8] | None,
-    *,
-    ascii: bool,
-    attributes: MeshAttributes | None = None,
-) -> None:
-    """As `write_ply`, for a cloud: points have the labels."""
-    points = _Element("vertex", cloud.n_points, _point_columns(cloud, labels, colors))
-    if attributes is not None:
-        points.add(attributes.vertex)
-    _write_elements(file, [points], attributes, ascii=ascii)
+def write_cloud_ply(file: IO[bytes], content: Content) -> None:
+    """Write a point cloud as PLY; labels belong to the points."""
+    cloud = content.cells
+    points = _Element("vertex", cloud.n_points, _point_columns(cloud, content))
+    if content.attributes is not None:
+        points.add(content.attributes.vertex)
+    _write_elements(file, [points], content)
 
 
-def _write_elements(
-    file: IO[bytes], elements: list[_Element], attributes: MeshAttributes | None, *, ascii: bool
-) -> None:
+def _write_elements(file: IO[bytes], elements: list[_Element], content: Content) -> None:
     """Write the header and the rows of all elements."""
+    ascii = content.ascii
     lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0"]
-    if attributes is not None:
-        lines += attributes.comments
+    if content.attributes is not None:
+        lines += content.attributes.comments
     for element in elements:
         lines += [f"element {element.name} {element.n_rows}"]
         lines += map(_declaration, element.columns)
@@ -141,12 +124,9 @@ def _vertex_columns(vertices: npt.NDArray[np.float64]) -> list[_Column]:
     return [_Column(axis, dtype, values) for axis, values in zip("xyz", vertices.T, strict=True)]
 
 
-def _point_columns(
-    cloud: PointCloud,
-    labels: npt.NDArray[np.int32] | None,
-    colors: npt.NDArray[np.uint8] | None,
-) -> list[_Column]:
-    """Points with their normals, labels and colors; the cloud's own colors where no others are."""
+def _point_columns(cloud: PointCloud, content: Content) -> list[_Column]:
+    """Points with their normals, labels and colors: those of the cloud if there are no others."""
+    colors = content.colors
     columns = _vertex_columns(cloud.points)
     if cloud.normals is not None:
         columns += [
@@ -155,7 +135,7 @@ def _point_columns(
         ]
     if colors is None and cloud.colors is not None:
         colors = np.rint(cloud.colors * 255).astype(np.uint8)
-    return columns + _label_columns(labels, colors)
+    return columns + _label_columns(content.labels, colors)
 
 
 def _label_columns(

@@ -1,0 +1,25 @@
+"""Input of the writers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .._types import Bytes, Ints
+from ..io.attributes import MeshAttributes
+
+
+@dataclass(frozen=True)
+class Content:
+    """Checked cells, with the labels, colors and attributes to write, and choices of formats."""
+
+    cells: Any
+    ending: str
+    labels: Ints | None = None
+    colors: Bytes | None = None
+    attributes: MeshAttributes | None = None
+    vertex_labels: Ints | None = None
+    classes: Sequence[str] | None = None
+    label_name: str = "label"
+    ascii: bool = False
