@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 import superfacets as sf
 from superfacets.adapters.convert import as_triangles
-from superfacets.mesh.quarters import split_in_four
+from superfacets.mesh.triangle_mesh import split_in_four
 
 NOISE = 0.05
 """Largest shift of a vertex along an axis, in mean edge lengths: no two flat triangles remain, none

@@ -7,7 +7,7 @@ import numpy as np
 from gallery_meshes import flange
 
 import superfacets as sf
-from superfacets.pictures.gl import quiet_vtk
+from superfacets.pictures.backend import quiet_vtk
 
 IMAGES = Path(__file__).parent / "images"
 SIZE = (860, 688)

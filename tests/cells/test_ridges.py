@@ -9,7 +9,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights, reference
-from superfacets.mesh.quarters import split_in_four
+from superfacets.mesh.triangle_mesh import split_in_four
 
 QUADS = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
 

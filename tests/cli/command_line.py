@@ -12,7 +12,7 @@ def files_in(folder):
 
 
 def can_render():
-    from superfacets.pictures.gl import RenderError, ensure_gl
+    from superfacets.pictures.backend import RenderError, ensure_gl
 
     pytest.importorskip("vtkmodules")
     try:

@@ -12,8 +12,7 @@ from shapes import bumpy_sheet, strip
 from superfacets import Plot, PointCloud, RenderError, TetMesh, View, plot, region_graph, render
 from superfacets.adapters.results import NO_COLOR
 from superfacets.pictures.annotations import _ticks, scale_strip, title_strip
-from superfacets.pictures.colors import scale_colors
-from superfacets.pictures.values import Scale, checked_values, scale_of
+from superfacets.pictures.colors import Scale, checked_values, scale_colors, scale_of
 
 SIZE = (160, 120)
 WHITE = (255, 255, 255)

@@ -14,8 +14,8 @@ from tools.sample_bear import parts_of
 
 from superfacets import Mesh, MissingExtraError, PointCloud, render, sample_mesh
 from superfacets.pictures import drawing, rendering
+from superfacets.pictures.backend import RenderError
 from superfacets.pictures.colors import face_colors
-from superfacets.pictures.gl import RenderError
 from superfacets.pictures.rendering import View
 
 SIZE = (160, 120)

@@ -389,7 +389,7 @@ def test_a_studio_that_ends_waits_for_no_thumbnail(sheet, monkeypatch):
 
 def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
     from superfacets.errors import RenderError
-    from superfacets.pictures.gl import ensure_gl
+    from superfacets.pictures.backend import ensure_gl
 
     pytest.importorskip("vtkmodules")
     try:

@@ -11,7 +11,7 @@ from shapes import cube
 import superfacets as sf
 from superfacets import metrics
 from superfacets.cli.main import main
-from superfacets.mesh.quarters import split_in_four
+from superfacets.mesh.triangle_mesh import split_in_four
 from superfacets.study.quality import study as quality_study
 from superfacets.study.quality.measure import (
     RESOLUTION_VARIANTS,

@@ -22,7 +22,7 @@ from superfacets import (
     segment_tiled,
 )
 from superfacets.cells.weights import WeightOptions
-from superfacets.mesh.quarters import split_in_four
+from superfacets.mesh.triangle_mesh import split_in_four
 from superfacets.tiles import borders
 from superfacets.tiles.arrays import rows
 from superfacets.tiles.scratch import scratch_folder

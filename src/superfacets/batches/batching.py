@@ -18,9 +18,8 @@ from ..io.atomic import StrPath, locked, remove_leftovers
 from ..workers.calls import Done, Killed, Team
 from ..workers.pool import open_pool
 from .files import FileOptions
-from .jobs import BatchJob, Record, hash_of, run_job
+from .jobs import BatchJob, Record, cells_of, hash_of, memory_of, run_job
 from .manifest import Manifest
-from .memory import cells_of, memory_of
 from .sources import Source, check_outputs_differ, find_sources, output_names, result_ending
 
 MANIFEST = "manifest.jsonl"

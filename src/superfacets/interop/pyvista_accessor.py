@@ -13,7 +13,7 @@ from ..adapters.convert import as_mesh
 from ..adapters.results import first_face
 from ..cells.face_graph import build_face_graph
 from ..clustering.segmentation import Segmentation
-from ..pictures.borders import border_edges
+from ..pictures.scene import border_edges
 from ..pipeline import segment
 from .attach import DEFAULT_NAME, attach_labels
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import RenderError
-from .needs import import_pillow
+from .backend import import_pillow
 from .scene import Picture
 
 MOVING_ENDINGS = (".gif", ".mp4")

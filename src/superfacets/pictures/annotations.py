@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..adapters.results import NO_COLOR
-from .colors import scale_colors
-from .needs import import_pillow
+from .backend import import_pillow
+from .colors import Scale, scale_colors
 from .scene import Picture
-from .values import Scale
 
 TITLE_SHARE, SCALE_SHARE = 0.07, 0.12
 """Heights of the strips of titles and of the scale, as shares of the picture's height."""

@@ -11,9 +11,8 @@ import numpy as np
 
 from .._types import Floats, Longs
 from ..errors import RenderError
+from .backend import import_pillow, import_vtk, quiet_vtk
 from .camera import Camera
-from .gl import quiet_vtk
-from .needs import import_pillow, import_vtk
 from .scene import Picture, Scene
 
 MAX_SIDE = 8192

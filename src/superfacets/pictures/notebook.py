@@ -14,8 +14,8 @@ from ..cells.cell_graph import CellGraph
 from ..cells.kinds import kind_of
 from ..errors import MissingExtraError, RenderError
 from ..mesh.cells import Cells
+from .backend import import_pillow
 from .colors import PALETTE
-from .needs import import_pillow
 from .rendering import render
 
 MAX_DRAWN = 200_000

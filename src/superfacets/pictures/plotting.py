@@ -21,8 +21,9 @@ from ..io.atomic import atomic_outputs
 from ..mesh.cells import Cells
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
+from .backend import import_vtk
 from .camera import View, place_camera, turned_cameras
-from .needs import import_vtk
+from .colors import Scale, checked_values, scale_of
 from .rendering import (
     Style,
     checked_picture_path,
@@ -33,7 +34,6 @@ from .rendering import (
     upright,
 )
 from .scene import Picture
-from .values import Scale, checked_values, scale_of
 
 _SIZE, _MOVING_SIZE = (1200, 900), (640, 480)
 

@@ -19,14 +19,11 @@ from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import kind_of
 from ..io.atomic import atomic_outputs, checked_targets
 from ..mesh.cells import Cells
-from .borders import default_border_width
+from .backend import ensure_gl, import_pillow, import_vtk
 from .camera import Camera, View, place_camera
 from .colors import face_colors
 from .drawing import MAX_SIDE, draw
-from .gl import ensure_gl
-from .needs import import_pillow, import_vtk
-from .scene import Picture, Scene, build_cloud_scene, build_scene
-from .upright import guess_up
+from .scene import Picture, Scene, build_cloud_scene, build_scene, default_border_width, guess_up
 
 _PNG_RUNS = 3  # Z_RLE of zlib
 

@@ -13,8 +13,7 @@ import numpy as np
 
 from .._validate import checked_count
 from ..io.readers.npy import npz_array
-from ..mesh.quarters import split_in_four
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.triangle_mesh import Mesh, split_in_four
 
 __all__ = ["sample_mesh"]
 

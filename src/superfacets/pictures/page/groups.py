@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._validate import compact_partial_labels, refuse_mask
-from ..colors import region_colors
-from ..values import checked_values
+from ..colors import checked_values, region_colors
 from .coding import Arrays
 from .shape import Shape
 

@@ -20,8 +20,7 @@ from ...mesh.cells import Cells
 from ...mesh.faces import FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
 from ...mesh.point_cloud import PointCloud
 from ..camera import View, view_axes
-from ..scene import Scene, hexagons_of
-from ..upright import guess_up
+from ..scene import Scene, guess_up, hexagons_of
 from .coding import Coding
 
 STEPS = 65535

@@ -16,8 +16,7 @@ from ... import __version__, metrics
 from ...cells.face_graph import build_face_graph
 from ...cells.weights import superfacet_weights
 from ...mesh.faces import ends_of_sides
-from ...mesh.quarters import split_in_four
-from ...mesh.triangle_mesh import Mesh
+from ...mesh.triangle_mesh import Mesh, split_in_four
 from ...pipeline import PARTS, segment
 from ..sources import Source, load_model
 from ..tasks import Piece, Record

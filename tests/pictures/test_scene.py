@@ -6,9 +6,8 @@ from models import read_off
 from shapes import bumpy_sheet, cube, soup, table
 
 from superfacets import Mesh, sample_mesh
-from superfacets.pictures import upright
-from superfacets.pictures.scene import build_scene
-from superfacets.pictures.upright import guess_up
+from superfacets.pictures import scene
+from superfacets.pictures.scene import build_scene, guess_up
 
 # Number of a benchmark model, and the axis that points up in it.
 UP_OF_MODELS = {5: "y", 89: "z", 101: "y", 105: "z", 145: "y", 153: "z", 381: "y", 389: "z"}
@@ -80,7 +79,7 @@ def test_a_sample_of_a_large_mesh_gives_the_same(monkeypatch):
     meshes = [hill(), turned(hill(), 2), sample_mesh(3_000)]
     whole = [guess(mesh) for mesh in meshes]
     assert min(mesh.n_faces for mesh in meshes) > 1_000
-    monkeypatch.setattr(upright, "_MAX_SAMPLES", 100)
+    monkeypatch.setattr(scene, "_MAX_SAMPLES", 100)
     assert [guess(mesh) for mesh in meshes] == whole == ["z", "y", "y"]
 
 

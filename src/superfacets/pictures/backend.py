@@ -1,15 +1,17 @@
-"""Drawing without a display: find OpenGL before VTK does, and suppress its messages."""
+"""The libraries that draw: VTK with OpenGL, and Pillow."""
 
 from __future__ import annotations
 
 import contextlib
 import ctypes
+import importlib
 import os
 import sys
 from collections.abc import Iterator, Mapping
+from types import SimpleNamespace
 from typing import Any
 
-from ..errors import RenderError
+from ..errors import MissingExtraError, RenderError
 
 # Mesa writes to stderr why a device cannot be started.
 _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
@@ -131,3 +133,43 @@ def _has_egl() -> bool:
 def _has_osmesa() -> bool:
     """Whether Mesa's software renderer is there, under a name that VTK looks for."""
     return any(_load_library(f"libOSMesa.so.{version}") is not None for version in (8, 6))
+
+
+# The last but one holds the classes that draw, which VTK looks up when a window is made.
+_VTK_MODULES = (
+    "vtkCommonCore",
+    "vtkCommonDataModel",
+    "vtkFiltersCore",
+    "vtkRenderingCore",
+    "vtkRenderingOpenGL2",
+    "util.numpy_support",
+)
+
+
+def import_vtk() -> Any:
+    """Return the parts of VTK that are used, as one namespace, without loading OpenGL.
+
+    Raises
+    ------
+    MissingExtraError
+        If VTK is not installed.
+    RenderError
+        If it is, but cannot be loaded.
+    """
+    members: dict[str, Any] = {}
+    try:
+        for name in _VTK_MODULES:
+            members |= vars(importlib.import_module(f"vtkmodules.{name}"))
+    except ModuleNotFoundError:
+        raise MissingExtraError("rendering", "viz") from None
+    except ImportError as error:
+        raise RenderError(f"VTK cannot be loaded: {error}") from error
+    return SimpleNamespace(**members)
+
+
+def import_pillow(module: str) -> Any:
+    """Return a module of Pillow; a MissingExtraError if it is not installed."""
+    try:
+        return importlib.import_module(f"PIL.{module}")
+    except ModuleNotFoundError:
+        raise MissingExtraError("rendering", "viz") from None
