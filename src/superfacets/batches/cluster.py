@@ -1,4 +1,4 @@
-"""Teams of the workers that any Dask scheduler has."""
+"""A team of the workers of any Dask scheduler."""
 
 from __future__ import annotations
 
@@ -20,21 +20,20 @@ from ..errors import MissingExtraError, reason_of
 from ..workers.calls import Call, Done, Ending, Failed, Killed, Team, Worker
 
 PATIENCE = 60.0
-"""Seconds to wait while there is no worker at all: one that ended is started anew in two or so, and
-a queue may give a place to another."""
+"""Seconds to wait while there is no worker. A restart takes about two; a queue may need longer."""
 
 TICK = 1.0
-"""Seconds between looks at which workers there are."""
+"""Seconds between updates of the list of workers."""
 
 GATHER_TIMEOUT = 10.0
-"""Seconds to wait for a record, of a few kilobytes, from a worker."""
+"""Seconds to wait for a record of a few kilobytes from a worker."""
 
 CONNECT_TIMEOUT = 10.0
 """Seconds to wait for a scheduler."""
 
 
 class RemoteTeam(Team):
-    """Workers that are reached through a scheduler.
+    """Workers of a scheduler.
 
     Parameters
     ----------
@@ -46,7 +45,7 @@ class RemoteTeam(Team):
         self.client = client
 
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
-        """As for `Team`: one call to each thread, and one more to each worker for when it is done.
+        """As for `Team`. Each thread gets one call, and each worker one more in its queue.
 
         So the scheduler never has thousands of them, and a worker that is killed counts against few
         that it had not begun; none is lost by that. They are tied to no worker: one that is tied to
@@ -77,13 +76,13 @@ class RemoteTeam(Team):
                     continue
                 yield running.pop(future.key)[1], ending
         finally:
-            with contextlib.suppress(Exception):  # there may be no scheduler any more
+            with contextlib.suppress(Exception):  # the scheduler may be gone
                 self.client.cancel([future for future, _ in running.values()])
 
 
 @contextlib.contextmanager
 def remote_team(address: str, folder: str) -> Iterator[RemoteTeam]:
-    """Connect to a scheduler, whose workers have to see the folder and to have this version.
+    """Connect to a scheduler; its workers must see the folder and have this version.
 
     Raises
     ------
@@ -108,14 +107,14 @@ def _connected(distributed: Any, address: str) -> Any:
         return distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         reason = reason_of(error)
-    # The client that failed closes itself when it is collected. While another one is being started,
-    # both would wait for each other.
+    # The failed client closes itself when it is collected. If that happened while another one
+    # starts, both would wait for each other.
     gc.collect()
     raise ConnectionError(f"no scheduler at {address}: {reason}")
 
 
 def _check_versions(client: Any) -> None:
-    """Raise a ConnectionError if a worker has not this version of the package.
+    """Raise a ConnectionError if a worker has another version of the package.
 
     What is called is of the standard library: a worker may not have this module.
     """
@@ -145,12 +144,12 @@ def _workers_of(client: Any) -> tuple[Worker, ...]:
 
 
 def _facts_of(dask_worker: Any) -> tuple[int, float]:
-    """Threads and memory of a worker: called there by Dask, which gives it."""
+    """Threads and memory of a worker; Dask calls this there and passes the worker."""
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 
 def _ending_of(future: Any) -> Ending | None:
-    """What came of a call; None if its worker ended with the result: it is being made again."""
+    """Ending of a call; None if the worker died with the result, which is then computed again."""
     if future.cancelled():
         raise _scheduler_lost()
     killed = importlib.import_module("distributed").KilledWorker
@@ -164,7 +163,7 @@ def _ending_of(future: Any) -> Ending | None:
         raise _scheduler_lost() from None
     except killed as error:
         return Killed(error.allowed_failures + 1)
-    except Exception as error:  # raised by the call, or because its result cannot be pickled
+    except Exception as error:  # raised by the call, or by pickling its result
         return Failed(error)
 
 
@@ -175,7 +174,7 @@ def _scheduler_lost() -> ConnectionError:
 
 
 class _Presence:
-    """Which workers there are, looked up once in a while."""
+    """The current workers, updated at intervals."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -184,7 +183,7 @@ class _Presence:
         self._n_threads = 0
 
     def n_threads(self) -> int:
-        """Threads of all workers; a ConnectionError if there have been none for long."""
+        """Threads of all workers; a ConnectionError if there have been none for too long."""
         now = time.monotonic()
         if now < self._looked + TICK:
             return self._n_threads
@@ -202,11 +201,11 @@ class _Presence:
 
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
-    """Let Dask not log what is told in one line here."""
+    """Silence Dask's log messages about events that are reported in one line here."""
     names = [
         name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
     ]
-    loggers = [logging.getLogger(name) for name in names]  # Dask gives some a level of their own
+    loggers = [logging.getLogger(name) for name in names]  # Dask sets the levels of some itself
     levels = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)

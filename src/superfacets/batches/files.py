@@ -44,7 +44,7 @@ def features_of(
     attributes: MeshAttributes | None,
     n_threads: int,
 ) -> npt.NDArray[np.float64] | None:
-    """The features that names stand for, side by side, one row per face or point.
+    """Return features by name, side by side, one row per face or point.
 
     ``color`` is red, green and blue in the file; ``normals`` and ``height`` (z) are computed;
     another name is a property of the faces, points or vertices. A MeshError if the file has none.
@@ -102,31 +102,31 @@ def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
 
 
 def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
-    """Rows of points as they are, and the means of the corners of faces of rows of vertices."""
+    """Rows of points unchanged; for faces, means of the rows of their corners."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)
 
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
-"""Reads a file, with its attributes or without."""
+"""Reads a file, with or without its attributes."""
 
 _NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "progress", "on_stage"}
-"""Parameters of `segment` that no file can be given; features are given by name."""
+"""Parameters of `segment` that batches lack; features are given by name."""
 
 _DEFAULTS = {
     name: parameter.default
     for name, parameter in inspect.signature(segment).parameters.items()
     if name not in _NOT_OF_FILES
 }
-"""Of the others."""
+"""Defaults of all other parameters."""
 
 
 @dataclass(frozen=True)
 class FileOptions:
-    """What is to be done with each file."""
+    """Options of the work on each file."""
 
-    keywords: Mapping[str, Any]  # of `segment`
-    features: tuple[str, ...] = ()  # names
+    keywords: Mapping[str, Any]  # arguments of `segment`
+    features: tuple[str, ...] = ()  # names of features
     is_subdivided: bool = False
     max_edge: float | None = None
     keeps_attributes: bool = True
@@ -160,14 +160,14 @@ class FileOptions:
         )  # fmt: skip
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
-        """How files with these endings are written; a ValueError if a choice suits none of them."""
+        """Options for files with these endings; a ValueError if one of them fits none."""
         return FormatOptions.checked(
             endings, ascii=self.ascii, label_name=self.label_name, vertex_labels=self.vertex_labels
         )
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """As `batch` takes them."""
+        """Arguments as for `batch`."""
         return {
             **self.keywords,
             "features": list(self.features),
@@ -181,7 +181,7 @@ class FileOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """What was asked for that results depend on, and is not the default, as JSON has it."""
+        """Options that results depend on and that are not defaults, for JSON."""
         usual = {**_DEFAULTS, **FileOptions({}).arguments}
         return {
             name: value.item() if isinstance(value, np.generic) else value
@@ -191,7 +191,7 @@ class FileOptions:
 
 
 def _check_keywords(keywords: Mapping[str, Any]) -> None:
-    """As `segment` does, of which files take all but arrays."""
+    """Arguments as for `segment`, without those that are arrays."""
     unknown = sorted(set(keywords) - set(_DEFAULTS))
     if unknown:
         names = ", ".join(sorted(_DEFAULTS))
@@ -221,8 +221,10 @@ class Outcome:
     mesh: Cells
     attributes: MeshAttributes | None
     result: Segmentation
-    listed: npt.NDArray[np.int64] | None = None  # labels of the file's faces, if it was subdivided
-    listed_mesh: Cells | None = None  # that of the file, then
+    listed: npt.NDArray[np.int64] | None = (
+        None  # labels of the file's own faces, if it was subdivided
+    )
+    listed_mesh: Cells | None = None  # the mesh of the file, then
 
 
 def segment_file(
@@ -290,23 +292,23 @@ def _segmented(
     progress: Progress | None,
     on_stage: OnStage | None,
 ) -> Segmentation:
-    """Segment; a mesh with fewer cells than regions were asked for has a region for each."""
+    """Segment; a mesh with fewer cells than regions gets one region per cell."""
     keywords = dict(options.keywords)
     if keywords.get("n_segments") is not None:
         keywords["n_segments"] = min(keywords["n_segments"], _n_kept(mesh, of_cells))
-    with warnings.catch_warnings():  # what warnings say, the facts of the result say
+    with warnings.catch_warnings():  # the result reports the same facts as warnings
         warnings.simplefilter("ignore", IslandWarning)
         warnings.simplefilter("ignore", SliverWarning)
         return segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
 
 
 def _n_kept(mesh: Cells, of_cells: Mapping[str, npt.NDArray[Any]]) -> int:
-    """Number of cells that a mask leaves."""
+    """Number of cells that a mask keeps."""
     return int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
 
 
 def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:
-    """What of the attributes of a mesh a subdivided one has: those of the faces, and comments."""
+    """Attributes that carry over to a subdivided mesh: those of faces, and comments."""
     left_out = [
         *attributes.left_out,
         *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),

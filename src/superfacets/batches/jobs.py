@@ -23,28 +23,28 @@ from ..workers.calls import check_version
 from .files import FileOptions, segment_file
 
 BASE = 150 << 20
-"""Bytes of a worker that has imported everything and read nothing."""
+"""Memory of a worker that has imported everything and read nothing, in bytes."""
 
 PER_CELL = 200
-"""Bytes for a cell besides the mesh: graph, weights, labels, and what stages need for a while. With
-1.4 million faces in PLY, OFF and STL whole processes took a third to a half of the estimate."""
+"""Bytes per cell besides the mesh: graph, weights, labels, and temporary arrays. With 1.4 million
+faces in PLY, OFF and STL, whole processes took a third to a half of the estimate."""
 
 PER_BYTE = 3
-"""Bytes for one of the file: its content, the mesh made of it, and the mesh to be written."""
+"""Bytes per byte of the file: its content, the mesh, and the mesh to be written."""
 
 FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz": 3, ".vtp": 6}
-"""Bytes of a file for a cell, at least; compressed files have few."""
+"""Fewest bytes of a file per cell; compressed files have few."""
 
 USUAL_FILE_BYTES = 12
 
 
 def cells_of(path: str) -> int:
-    """Number of cells that a file may hold, told by its size and ending; 0 if it is not there."""
+    """Estimated number of cells in a file, from its size and ending; 0 if it is missing."""
     return _size_of(path) // FILE_BYTES.get(Path(path).suffix.lower(), USUAL_FILE_BYTES)
 
 
 def memory_of(path: str) -> int:
-    """Bytes that a process will need to segment a file: in most cases at most this."""
+    """Estimated peak memory of a process that segments a file, in bytes: rarely exceeded."""
     return BASE + PER_BYTE * _size_of(path) + PER_CELL * cells_of(path)
 
 
@@ -56,10 +56,10 @@ def _size_of(path: str) -> int:
 
 
 Record = dict[str, Any]
-"""What a line of the manifest holds."""
+"""A line of the manifest."""
 
 _STOPPING = (errno.ENOSPC, errno.EDQUOT)
-"""A disk that is full is not the fault of a file: the batch ends, and none is recorded."""
+"""Errors of a full disk end the batch: they are not the fault of a file, and not recorded."""
 
 
 _CHUNK = 1 << 20
@@ -68,19 +68,19 @@ _CHUNK = 1 << 20
 
 @dataclass(frozen=True)
 class BatchJob:
-    """A file, and what is to be done with it. It is pickled for the worker."""
+    """A file, its options and its results. It is pickled for the worker."""
 
     head: Mapping[str, Any]
-    """What its record begins with: name, input, version, params."""
+    """First part of its record: name, input, version, params."""
     path: str
     folder: str
     outputs: tuple[str, ...]
-    """Below the folder, with slashes."""
+    """Name below the output folder, with slashes."""
     options: FileOptions
 
     @property
     def name(self) -> str:
-        """That of the record."""
+        """Name of the record."""
         return str(self.head["name"])
 
     @property
@@ -89,13 +89,13 @@ class BatchJob:
         return [Path(self.folder, name) for name in self.outputs]
 
     def with_threads(self, n_threads: int) -> BatchJob:
-        """The job on so many threads, if no other number was asked for."""
+        """The job with this number of threads, unless another number was asked for."""
         keywords = {"n_threads": n_threads, **self.options.keywords}
         return replace(self, options=replace(self.options, keywords=keywords))
 
 
 def run_job(job: BatchJob) -> Record:
-    """Read, segment, write; return the record, of a failure too.
+    """Read, segment and write; return the record, also of a failure.
 
     Raises
     ------
@@ -107,14 +107,14 @@ def run_job(job: BatchJob) -> Record:
     record = {**job.head, "sha256": None}
     try:
         return record | _done(job, record)
-    except Exception as error:  # of any kind: other files go on
+    except Exception as error:  # any kind of error: other files go on
         if isinstance(error, OSError) and error.errno in _STOPPING:
             raise
         return record | {"error": reason_of(error)}
 
 
 def _done(job: BatchJob, record: Record) -> Record:
-    """Do it; the hash is recorded as soon as it is known, whatever comes after."""
+    """Do the job; the hash is recorded as soon as it is known."""
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""The manifest of a batch: a line of JSON for each file that was done, or failed."""
+"""The manifest of a batch: a line of JSON for each file that succeeded or failed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .jobs import Record
 
 
 class Manifest:
-    """The records in a file, to be used in a `with` by one process at a time.
+    """Records in a file, for use in a `with` block by one process at a time.
 
     Each record is on the disk before `append` returns. A damaged line is ignored, as the last one
     that a killed process has written in part, and so is a line with the name of a later one. Both
@@ -51,7 +51,7 @@ class Manifest:
             self._write_anew()
 
     def append(self, record: Record) -> None:
-        """Add a record, or replace that of its name.
+        """Add a record, or replace the one with its name.
 
         Raises
         ------
@@ -88,7 +88,7 @@ class Manifest:
 
 
 def _write_all(file: int, data: bytes) -> None:
-    """Write to the disk; a system may take less than all at a time."""
+    """Write all bytes to the disk; the system may take fewer at a time."""
     while data:
         data = data[os.write(file, data) :]
     os.fsync(file)
@@ -119,7 +119,7 @@ def _content(path: Path) -> bytes:
 
 
 def _record_of(line: bytes) -> Record | None:
-    """The record in a line; None where that is cut or damaged."""
+    """The record in a line; None if the line is cut or damaged."""
     try:
         record = json.loads(line)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Which files a batch is about, and what their results are called."""
+"""Input files of a batch, and names of their results."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from ..io.readers.read import CELL_ENDINGS
 from ..io.readers.tets import TET_ENDINGS
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
-"""Of files that a folder is searched for: those three more often hold something else."""
+"""Endings that a folder is searched for; ``.csv``, ``.txt`` and ``.npy`` usually hold something
+else."""
 
 MARK = ".superfacets"
-"""In the names of results, which a folder is not searched for."""
+"""Part of the names of results, which a folder is not searched for."""
 
 
 @dataclass(frozen=True)
@@ -26,13 +27,13 @@ class Source:
     """An input file."""
 
     input: str
-    """Its path: as given, or as found in what was given."""
+    """Its path, as given or as found."""
     name: str
-    """Path of it below the folder that was given, with slashes: the results mirror that."""
+    """Its path below the given folder, with slashes; results mirror it."""
 
 
 def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
-    """Return the files that inputs stand for, each once.
+    """Return the files given by inputs, without duplicates.
 
     Parameters
     ----------
@@ -79,7 +80,7 @@ def _expanded(text: str) -> Iterator[Source]:
 
 
 def _listed(path: Path) -> Iterator[Source]:
-    """The files that a list names."""
+    """The files in a list."""
     for line in path.read_text(encoding="utf-8").splitlines():
         text = line.strip()
         if not text or text.startswith("#"):
@@ -127,20 +128,20 @@ def _is_same_file(one: str, other: str) -> bool:
 
 
 def result_ending(name: str) -> str:
-    """The ending of the result for a file, where none is asked for."""
+    """Default ending of the result for a file."""
     is_of_tets = PurePosixPath(name).suffix.lower() in TET_ENDINGS
     return usual_ending("tetrahedra" if is_of_tets else "triangles")
 
 
 def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:
-    """Names of results made of the name of an input; with no endings, of the usual one."""
+    """Names of results for an input; without endings, the default one."""
     path = PurePosixPath(name)
     wanted = tuple(endings) or (result_ending(name),)
     return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)
 
 
 def _output_name(path: PurePosixPath, ending: str) -> str:
-    """The name that readers of the format look for, or one that says who wrote the file."""
+    """The name that readers of the format look for, or a name with our mark."""
     if ending == ".segs.json":
         return f"{path.stem}.0.010000{ending}"
     if ending == ".aggregation.json":
@@ -151,7 +152,7 @@ def _output_name(path: PurePosixPath, ending: str) -> str:
 
 
 def check_outputs_differ(sources: Iterable[Source], endings: Sequence[str]) -> None:
-    """Raise a ValueError where two files would have the same result."""
+    """Raise a ValueError if two files would have the same result."""
     writers: dict[str, Source] = {}
     for source in sources:
         for output in output_names(source.name, endings):

@@ -14,7 +14,7 @@ from .content import Content
 from .text import write_rows
 
 _LAS_STEPS = 2.0**31 - 2
-"""Coordinates in LAS are whole numbers of 32 bits."""
+"""Number of steps of coordinates, which are 32-bit integers in LAS."""
 
 
 def write_csv(file: IO[bytes], content: Content) -> None:
@@ -63,6 +63,6 @@ def write_las(file: IO[bytes], content: Content) -> None:
 
 
 def _round_step(least: Floats) -> Floats:
-    """The next power of ten, as scales in LAS usually are, from 1e-6 on."""
+    """The next power of ten from 1e-6 up, as is usual for scales in LAS."""
     with np.errstate(divide="ignore"):
         return np.asarray(10.0 ** np.maximum(np.ceil(np.log10(least)), -6.0))

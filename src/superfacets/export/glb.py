@@ -27,13 +27,14 @@ VERTICES, INDICES = 34962, 34963
 """Targets of buffer views."""
 
 MAX_BYTES = 2**32 - 1
-"""Of a file: its length is 32 bits wide."""
+"""Largest file: its length has 32 bits."""
 
 MAX_IDS = 2**24
-"""Ids are float32 there, which holds all whole numbers below, and one id stands for no region."""
+"""Largest number of ids: they are float32, which holds all smaller integers, and one means no
+region."""
 
 ALIGNMENT = 8
-"""Of all buffer views; tables of properties need it."""
+"""Alignment of buffer views, as required by tables of properties."""
 
 
 def write_glb(file: IO[bytes], content: Content) -> None:
@@ -79,7 +80,7 @@ def _split_vertices(
     labels: npt.NDArray[np.int32] | None,
     colors: npt.NDArray[np.uint8] | None,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Vertices of the file: which each is in the mesh, a face that it is of, and the triangles.
+    """Vertices of the file: the vertex of the mesh and a face for each, and the triangles.
 
     The faces around a vertex of the file have the same label and color.
     """
@@ -112,7 +113,7 @@ def _region_columns(
     names: npt.NDArray[np.int32],
     ids: npt.NDArray[np.int64],
 ) -> dict[str, npt.NDArray[Any]]:
-    """Label, area and mean normal (0 where there is none) of each region."""
+    """Label, area and mean normal (0 if undefined) of each region."""
     graph = region_graph(mesh, np.where(labels < 0, -1, ids))
     return {
         "label": names.astype("<i4"),
@@ -130,7 +131,7 @@ _PROPERTIES = {
 
 
 def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
-    """The enum of the names, and the number of each region's."""
+    """The enumeration of class names, and the number of each region's class."""
     names, numbers = np.unique(np.array(classes, dtype=str), return_inverse=True)
     values = [{"name": name, "value": number} for number, name in enumerate(names.tolist())]
     return {"valueType": "UINT32", "values": values}, numbers.astype("<u4")
@@ -143,7 +144,7 @@ def _check_size(n_bytes: int) -> None:
 
 @dataclass
 class _Scene:
-    """A document that grows, and the parts of its one buffer."""
+    """A growing document, and the parts of its single buffer."""
 
     document: dict[str, Any] = field(default_factory=dict)
     views: list[dict[str, int]] = field(default_factory=list)
@@ -192,7 +193,7 @@ class _Scene:
     def add_table(
         self, columns: dict[str, npt.NDArray[Any]], classes: Sequence[str] | None
     ) -> None:
-        """Add the table of regions, a row each."""
+        """Add the table of regions, one row each."""
         count = len(columns["label"])
         schema: dict[str, Any] = {"id": "superfacets"}
         if classes is not None:
@@ -222,7 +223,7 @@ class _Scene:
             "buffers": [{"byteLength": self.n_bytes}],
         }
         text = json.dumps(self.document, separators=(",", ":")).encode("ascii")
-        text += b" " * (-(12 + 8 + len(text)) % ALIGNMENT)  # so that the buffer begins aligned
+        text += b" " * (-(12 + 8 + len(text)) % ALIGNMENT)  # aligns the start of the buffer
         size = 12 + 8 + len(text) + 8 + self.n_bytes
         _check_size(size)
         file.write(struct.pack("<4s2I", b"glTF", 2, size))

@@ -1,4 +1,4 @@
-"""Labels alone: of cells, of vertices, of triangles."""
+"""Write labels only: of cells, of vertices, of triangles."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ from .scannet import (
 from .text import write_rows
 
 LABEL_OUTPUTS = (".npy", ".seg", ".txt")
-"""A label per cell."""
+"""Files with a label per cell."""
 
 VERTEX_OUTPUTS = (".segs.json", ".bin", "_sp_label.npy")
-"""An id per vertex, 0 and up."""
+"""Files with an id per vertex, 0 and up."""
 
 ID_OUTPUTS = (*VERTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
 
 
 @dataclass(frozen=True)
 class IdWriter:
-    """Labels of cells, to be written to files of any format that holds labels alone."""
+    """Labels of cells, for files of any format that holds labels only."""
 
     cells: Cells
     labels: Ints | None
@@ -63,7 +63,7 @@ class IdWriter:
         return self
 
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
-        """Write a file that ends so; its path tells the scene."""
+        """Write a file with this ending; its path gives the name of the scene."""
         assert self.labels is not None
         if ending in GRAPH_OUTPUTS:
             self._write_graph(file)
@@ -82,7 +82,7 @@ class IdWriter:
 
     @property
     def n_lost(self) -> int:
-        """Number of regions that files of labels of vertices lack: no vertex could be spared."""
+        """Number of regions without a vertex in files of vertex labels."""
         assert self.labels is not None
         return len(np.setdiff1d(self.labels, self._vertex_ids))
 
@@ -97,7 +97,7 @@ class IdWriter:
 def write_given_labels(
     labels: npt.ArrayLike, ending: str
 ) -> Callable[[IO[bytes], str, Path | None], None]:
-    """Check labels of whatever the format holds, and return what writes them."""
+    """Check labels of any elements that the format holds; return the function that writes them."""
     if ending == ".sstk.json" and np.ndim(labels) == 2:
         levels = [checked_labels(level) for level in np.asarray(labels)]
         _check_nested(levels)
@@ -115,7 +115,7 @@ def _write(
     labels: npt.NDArray[np.integer[Any]],
     classes: Sequence[str] | None,
 ) -> None:
-    """Write checked labels, of whatever the format holds."""
+    """Write checked labels of any elements that the format holds."""
     if ending == ".segs.json":
         write_segments(file, labels, scene_of(path, ending))
     elif ending == ".aggregation.json":

@@ -20,7 +20,7 @@ OWN_NAMES = {
     "vertex": ("x", "y", "z", "label"),
     "face": (*INDEX_NAMES, "label", "quality", "red", "green", "blue", "alpha"),
 }
-"""Names that attributes cannot have in a file with labels: the mesh's and the labels' own."""
+"""Names that attributes cannot have in a file with labels."""
 
 
 def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
@@ -75,20 +75,20 @@ def _write_elements(file: IO[bytes], elements: list[_Element], content: Content)
 
 @dataclass(frozen=True)
 class _Column:
-    """Values of a property, or one value for all rows, and how a row holds them."""
+    """Values of a property, or one value for all rows, and their storage in a row."""
 
     name: str
     dtype: str
-    values: Any  # or the mesh, whose faces differ in size
-    length: int | None = None  # of the list in each row; None: a single number
-    longest: int = 0  # of the lists of all rows, where these differ in length
+    values: Any  # or the mesh, if its faces differ in size
+    length: int | None = None  # length of the list in each row; None: a single number
+    longest: int = 0  # longest list, if lists differ in length
 
     @property
     def length_dtype(self) -> str:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
     def of(self, rows: slice | npt.NDArray[np.int64], size: int = 0) -> _Column:
-        """The column of some rows, in which lists that differ in length have this size."""
+        """The column for some rows, in which lists of different lengths have this size."""
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
             values = self.values.indices[corners]
@@ -164,7 +164,7 @@ def _corner_column(mesh: FaceMesh) -> _Column:
 
 
 def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
-    """Some rows as the file has them: all in one piece, or one by one where they differ in size."""
+    """Rows in the form of the file: all in one piece, or one by one if they differ in size."""
     mesh = next((column.values for column in columns if column.longest), None)
     if mesh is None:
         rows = _fill_rows([column.of(part) for column in columns], part.stop - part.start)
@@ -182,17 +182,17 @@ def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
 
 
 def _has_other_labels(attributes: MeshAttributes, labels: npt.NDArray[np.int32] | None) -> bool:
-    """Whether labels that came with the attributes are not those of the faces now."""
+    """Whether the attributes contain other labels than those of the faces."""
     return labels is not None and not np.array_equal(attributes.face.get("label", ()), labels)
 
 
 def _fill_rows(columns: list[_Column], n_rows: int) -> npt.NDArray[Any]:
-    """The rows as the binary file has them."""
+    """Rows in binary form."""
     fields: list[Any] = []
     for column in columns:
         if column.length is None:
             fields.append((column.name, column.dtype))
-        else:  # no attribute has a name with a space
+        else:  # the space prevents a clash with names of attributes
             fields.append((f"length of {column.name}", column.length_dtype))
             fields.append((column.name, column.dtype, (column.length,)))
     rows = np.empty(n_rows, dtype=fields)

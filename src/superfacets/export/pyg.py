@@ -1,4 +1,4 @@
-"""Graphs of regions as PyTorch Geometric has them, in one .npz file of plain arrays."""
+"""Graphs of regions for PyTorch Geometric, as plain arrays in one .npz file."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def write_arrays(file: IO[bytes], arrays: Mapping[str, npt.NDArray[Any]]) -> Non
 
 
 def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, npt.NDArray[Any]]:
-    """The arrays of all graphs by the names that they get in the file."""
+    """Arrays of all graphs by their names in the file."""
     if isinstance(graphs, Mapping):
         graph = {name: _checked(values, name) for name, values in graphs.items()}
         _check_graph(graph, "", None)
@@ -90,7 +90,7 @@ def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, npt.NDArray[An
         if "super_index" not in graph:
             raise MeshError(f"{what}nested graphs need super_index")
         n_below = _check_graph(graph, what, n_below)
-        for name, values in graph.items():  # the index is of what the graph is above
+        for name, values in graph.items():  # the index leads to the next coarser graph
             level = place if name == "super_index" else place + 1
             arrays[f"level{level}_{name}"] = values
     return arrays
@@ -111,7 +111,7 @@ def _checked(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
 
 
 def _check_graph(graph: Mapping[str, npt.NDArray[Any]], prefix: str, n_below: int | None) -> int:
-    """Return the number of regions; a MeshError where indices lead to no region."""
+    """Return the number of regions; a MeshError if an index is out of range."""
     missing = {"edge_index", "pos"} - graph.keys()
     if missing:
         raise MeshError(f"a graph needs {prefix}{min(missing)}")

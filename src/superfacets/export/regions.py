@@ -1,4 +1,4 @@
-"""A file for each region."""
+"""Write each region to a file of its own."""
 
 from __future__ import annotations
 

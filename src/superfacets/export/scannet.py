@@ -1,4 +1,4 @@
-"""Labels for tools and networks of indoor scans: ScanNet, SSTK, OneFormer3D and UniDet3D."""
+"""Write labels for tools and networks of indoor scans: ScanNet, SSTK, OneFormer3D and UniDet3D."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ MAX_ID = 1 << 24
 """Some readers keep ids as float32, which holds no larger whole numbers."""
 
 NO_CLASS = "unknown"
-"""The label of a group that has none, as in the labeling tool."""
+"""Label of a group without a class, as in the labeling tool."""
 
 _MESH_NAME = re.compile(r"_vh_clean(_2)?([._]|$)")
-"""What follows the name of a scene in the names of its meshes."""
+"""Suffix of a scene's name in the names of its meshes."""
 
 _THRESHOLD = re.compile(r"\.\d+\.\d+$")
-"""The threshold in the names of segments: ``.0.010000``."""
+"""The threshold in the names of segment files: ``.0.010000``."""
 
 
 def scene_of(path: Path | None, ending: str) -> str:
-    """The scene that a file is named after: what stands before ``_vh_clean_2``, or the stem."""
+    """The scene in a file name: the part before ``_vh_clean_2``, or the stem."""
     if path is None:
         return "scene"
     stem = _THRESHOLD.sub("", path.name[: -len(ending)])

@@ -62,7 +62,7 @@ def print_csv(file: IO[str], columns: Columns) -> None:
 
 
 def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
-    """Rows of Python's numbers, None where there is none."""
+    """Rows of Python numbers, None for NaN."""
     lists = []
     for column in columns.values():
         values = column.tolist()
@@ -84,7 +84,7 @@ def _write_parquet(path: Path, columns: Columns) -> None:
 def write_lines(
     path: StrPath, vertices: Floats, lines: Iterable[tuple[str, npt.NDArray[np.integer]]]
 ) -> None:
-    """Write lines as OBJ, each in a group of its name; those that are closed repeat their first.
+    """Write lines as OBJ, each in a named group; closed lines repeat their first vertex.
 
     Only vertices of lines are written.
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .._types import Array, Floats
 
 ROWS_AT_ONCE = 1 << 14
-"""Rows turned into text at a time: they stay in the cache."""
+"""Rows formatted at a time, few enough for the cache."""
 
 
 def text_rows(row: str, columns: Sequence[Array]) -> bytes:
@@ -25,13 +25,13 @@ def text_rows(row: str, columns: Sequence[Array]) -> bytes:
 
 
 def write_rows(file: IO[bytes], row: str, columns: Sequence[Array]) -> None:
-    """Write a row of text for each row of the columns, which are as long as each other."""
+    """Write columns of equal length as rows of text."""
     for begin in range(0, len(columns[0]), ROWS_AT_ONCE):
         file.write(text_rows(row, [column[begin : begin + ROWS_AT_ONCE] for column in columns]))
 
 
 def write_list(file: IO[bytes], numbers: npt.NDArray[np.integer[Any]]) -> None:
-    """Write whole numbers as a list of JSON, without spaces."""
+    """Write integers as a JSON list, without spaces."""
     file.write(b"[")
     if len(numbers):
         write_rows(file, "%d,", [numbers[:-1]])
@@ -40,13 +40,13 @@ def write_list(file: IO[bytes], numbers: npt.NDArray[np.integer[Any]]) -> None:
 
 
 def coordinate_format(values: Floats) -> str:
-    """The shortest conversion that reads back as the same numbers, whatever they are."""
+    """The shortest format that reads back as the same numbers."""
     return "%.9g" if fits_single(values) else "%.17g"
 
 
 def fits_single(values: Floats) -> bool:
     """Whether float32 holds all of the values exactly."""
-    with np.errstate(over="ignore"):  # what becomes infinite is not equal
+    with np.errstate(over="ignore"):  # infinite after overflow, and so not equal
         return all(
             np.array_equal(part.astype(np.float32), part)
             for part in np.array_split(values, max(1, len(values) // ROWS_AT_ONCE))

@@ -1,4 +1,4 @@
-"""Writing a mesh with its labels, or labels alone, so that the file appears whole or not at all."""
+"""Write a mesh with its labels, or labels only; a file appears complete or not at all."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_give
 from .pyg import GRAPH_OUTPUTS
 
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
-"""What is made of a mesh and its labels, and holds neither."""
+"""Files that are derived from a mesh and its labels, and hold neither."""
 
 OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *DERIVED_OUTPUTS)
 
 ENDING_OF_FORMAT = {ending.lstrip("._"): ending for ending in OUTPUT_ENDINGS}
-"""By name: ``ply``, ``segs.json``, ``sp_label.npy``."""
+"""Endings by name: ``ply``, ``segs.json``, ``sp_label.npy``."""
 
 NO_STREAMS: Mapping[str, IO[bytes]] = MappingProxyType({})
 
@@ -43,7 +43,7 @@ def write_mesh(
     vertex_labels: bool = False,
     classes: Sequence[str] | Sequence[int] | None = None,
 ) -> None:
-    """Write a mesh, with labels and colors of its faces, in the format that the ending tells.
+    """Write a mesh, with labels and colors of its faces, in the format of the file's ending.
 
     In PLY, vertices are ``float`` where that is exact for every coordinate, else ``double``. Faces
     are ``list uchar int vertex_indices`` (``list int int`` where one has more than 255 corners);
@@ -183,7 +183,7 @@ def write_outputs(
     listed: npt.ArrayLike | None = None,
     listed_mesh: Any = None,
 ) -> int:
-    """Write several files, each by its ending, such that all appear, or none.
+    """Write several files, in the formats of their endings: all appear, or none.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ def write_outputs(
 def _writers(
     endings: set[str], of_labels: IdWriter, of_cells: CellWriter
 ) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
-    """What writes files of each ending; a MeshError if one cannot be written."""
+    """Functions that write files by ending; a MeshError if one cannot be written."""
     listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
     holding = [ending for ending in endings if ending not in listing]
     of_labels.checked(listing)
@@ -251,7 +251,7 @@ def _writers(
 
 
 def check_outputs(paths: Sequence[StrPath]) -> None:
-    """Find out before the long work whether `write_outputs` could write these files.
+    """Check before the long work whether `write_outputs` can write these files.
 
     Raises
     ------
@@ -272,7 +272,7 @@ def writer_of(
     form: FormatOptions,
     attributes: MeshAttributes | None = None,
 ) -> CellWriter | IdWriter:
-    """Return what writes files with this ending; an error if they cannot hold what is given."""
+    """Return the writer of files with this ending; an error if they cannot hold the cells."""
     if ending in (*MESH_OUTPUTS, *CLOUD_OUTPUTS):
         return CellWriter(cells, labels, None, attributes, form).checked([ending])
     return IdWriter(cells, labels, form).checked([ending])

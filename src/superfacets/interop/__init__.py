@@ -1,1 +1,1 @@
-"""At home in other tools: results on their objects, and methods of their datasets."""
+"""Interoperation with other tools: results on their objects, and functions under their names."""

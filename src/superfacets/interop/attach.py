@@ -1,4 +1,4 @@
-"""Labels and colors onto meshes and point clouds of other libraries, in one call."""
+"""Attach labels and colors to meshes and point clouds of other libraries."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..pictures.colors import face_colors
 from ..pictures.scene import checked_colors
 
 DEFAULT_NAME = "superfacets"
-"""What arrays of labels are called on objects of other libraries."""
+"""Default name of arrays of labels on objects of other libraries."""
 
 Location = Literal["cells", "points"]
 
@@ -92,7 +92,7 @@ def attach_labels(
 
 
 def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
-    """Any numbers that fit; never the caller's own array."""
+    """Labels of any integer type, checked and copied."""
     array = checked_any_labels(labels, n_rows)
     limits = np.iinfo(np.int32)
     if array.min() < limits.min or array.max() > limits.max:
@@ -103,7 +103,7 @@ def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
 def _checked_colors(
     cells: Cells, labels: Ints, colors: bool | npt.ArrayLike, of_vertices: bool
 ) -> Bytes | None:
-    """Colors as given, or those that are made for regions of cells; None where none are wanted."""
+    """Colors as given, or colors of the regions of cells; None if none are wanted."""
     if colors is False:
         return None
     if colors is not True:

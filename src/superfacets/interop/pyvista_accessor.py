@@ -19,7 +19,7 @@ from .attach import DEFAULT_NAME, attach_labels
 
 
 class SuperfacetsAccessor:
-    """What ``dataset.superfacets`` offers, on every dataset of PyVista 0.48 or newer.
+    """Methods ``dataset.superfacets`` on every dataset of PyVista 0.48 or newer.
 
     Nothing has to be imported for it but PyVista, which finds it by the entry point of the
     installed package. Where the package lies on the path without being installed, import this

@@ -1,4 +1,4 @@
-"""Superfacets behind the functions of the package `segmentator`: change one import line.
+"""Superfacets under the function names of the package `segmentator`: change one import line.
 
 Scripts that prepare ScanNet and other scans for SPFormer, MAFT, OneFormer3D and their kin import
 ``segmentator``, an extension that has to be compiled against torch. With

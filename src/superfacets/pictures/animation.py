@@ -15,17 +15,17 @@ from .scene import Picture
 
 MOVING_ENDINGS = (".gif", ".mp4")
 
-# Of one turn: slow enough to look at regions that pass by.
+# Seconds per turn: slow enough to see each region pass.
 _SECONDS = 4.8
 
-# Quality of H.264, 0 (lossless) to 51: flat colors and thin lines show what is lost.
+# Quality of H.264, 0 (lossless) to 51. Flat colors and thin lines show losses early.
 _CRF = 18
 
 _N_COLORS = 256
 
 
 def gif_of(frames: list[Picture]) -> bytes:
-    """The pictures as a GIF that repeats without end, with one palette for all of them."""
+    """Encode pictures as a GIF that repeats forever, with one palette for all."""
     image = import_pillow("Image")
     sample = np.concatenate(frames[:: max(1, len(frames) // 6)])
     palette = image.fromarray(sample).quantize(_N_COLORS, dither=image.Dither.NONE)
@@ -46,7 +46,7 @@ def gif_of(frames: list[Picture]) -> bytes:
 
 
 def _milliseconds(n_frames: int) -> int:
-    """Of each picture; files count in steps of 10, and browsers show less than 20 slowly."""
+    """Milliseconds per picture: files count in steps of 10, and browsers slow down below 20."""
     return max(20, round(100 * _SECONDS / n_frames) * 10)
 
 

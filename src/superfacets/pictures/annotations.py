@@ -1,4 +1,4 @@
-"""Text around pictures: titles, and the scale that colors stand for."""
+"""Text around pictures: titles, and the color scale."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .colors import Scale, scale_colors
 from .scene import Picture
 
 TITLE_SHARE, SCALE_SHARE = 0.07, 0.12
-"""Heights of the strips of titles and of the scale, as shares of the picture's height."""
+"""Heights of the strips of titles and of the scale, as fractions of the picture's height."""
 
-# Of the strip of the scale: heights of the text and of the bar, and the bar's width in pictures.
+# Heights of the text and of the bar in the strip of the scale, and width of the bar in pictures.
 _TEXT, _BAR, _BAR_WIDTH = 0.26, 0.22, 0.5
 
-# At most so many ticks; their distances are 1, 2 or 5 times a power of ten.
+# Most ticks; their distance is 1, 2 or 5 times a power of ten.
 _MAX_TICKS = 6
 _STEPS = (1, 2, 5, 10)
 _TINY = 1e-290
@@ -28,7 +28,7 @@ Color = tuple[int, int, int]
 
 
 def title_strip(titles: Sequence[str], width: int, height: int, background: Color) -> Picture:
-    """Titles side by side, each in the middle of as many pixels."""
+    """Titles side by side, each centered above a picture of this width."""
     image, pen = _canvas(width * len(titles), height, background)
     for i, title in enumerate(titles):
         font = _fitting_font(title, 0.55 * height, 0.96 * width)
@@ -62,13 +62,13 @@ def scale_strip(scale: Scale, width: int, height: int, background: Color) -> Pic
 
 
 def _canvas(width: int, height: int, background: Color) -> tuple[Any, Any]:
-    """An image, and the pen to draw on it."""
+    """An image, and an object that draws on it."""
     image = import_pillow("Image").new("RGB", (width, height), background)
     return image, import_pillow("ImageDraw").Draw(image)
 
 
 def _ink(background: Color) -> Color:
-    """Black, or white on what is dark."""
+    """Black, or white on a dark background."""
     is_dark = 0.299 * background[0] + 0.587 * background[1] + 0.114 * background[2] < 128
     return (255, 255, 255) if is_dark else (28, 28, 32)
 
@@ -79,14 +79,14 @@ def _font(size: float) -> Any:
 
 
 def _fitting_font(text: str, size: float, width: float) -> Any:
-    """As `_font`, but smaller where the text would be wider."""
+    """Like `_font`, but smaller if the text would be too wide."""
     font = _font(size)
     length = font.getlength(text)
     return font if length <= width else _font(size * width / length)
 
 
 def _ticks(low: float, high: float) -> list[float]:
-    """Round numbers from low to high; both alone where their distance is no usual number."""
+    """Round numbers from low to high; low and high alone if no usual step fits."""
     if not _TINY < high - low < math.inf:
         return sorted({low, high})
     least = (high - low) / _MAX_TICKS

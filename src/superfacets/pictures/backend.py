@@ -13,13 +13,13 @@ from typing import Any
 
 from ..errors import MissingExtraError, RenderError
 
-# Mesa writes to stderr why a device cannot be started.
+# Mesa reports on stderr why a device does not start.
 _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
 
 
 @contextlib.contextmanager
 def quiet_vtk() -> Iterator[None]:
-    """Let VTK draw off screen without messages; restore its and the process's settings."""
+    """Let VTK draw off screen without messages; restore the settings of VTK and the process."""
     window = ensure_gl()
     wanted = dict(_QUIET_EGL)
     if window is not None:
@@ -37,7 +37,7 @@ def quiet_vtk() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _environment(wanted: Mapping[str, str]) -> Iterator[None]:
-    """Set the variables that the user has not set, for a while."""
+    """Set variables for the duration of a block, unless the user has set them."""
     missing = [name for name in wanted if name not in os.environ]
     os.environ.update({name: wanted[name] for name in missing})
     try:
@@ -78,7 +78,7 @@ def ensure_gl() -> str | None:
 
 
 def _load_library(name: str) -> Any:
-    """Shared library, or None where it cannot be loaded."""
+    """Shared library, or None if it cannot be loaded."""
     try:
         return ctypes.CDLL(name)
     except OSError:
@@ -86,7 +86,7 @@ def _load_library(name: str) -> Any:
 
 
 def _has_display() -> bool:
-    """Whether an X server answers, and can do OpenGL."""
+    """Whether an X server answers, and supports OpenGL."""
     x11, glx = _load_library("libX11.so.6"), _load_library("libGL.so.1")
     if not os.environ.get("DISPLAY") or x11 is None or glx is None:
         return False
@@ -104,7 +104,7 @@ def _has_display() -> bool:
 
 
 def _has_egl() -> bool:
-    """Whether EGL has a device that it can start, as VTK will ask it to.
+    """Whether EGL has a device that starts, as VTK will need.
 
     The library alone is not enough: without a vendor's part it has no devices, and without a
     driver it cannot start them. A started device is left so: others in the process may use it.
@@ -135,7 +135,7 @@ def _has_osmesa() -> bool:
     return any(_load_library(f"libOSMesa.so.{version}") is not None for version in (8, 6))
 
 
-# The last but one holds the classes that draw, which VTK looks up when a window is made.
+# The next to last holds the rendering classes, which VTK looks up when a window is created.
 _VTK_MODULES = (
     "vtkCommonCore",
     "vtkCommonDataModel",

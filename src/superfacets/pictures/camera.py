@@ -1,4 +1,4 @@
-"""Where a picture is taken from, and the camera there."""
+"""Views, and the cameras of pictures."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .._validate import checked_choice, checked_number
 
 FloatArray = Floats
 
-# Half of the angle that the picture's height spans, degrees: a long lens, little distortion.
+# Half of the vertical field of view in degrees: a long lens, with little distortion.
 _HALF_VIEW_ANGLE = 10.0
 
-# Share of the height or width left free, so that outlines are not cut by the frame.
+# Fraction of the height or width left free, so that the frame does not cut outlines.
 _MARGIN = 0.03
 
-# For each axis that may point up: the directions right and toward the viewer at azimuth 0.
+# For each up axis: the directions right and toward the viewer at azimuth 0.
 _FRAMES = {
     "x": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
     "y": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
@@ -31,7 +31,7 @@ UP_CHOICES: tuple[str, ...] = get_args(Up)
 """The choices of `View.up`."""
 
 
-# Azimuth and elevation of views with a name. From "iso" the three sides of a box look alike.
+# Azimuth and elevation of named views. "iso" shows three sides of a box at equal angles.
 _NAMED_VIEWS = {
     "front": (0.0, 0.0),
     "back": (180.0, 0.0),
@@ -44,14 +44,14 @@ _NAMED_VIEWS = {
 VIEW_NAMES: tuple[str, ...] = tuple(_NAMED_VIEWS)
 """The choices of `View.named`."""
 
-# Of the solid that a mesh sweeps when it turns: heights at which its radius is kept, and points
-# around it.
+# Resolution of the solid swept by a turning mesh: heights at which its radius is sampled, and
+# points around it.
 _N_RINGS, _N_AROUND = 200, 90
 
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """Where a picture is taken from. The whole mesh fills the frame at zoom 1.
+    """Viewpoint of a picture. The whole mesh fills the frame at zoom 1.
 
     Parameters
     ----------
@@ -108,18 +108,18 @@ class Camera:
     position: FloatArray
     target: FloatArray
     up: FloatArray
-    half_slope: float  # half of the height seen, per distance
+    half_slope: float  # half of the visible height, per distance
 
 
 def place_camera(points: FloatArray, view: View, aspect: float) -> Camera:
-    """Camera from which the points just fill the frame; the view's axis is not "auto"."""
+    """The camera from which the points just fill the frame; the up axis must not be "auto"."""
     right, toward, up = view_axes(view)
     across, height, depth = points @ right, points @ up, points @ toward
     across_middle, height_middle, depth_middle = map(_midrange, (across, height, depth))
     slope = math.tan(math.radians(_HALF_VIEW_ANGLE))
     distance = 0.0
-    # In perspective the middle of the box is not that of the picture, but the error falls more
-    # than fivefold each turn.
+    # In perspective the middle of the box is not the middle of the picture; each iteration reduces
+    # the error more than fivefold.
     for _ in range(4):
         x, y, z = across - across_middle, height - height_middle, depth - depth_middle
         reach = np.maximum(np.abs(y), np.abs(x) / aspect) / (slope * (1 - _MARGIN))
@@ -131,7 +131,7 @@ def place_camera(points: FloatArray, view: View, aspect: float) -> Camera:
 
 
 def turned_cameras(points: FloatArray, view: View, aspect: float, n: int) -> list[Camera]:
-    """N cameras around the origin, from whose views the points just fill the frame in one of them.
+    """N cameras around the origin; the points just fill the frame in at least one of them.
 
     They go around to the right, at the same height and distance; the first has the view's azimuth.
     """
@@ -142,7 +142,7 @@ def turned_cameras(points: FloatArray, view: View, aspect: float, n: int) -> lis
     for turn in range(n):
         angle = math.radians(view.azimuth) + 2 * math.pi * turn / n
         ahead = math.cos(angle) * front + math.sin(angle) * right
-        # What was measured along the axes of azimuth 0, along the turned ones.
+        # Maps measurements along the axes of azimuth 0 to the turned axes.
         turned = np.stack([np.cross(up, ahead), ahead, up]).T @ np.stack([right, front, up])
         place, target = turned @ camera.position, turned @ camera.target
         cameras.append(Camera(place, target, turned @ camera.up, camera.half_slope))
@@ -150,7 +150,7 @@ def turned_cameras(points: FloatArray, view: View, aspect: float, n: int) -> lis
 
 
 def _swept(points: FloatArray, view: View) -> FloatArray:
-    """Points around the solid that the points sweep when they turn around the vertical axis."""
+    """Points around the solid that the given points sweep in a turn around the up axis."""
     right, front, up = view_axes(replace(view, elevation=0.0))
     heights, radii = points @ up, np.hypot(points @ right, points @ front)
     levels = np.linspace(heights.min(), heights.max(), _N_RINGS + 1)
@@ -168,7 +168,7 @@ def _swept(points: FloatArray, view: View) -> FloatArray:
 
 
 def _midrange(values: FloatArray) -> float:
-    """Mean of the least and the largest value."""
+    """Middle of the range of values."""
     return float(values.min() + values.max()) / 2
 
 

@@ -18,11 +18,11 @@ from ..cells.kinds import as_known, kind_of
 from ..mesh.cells import Cells
 from .vision import color_distances, from_oklab, oklab
 
-# Colors far from each other, and from the gray of cells in no region, in OKLab and in the worst of
-# `VISIONS`; found by farthest-point search with exchanges among those of lightness 0.65 to 0.95 (so
-# that shading darkens them without turning them black) and a chroma of at most 0.14 (so that none
-# glares). For normal eyes they were asked to be a third farther apart. With 12 colors the worst
-# vision would get less than 0.08; regions of a surface need 6, and those in a volume up to 10.
+# Colors far from each other, and from the gray of cells in no region, in OKLab under the worst of
+# `VISIONS`. Found by farthest-point search with exchanges among colors of lightness 0.65 to 0.95
+# (so that shading darkens them without turning them black) and chroma up to 0.14 (no glaring
+# colors). For normal vision, distances count a third less. With 12 colors the smallest distance
+# would fall below 0.08; regions of a surface need 6 colors, regions of a volume up to 10.
 PALETTE = np.array(
     [
         (245, 195, 170), (150, 180, 250), (110, 170, 120), (250, 140, 180), (250, 240, 130),
@@ -33,19 +33,19 @@ PALETTE = np.array(
 """The colors of regions, sRGB, (10, 3)."""
 
 MIN_COLOR_DISTANCE = 0.09
-"""Least distance in OKLab between two colors of the palette, as normal eyes and those of people
-with protanopia, deuteranopia or tritanopia see them; 0.02 is just noticeable."""
+"""Smallest distance in OKLab between two colors of the palette for normal vision, protanopia,
+deuteranopia and tritanopia; 0.02 is just noticeable."""
 
-# If possible, neighbors get colors at least this far apart. A larger distance would leave too
-# little choice: from most of its colors, half of the palette or more is this far.
+# Neighbors get colors at least this far apart, if possible. For most colors, half of the palette or
+# more is this far away; a larger distance would leave too little choice.
 _CLEAR_DISTANCE = 0.1
 
-# Every planar graph has a vertex of at most so many neighbors.
+# Every planar graph has a vertex with at most this many neighbors.
 _PLANAR_DEGREE = 5
 
 
 class _Arcs(Protocol):
-    """The part of a graph that `region_colors` uses: arcs in CSR form."""
+    """The part of a graph that `region_colors` needs: arcs in CSR form."""
 
     @property
     def offsets(self) -> Longs: ...
@@ -136,18 +136,18 @@ def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> Bytes:
 
 
 def _colors_of_adjacency(starts: Longs, touching: Longs) -> Bytes:
-    """Colors of regions, given those that touch each region, in CSR form."""
+    """Colors of regions, given their neighbors in CSR form."""
     order = _peeled_order(starts, touching)
     return _choices()[_color_greedily(order.tolist(), starts.tolist(), touching.tolist())]
 
 
 def _peeled_order(starts: Longs, touching: Longs) -> Longs:
-    """Regions in an order in which few neighbors of each come before it.
+    """An order of regions in which few neighbors precede each.
 
     Regions with at most 5 neighbors left, or else with the fewest, are taken away together, again
     and again; those taken away last come first. In planar graphs at most 5 come before any other.
     """
-    n_left = np.diff(starts)  # neighbors of each region that are not yet taken away
+    n_left = np.diff(starts)  # remaining neighbors of each region
     left = np.arange(len(n_left))
     rounds = [left[:0]]
     while len(left):
@@ -162,12 +162,12 @@ def _peeled_order(starts: Longs, touching: Longs) -> Longs:
 
 
 def _region_adjacency(arcs: ArcLists, labels: Ints, n_regions: int) -> tuple[Longs, Longs]:
-    """Regions that touch each region, in CSR form: starts, (K + 1,), and regions."""
+    """Neighbors of each region in CSR form: starts, (K + 1,), and regions."""
     offsets, neighbors = arcs
     sources = np.repeat(labels, np.diff(offsets))
     targets = labels[neighbors]
     crossing = (sources != targets) & (sources >= 0) & (targets >= 0)
-    # Not numpy.unique, which imports numpy.ma: that takes longer than all this on a small mesh.
+    # numpy.unique would import numpy.ma, which takes longer than this function on a small mesh.
     pairs = np.sort(sources[crossing].astype(np.int64) * n_regions + targets[crossing])
     pairs = pairs[np.diff(pairs, prepend=-1) > 0]
     starts = np.searchsorted(pairs, np.arange(n_regions + 1) * n_regions)
@@ -175,7 +175,7 @@ def _region_adjacency(arcs: ArcLists, labels: Ints, n_regions: int) -> tuple[Lon
 
 
 def _color_greedily(order: list[int], starts: list[int], touching: list[int]) -> list[int]:
-    """Index into `_choices` for each region. Sets of colors are the bits of an integer."""
+    """Index into `_choices` for each region. Sets of colors are bit masks."""
     near, whole_palette = _near_colors(), (1 << len(PALETTE)) - 1
     colors = [-1] * len(order)  # -1: not yet colored
     n_uses = [0] * len(PALETTE)
@@ -197,13 +197,13 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
 
 
 def _farthest_color(taken: list[int]) -> int:
-    """Index into `_choices` of the color farthest from the nearest of those taken."""
+    """Index into `_choices` of the color whose nearest taken color is farthest."""
     return int(_distances()[:, taken].min(axis=1).argmax())
 
 
 @cache
 def _choices() -> Bytes:
-    """Palette, then the wider choice, (C, 3): steps of 51 in each channel, nearly as light."""
+    """The palette, then further colors, (C, 3): steps of 51 in each channel, alike in lightness."""
     steps = np.arange(0, 256, 51)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     lightness = oklab(cube)[:, 0]
@@ -214,13 +214,13 @@ def _choices() -> Bytes:
 
 @cache
 def _distances() -> Floats:
-    """Distances between all choices, in the worst vision."""
+    """Distances between all choices, under the worst vision."""
     return color_distances(_choices(), _choices())
 
 
 @cache
 def _near_colors() -> list[int]:
-    """For each choice, the bits of the palette's colors that are not clearly different from it."""
+    """For each choice, the bit mask of palette colors that are too similar."""
     near = _distances()[:, : len(PALETTE)] < _CLEAR_DISTANCE
     return [sum(1 << int(color) for color in np.flatnonzero(row)) for row in near]
 
@@ -251,7 +251,7 @@ _N_COLORS = 256
 def checked_values(
     given: Any, name: str, n_cells: int, n_regions: int | None
 ) -> tuple[Floats, Literal["cell", "region"]]:
-    """Finite numbers, or NaN where there is none, and what each of them is of.
+    """Return finite or NaN values, and whether there is one per cell or one per region.
 
     Without regions, ``n_regions`` is None.
     """
@@ -272,7 +272,7 @@ def checked_values(
 
 @dataclass(frozen=True)
 class Scale:
-    """What colors stand for: `scale_colors` from the lowest value to the highest."""
+    """Meaning of colors: `scale_colors` from the lowest value to the highest."""
 
     low: float
     high: float
@@ -280,8 +280,8 @@ class Scale:
     has_missing: bool
 
     def shares(self, values: Floats) -> Floats:
-        """Where values are from the lowest, 0, to the highest, 1; 0.5 where all are one."""
-        # Halves: the distance of two numbers may be more than the largest number.
+        """Positions of values on the scale, 0 to 1; 0.5 if all are equal."""
+        # Halves, because the difference of two numbers may overflow.
         span = self.high / 2 - self.low / 2
         return (values / 2 - self.low / 2) / span if span > 0 else values * 0 + 0.5
 
@@ -296,7 +296,7 @@ class Scale:
 
 
 def scale_of(values: list[Floats], title: str) -> Scale:
-    """The scale of all values of several pictures; 0 to 0 where there are none."""
+    """The common scale of the values of several pictures; 0 to 0 without values."""
     everything = np.concatenate(values)
     known = everything[~np.isnan(everything)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)

@@ -16,36 +16,36 @@ from .camera import Camera
 from .scene import Picture, Scene
 
 MAX_SIDE = 8192
-"""Longest side of a picture: twice this, for anti-aliasing, is what graphics drivers allow."""
+"""Longest side of a picture; samples have twice this size, the limit of graphics drivers."""
 
-# Each pixel is the mean of this many by this many: what smooths borders and outlines.
+# Samples per pixel in each direction, averaged for smooth borders and outlines.
 _SAMPLES = 2
 
-# Edges sharper than this, in degrees, are shaded as edges: more than the facets of a coarse sphere
-# make (500 faces: 14), less than the creases of a machine part.
+# Angle in degrees above which edges are shaded as sharp: more than between facets of a coarse
+# sphere (14 with 500 faces), less than at creases of machine parts.
 _CREASE_ANGLE = 40.0
 
-# How far border lines are drawn before the surface, in widths of the line: enough for the whole
-# width to be seen on a surface that is tilted by 70 degrees (tan 70 / 2).
+# Distance by which border lines are drawn in front of the surface, in line widths: the whole width
+# stays visible on a surface tilted by 70 degrees (tan 70 / 2).
 _LINE_LIFT = 1.4
 
-# How far, as a fraction of the diagonal, the surface darkens what is near (ambient occlusion), and
-# by how much of that a surface must stand out to count: concave creases get darker.
+# Ambient occlusion: radius as a fraction of the diagonal, and the fraction of it that a surface
+# must stand out to cast a shadow. Concave creases get darker.
 _SHADOW_REACH = 0.05
 _SHADOW_BIAS = 0.06
 
-# Points looked at per pixel for that: their noise is blurred away.
+# Samples per pixel for ambient occlusion; noise is blurred.
 _SHADOW_SAMPLES = 64
 
-# Longest side, in pixels, at which soft shadows are drawn, but at least two fifths of the picture's
-# and at most that of its samples. They vary slowly and are magnified smoothly; at the size of the
-# samples they take more time than all else.
+# Longest side, in pixels, at which soft shadows are drawn: at least two fifths of the picture's, at
+# most that of its samples. Shadows vary slowly and are magnified smoothly; at the size of the
+# samples they would dominate the time.
 _SHADOW_SIDE = 480
 
 _LINE_COLOR = (28, 28, 32)
 
-# Direction toward each light (right, up, toward the viewer) and its strength: a key light from the
-# upper left, fills from the right, the eye and below. Together they just reach white.
+# Direction of each light (right, up, toward the viewer) and its strength: a key light from the
+# upper left, fill lights from the right, the viewer and below. Together they just reach white.
 _LIGHTS = (
     ((-0.5, 0.9, 1.0), 0.60),
     ((0.9, 0.2, 0.7), 0.22),
@@ -56,7 +56,7 @@ _LIGHTS = (
 
 @dataclass(frozen=True)
 class _Stage:
-    """A window that is not shown, and what is in it."""
+    """A hidden window and its contents."""
 
     window: Any
     renderer: Any
@@ -66,10 +66,10 @@ class _Stage:
 
 @dataclass(frozen=True)
 class _Lines:
-    """Border lines, which are lifted anew for each camera."""
+    """Border lines, which are moved in front of the surface for each camera."""
 
     actor: Any
-    places: Any  # the points of VTK
+    places: Any  # points of VTK
     ends: Floats  # (P, 3), points on the surface
     lift: float  # per distance from the camera
 
@@ -124,7 +124,7 @@ def _set_stage(vtk: Any, scene: Scene, half_slope: float, height: int, line_widt
 
 
 def _surface(vtk: Any, scene: Scene) -> Any:
-    """Actor of the faces, with normals that are shared but across creases."""
+    """Actor of the faces, with normals smoothed except across creases."""
     normals = vtk.vtkPolyDataNormals()
     normals.SetInputData(_poly_data(vtk, scene.points, faces=scene.triangles))
     normals.SplittingOn()
@@ -137,7 +137,7 @@ def _surface(vtk: Any, scene: Scene) -> Any:
     actor = _actor(vtk, faces)
     look = actor.GetProperty()
     look.SetInterpolationToPhong()
-    look.SetColor(1, 1, 1)  # where it has no colors of its own
+    look.SetColor(1, 1, 1)  # for faces without colors
     look.SetSpecularPower(20.0)
     return actor
 
@@ -151,7 +151,7 @@ def _border_lines(vtk: Any, scene: Scene, line_width: float, lift: float) -> _Li
     look.SetColor(*(channel / 255 for channel in _LINE_COLOR))
     look.SetLineWidth(line_width * _SAMPLES)
     look.LightingOff()
-    look.RenderLinesAsTubesOn()  # plain lines are thinner where they run diagonally
+    look.RenderLinesAsTubesOn()  # plain lines would be thinner where they run diagonally
     return _Lines(actor, data.GetPoints(), scene.points[ends], lift)
 
 
@@ -195,7 +195,7 @@ def _light(vtk: Any, renderer: Any) -> None:
 
 
 def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
-    """Set the camera, and bring the lines a little nearer to it: the surface must not hide them.
+    """Set the camera, and move lines a little toward it, so that the surface does not hide them.
 
     Moving a point along its line of sight changes its depth but not its place in the picture.
     """
@@ -212,7 +212,7 @@ def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
 
 
 def _show_colors(stage: _Stage, background: tuple[int, int, int]) -> None:
-    """Show colors and lines in the light, without soft shadows."""
+    """Draw colors and lines with lights, without soft shadows."""
     stage.renderer.SetBackground(*(channel / 255 for channel in background))
     stage.renderer.SetUseSSAO(False)
     stage.surface.GetMapper().ScalarVisibilityOn()
@@ -225,7 +225,7 @@ def _show_colors(stage: _Stage, background: tuple[int, int, int]) -> None:
 
 
 def _show_shadows(stage: _Stage) -> None:
-    """Make everything white except the shadows in creases."""
+    """Draw everything white except shadows in creases."""
     stage.renderer.SetBackground(1, 1, 1)
     stage.renderer.SetUseSSAO(True)
     stage.surface.GetMapper().ScalarVisibilityOff()
@@ -257,7 +257,7 @@ def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
 
 
 def _combined(samples: Picture, shadows: Picture, background: tuple[int, int, int]) -> Picture:
-    """Means of blocks of samples times the shadows, which are gray and of another size.
+    """Means of blocks of samples, multiplied by the shadows, which are gray and of another size.
 
     Shadows do not spread to where there is nothing but background.
     """
@@ -265,7 +265,7 @@ def _combined(samples: Picture, shadows: Picture, background: tuple[int, int, in
     lit = image.fromarray(np.ascontiguousarray(samples)).reduce(_SAMPLES)
     gray = image.fromarray(np.ascontiguousarray(shadows[..., 0])).filter(blurs.BoxBlur(1))
     factors = np.array(gray.resize(lit.size, image.Resampling.BILINEAR))
-    # Four bytes at a time: three would take most of the time of all this.
+    # Four bytes at a time; three would take most of the time of this function.
     bare = np.frombuffer(bytes((*background, 255)), np.uint32)
     packed = np.frombuffer(lit.convert("RGBA").tobytes(), np.uint32)
     factors.ravel()[packed == bare] = 255

@@ -1,4 +1,4 @@
-"""How a result shows itself in a notebook: a picture, counts, a histogram of sizes."""
+"""Display of results in notebooks: a picture, counts, and a histogram of sizes."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from .colors import PALETTE
 from .rendering import render
 
 MAX_DRAWN = 200_000
-"""Most faces or tetrahedra that are drawn: a notebook shows a result whenever it ends a block, and
-more would take seconds without a graphics card. `render` draws more."""
+"""Most faces or tetrahedra that are drawn. A notebook shows a result at the end of each cell, and
+more would take seconds without a graphics card; `render` has no such limit."""
 
 MAX_DRAWN_POINTS = 50_000
-"""Most points, whose neighbors have to be found again."""
+"""Most points that are drawn: their neighbors have to be computed again."""
 
-# Of the picture, and of what is shown of it: two pixels to one, for fine screens.
+# Size of the picture, and its size on the page: two pixels per CSS pixel, for sharp displays.
 _SIZE = (640, 480)
 _SHOWN_WIDTH = 320
 
-# A notebook keeps what it shows: a palette makes the file a fifth of the size.
+# A notebook stores its pictures: a palette makes them a fifth of the size.
 _N_COLORS = 256
 
 _CHART_WIDTH, _CHART_HEIGHT, _MAX_BARS = 240, 64, 24
 
-# Pictures of results that are still in use: a notebook asks for all forms of each.
+# Pictures of results that are still in use: a notebook asks for several formats of each.
 _drawn: WeakKeyDictionary[_Result, bytes | None] = WeakKeyDictionary()
 
 
@@ -56,7 +56,7 @@ class _Result(Protocol):
 
 
 def png_of(result: _Result) -> bytes | None:
-    """Return a picture of a result as PNG, or None where there is none.
+    """Return a picture of a result as PNG, or None if there is none.
 
     There is none without the mesh or cloud that was segmented, of more cells than `MAX_DRAWN` or
     `MAX_DRAWN_POINTS`, without the extra `viz`, and on a machine without OpenGL. No display is

@@ -1,4 +1,4 @@
-"""Pictures with all that may stand around them: several labelings, a scale of values, turns."""
+"""Pictures with annotations: several labelings, a color scale, turns."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _ENDINGS = (".png", *MOVING_ENDINGS)
 
 @dataclass(frozen=True, eq=False)
 class Plot:
-    """One picture, or those of a turn: the result of `plot`.
+    """One picture, or the pictures of a turn: the result of `plot`.
 
     In a notebook it shows itself, as the last line of a cell; ``numpy.asarray`` gives the first
     picture.
@@ -92,11 +92,11 @@ class Plot:
         return png_of_picture(self.image) if len(self.frames) == 1 else gif_of(self.frames)
 
     def _repr_png_(self) -> bytes | None:
-        """The picture; None of a turn, which HTML shows."""
+        """The picture; None for a turn, which is shown as HTML."""
         return self._content() if len(self.frames) == 1 else None
 
     def _repr_html_(self) -> str | None:
-        """The turn; None of one picture."""
+        """The turn as HTML; None for a single picture."""
         if len(self.frames) == 1:
             return None
         data = base64.b64encode(self._content()).decode("ascii")
@@ -212,7 +212,7 @@ def plot(
 
 
 def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
-    """Number of pictures: one, unless it turns."""
+    """Number of pictures of a turn; one without a turn."""
     if given is not None:
         return checked_count(given, "n_frames")
     is_moving = output is not None and Path(output).suffix.lower() in MOVING_ENDINGS
@@ -220,7 +220,7 @@ def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
 
 
 def _checked_target(output: str | os.PathLike[str], n_frames: int) -> Path:
-    """Path of a file for so many pictures, which this machine can write."""
+    """Checked path of a file for this number of pictures; an error if it cannot be written."""
     path = checked_picture_path(output, _ENDINGS)
     is_moving = path.suffix.lower() in MOVING_ENDINGS
     if is_moving and n_frames == 1:
@@ -240,7 +240,7 @@ def _check_titles(titles: Sequence[str] | None, n: int) -> None:
 def _colors_by(
     cells: Cells, series: Sequence[Any], color_by: Any, title: str | None
 ) -> tuple[list[Any], Scale]:
-    """Colors of cells for each labeling, and what they stand for."""
+    """Colors of cells for each labeling, and their scale."""
     if isinstance(color_by, str) and title is None:
         title = color_by.replace("_", " ")
     values = [_values_of(cells, labels, color_by, len(series)) for labels in series]
@@ -249,7 +249,7 @@ def _colors_by(
 
 
 def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Floats:
-    """A value for each cell; NaN where there is none, and where it is in no region."""
+    """A value for each cell; NaN if missing, or if the cell is in no region."""
     n_cells = cells.n_cells
     if labels is None:
         if isinstance(color_by, str):
@@ -270,11 +270,11 @@ def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Float
 
 @dataclass(frozen=True)
 class _Panels:
-    """What is drawn side by side."""
+    """Pictures drawn side by side."""
 
     cells: Cells
-    series: Sequence[Any]  # labels of each
-    colors: Sequence[Any]  # of cells; None for those of regions
+    series: Sequence[Any]  # labels of each panel
+    colors: Sequence[Any]  # colors of cells; None: colors of their regions
     clip: Clip | None
 
 

@@ -106,7 +106,7 @@ def render(
 
 @dataclass(frozen=True)
 class Style:
-    """How scenes are drawn, whatever they show."""
+    """Style of pictures, independent of the scene."""
 
     frame: tuple[int, int]  # width and height
     view: View
@@ -122,7 +122,7 @@ class Style:
 def checked_style(
     size: tuple[int, int], view: View | str | None, border_width: float | None, background: str
 ) -> Style:
-    """The style that the arguments of `render` ask for."""
+    """Return the style for the arguments of `render`."""
     frame = (_checked_side(size, 0), _checked_side(size, 1))
     view = _checked_view(view)
     if border_width is not None:
@@ -133,7 +133,7 @@ def checked_style(
 def scene_of(
     cells: Cells, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None, clip: Clip | None
 ) -> Scene:
-    """What is drawn of cells of any kind."""
+    """The scene of cells of any kind."""
     kind = kind_of(cells)
     keep = None if clip is None else _half(cells, clip)
     outside = kind.outside(cells, keep)
@@ -152,7 +152,7 @@ def scene_of(
 
 
 def _half(cells: Any, clip: Clip) -> Bools:
-    """Whether each cell of a volume is in one half of the bounding box."""
+    """Whether each cell of a volume is in a given half of the bounding box."""
     checked_choice(clip, "clip", CLIPS)
     kind = kind_of(cells)
     if kind.dimension != 3:
@@ -164,12 +164,12 @@ def _half(cells: Any, clip: Clip) -> Bools:
 
 
 def upright(view: View, scene: Scene) -> View:
-    """The view with the axis that points up, guessed if need be."""
+    """The view with its up axis, guessed if it is "auto"."""
     return replace(view, up=guess_up(scene)) if view.up == "auto" else view
 
 
 def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Picture]:
-    """A picture of the scene from each camera; all are at the same distance."""
+    """Draw the scene from each camera; all have the same distance."""
     width = style.border_width
     if width is None:
         width = default_border_width(scene.mean_region_area, cameras[0], style.frame[1])
@@ -177,7 +177,7 @@ def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Pictur
 
 
 def png_of_picture(picture: Picture) -> bytes:
-    """The picture as PNG, packed by runs alone: a third of the time for 5 % more bytes."""
+    """The picture as PNG, compressed by runs only: a third of the time for 5 % more bytes."""
     file = io.BytesIO()
     image = import_pillow("Image").fromarray(picture)
     image.save(file, format="PNG", compress_level=4, compress_type=_PNG_RUNS)
@@ -217,7 +217,7 @@ def _checked_side(size: tuple[int, int], side: int) -> int:
 
 
 def checked_picture_path(output: str | os.PathLike[str], endings: Sequence[str]) -> Path:
-    """Path of a file of these formats in an existing folder, checked before anything is drawn."""
+    """Checked path of a file with one of these endings, in an existing folder."""
     path = Path(output)
     if path.suffix.lower() not in endings:
         raise ValueError(f"output must end in {' or '.join(endings)}, got {path.name!r}")

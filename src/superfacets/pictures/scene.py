@@ -20,19 +20,19 @@ from ..mesh.point_cloud import PointCloud
 from .camera import Camera
 from .colors import colors_of_cells, region_colors
 
-# Width of a border, as a share of the diameter of a region. Half of the line is on either side, so
-# that it covers 4 % of a round region.
+# Width of a border, as a fraction of the diameter of a region. Half of the line is on either side,
+# so that it covers 4 % of a round region.
 _SHARE_OF_REGION = 0.02
 
-# Width, as a share of the picture's height, that larger regions do not exceed.
+# Largest width of a border, as a fraction of the picture's height.
 _SHARE_OF_PICTURE = 1 / 250
 
-# Width in pixels below which lines break up into dots, however small the regions are.
+# Smallest width in pixels; thinner lines would break up into dots.
 _LEAST_WIDTH = 0.6
 
 
 def border_edges(mesh: FaceMesh, graph: FaceGraph, labels: Ints) -> Ints:
-    """Ends, (B, 2), of the edges between faces of different labels, each pair of faces once."""
+    """Ends, (B, 2), of the edges between faces of different labels, once per pair of faces."""
     sources = np.repeat(np.arange(mesh.n_faces, dtype=np.int32), np.diff(graph.offsets))
     between = (labels[sources] != labels[graph.neighbors]) & (sources < graph.neighbors)
     faces, sides = sources[between], graph.sides[between]
@@ -56,31 +56,31 @@ Picture = Bytes
 
 _PLAIN_COLOR = (205, 197, 184)
 
-# Radius of the hexagon that is drawn for a point, in square roots of the area around it. Gaps
-# between points spread at random are closed, but for a few.
+# Radius of the hexagon of a point, in square roots of the area around it: closes nearly all gaps
+# between points spread at random.
 _RADIUS = 1.32
 _HEXAGON = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What is drawn, scaled and moved to a box of diagonal 1 around the origin."""
+    """Cells scaled and moved to a box of diagonal 1 around the origin, with colors and borders."""
 
-    points: FloatArray  # (P, 3), no two at one place, all used
+    points: FloatArray  # (P, 3), without duplicates, all used
     triangles: Longs  # (T, 3), faces, or triangulated polygons
     colors: Picture  # (T, 3)
     borders: Longs  # (B, 2), ends of edges between regions
-    n_regions: int  # 1 without any
+    n_regions: int  # 1 without regions
 
     @cached_property
     def normals(self) -> FloatArray:
-        """Normal of each triangle, (T, 3), as long as its area."""
+        """Normal of each triangle, (T, 3); its length is the area."""
         first, second, third = (self.points[corner] for corner in self.triangles.T)
         return np.cross(second - first, third - first) / 2
 
     @property
     def mean_region_area(self) -> float:
-        """Mean over regions; the box's diagonal is 1."""
+        """Mean area of regions; the box has diagonal 1."""
         return float(np.linalg.norm(self.normals, axis=1).sum()) / self.n_regions
 
 
@@ -162,19 +162,19 @@ def hexagons_of(graph: PointGraph) -> FloatArray:
     return np.stack([graph.positions + radii * spoke for spoke in spokes], axis=1).reshape(-1, 3)
 
 
-# What counts as touching the ground: points this near to the lowest, in diagonals of the mesh. Less
-# and a foot that is a little shorter than the others does not carry, more and round things stand.
+# Height above the lowest point, in diagonals, up to which points touch the ground. With less, a
+# slightly shorter foot would not count; with more, round things would stand.
 _GROUND = 0.02
 
-# How much more firmly, in diagonals, a mesh must stand on z than on y: most files have y up, and
-# what lies on its back or side lies more firmly than it stands. On 79 models whose upright
-# position is clear, 0.05 to 0.12 give the same rate within two models.
+# Lead in stability, in diagonals, that z must have over y. Most files have y up, and a thing on its
+# back or side lies more stably than it stands. On 79 models with a clear up direction, 0.05 to 0.12
+# give the same result for all but two.
 _LEAD = 0.1
 
-# Directions on the ground in which a mesh could tip over.
+# Number of directions in which a mesh could tip over.
 _N_DIRECTIONS = 32
 
-# At most so many triangles, and points on the ground, are looked at: evenly spread ones of larger
+# Most triangles, and points on the ground, that are examined. Evenly spread samples of larger
 # meshes move the center by less than a thousandth of the diagonal.
 _MAX_SAMPLES = 100_000
 
@@ -197,7 +197,7 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
 
 
 def _firmness(points: FloatArray, center: FloatArray, axis: int) -> float:
-    """How far the center is inside (> 0) the hull of the ground points, seen along the axis."""
+    """Distance of the center from the border of the hull of ground points (> 0: inside)."""
     heights = points[:, axis]
     ground = points[_sampled(np.flatnonzero(heights <= heights.min() + _GROUND))]
     angles = np.arange(_N_DIRECTIONS) * (2 * np.pi / _N_DIRECTIONS)

@@ -1,4 +1,4 @@
-"""How different colors look: OKLab, for normal and for color-blind eyes."""
+"""Perceived differences of colors: OKLab, for normal vision and color blindness."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .._types import Array, Bytes, Floats
 
 Vision = Literal["normal", "protanopia", "deuteranopia", "tritanopia"]
 VISIONS: tuple[Vision, ...] = get_args(Vision)
-"""Normal vision, and that without the cones for long, middle and short waves."""
+"""Normal vision, and vision without cones for long, middle or short wavelengths."""
 
 _LINEAR_TO_CONES = np.array(
     [
@@ -27,8 +27,8 @@ _CONES_TO_OKLAB = np.array(
     ]
 )
 
-# What linear sRGB turns into, at severity 1: Machado, Oliveira and Fernandes, "A physiologically-
-# based model for simulation of color vision deficiency", 2009, table 1.
+# Matrices for linear sRGB at severity 1: Machado, Oliveira and Fernandes, "A physiologically-based
+# model for simulation of color vision deficiency", 2009, table 1.
 _SIMULATIONS = {
     "protanopia": np.array(
         [
@@ -64,7 +64,7 @@ def oklab(colors: Array) -> Floats:
 
 
 def seen_as(colors: Array, vision: Vision) -> Floats:
-    """Return sRGB colors, (N, 3), 0 to 255, in OKLab as eyes of this kind tell them apart."""
+    """Return sRGB colors, (N, 3), 0 to 255, in OKLab as perceived with this vision."""
     linear = _linear(colors)
     if vision != "normal":
         linear = np.clip(linear @ _SIMULATIONS[vision].T, 0, 1)
@@ -72,13 +72,13 @@ def seen_as(colors: Array, vision: Vision) -> Floats:
 
 
 def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = VISIONS) -> Floats:
-    """Return the distances in OKLab between all colors of two sets, (N, M), in the worst vision."""
+    """Return distances in OKLab between all colors of two sets, (N, M), under the worst vision."""
     apart = [_distances(seen_as(colors, v), seen_as(others, v)) for v in visions]
     return np.asarray(np.min(apart, axis=0))
 
 
 def from_oklab(places: Floats) -> Bytes:
-    """Return colors of OKLab, (N, 3), in sRGB; those out of its range are clipped."""
+    """Return colors of OKLab, (N, 3), in sRGB, clipped to its range."""
     linear = (places @ np.linalg.inv(_CONES_TO_OKLAB).T) ** 3 @ np.linalg.inv(_LINEAR_TO_CONES).T
     linear = np.clip(linear, 0, 1)
     shares = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)

@@ -1,4 +1,4 @@
-"""The page: its parts put together, shown in a notebook, written to a file."""
+"""Pages: assembled from their parts, shown in notebooks, written to files."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .shape import STEPS, Shape, shape_of, view_facts
 
 _MAX_TITLE = 200
 
-# Of the frame in a notebook, in pixels.
+# Height of the frame in a notebook, in pixels.
 _FRAME_HEIGHT = 480
 
 
@@ -163,7 +163,7 @@ def checked_page_path(path: str | os.PathLike[str]) -> Path:
 def _arrays(
     shape: Shape, levels: list[Labeling], truth: Labeling | None, features: list[Feature]
 ) -> Arrays:
-    """All that the page holds in numbers."""
+    """All numbers of the page."""
     arrays = Arrays()
     labelings = [*levels, *([] if truth is None else [truth])]
     for name, (array, coding) in shape.parts(shape.quantized()).items():
@@ -183,7 +183,7 @@ def _arrays(
 
 
 def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
-    """How the page draws the shape, in a box of diagonal 1 around the origin."""
+    """The shape for the page, in a box of diagonal 1 around the origin."""
     low, high = shape.bounds
     return {
         **view_facts(shape, camera),
@@ -194,7 +194,7 @@ def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
 
 
 def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> str:
-    """The text of the page, in which no title or name can end the element that it stands in."""
+    """Text escaped so that titles and names cannot end the element that contains them."""
     folder = files(__package__)
     template, style, script = (
         folder.joinpath(name).read_text(encoding="utf-8")
@@ -209,7 +209,7 @@ def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> st
         "FACTS": json.dumps(facts, separators=(",", ":")).replace("<", "\\u003c"),
         "PAYLOAD": payload,
     }
-    # Cut first, then filled: what is filled in is not looked at again.
+    # The template is split first, so that inserted text is not searched for placeholders.
     first, *rest = template.split("@")
     pieces = [first]
     for i, piece in enumerate(rest):

@@ -1,4 +1,4 @@
-"""What cells of a page are colored by: regions of levels, ground truth, values."""
+"""Colorings of cells on a page: regions of levels, ground truth, values."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ LabelsLike = npt.ArrayLike | Levels | Sequence[npt.ArrayLike]
 
 @dataclass(frozen=True)
 class Labeling:
-    """Regions 0..K-1 of cells, and -1 where there is none."""
+    """Regions 0..K-1 of cells, and -1 for cells in no region."""
 
     labels: Ints
-    ids: npt.NDArray[np.int64]  # (K,) what they were called
+    ids: npt.NDArray[np.int64]  # (K,) their original labels
 
     @property
     def n_regions(self) -> int:
@@ -46,7 +46,7 @@ class Labeling:
         return len(self.ids)
 
     def facts(self, shape: Shape) -> dict[str, Any]:
-        """What a page says about it."""
+        """Description for the page."""
         is_numbered = np.array_equal(self.ids, np.arange(self.n_regions))
         area = float(shape.areas.sum()) / shape.diagonal**2
         return {
@@ -56,7 +56,7 @@ class Labeling:
         }
 
     def add_to(self, arrays: Arrays, name: str, shape: Shape, finer: Labeling | None) -> None:
-        """Add labels, and colors, numbers of cells and sizes of regions.
+        """Add labels (or the parents of finer regions), colors, numbers of cells, and sizes.
 
         In the place of labels may stand which region each of the finer ones lies in.
         """
@@ -74,10 +74,12 @@ class Labeling:
         arrays.add(f"{name}_sizes", sizes.astype(np.float32), "planes")
 
     def _parents(self, finer: Labeling) -> Ints | None:
-        """The region of each of the finer regions; None if one is in several, or cells differ."""
+        """Parents of the finer regions; None if a finer region lies in several."""
         if not np.array_equal(self.labels == NO_REGION, finer.labels == NO_REGION):
             return None
-        parents = np.empty(finer.n_regions + 1, np.int32)  # the last of no region
+        parents = np.empty(
+            finer.n_regions + 1, np.int32
+        )  # the last entry is for cells in no region
         parents[finer.labels] = self.labels
         if not np.array_equal(parents[finer.labels], self.labels):
             return None
@@ -89,17 +91,17 @@ class Feature:
     """A value per cell, or per region of the first level."""
 
     name: str
-    values: npt.NDArray[np.float64]  # NaN where there is none
+    values: npt.NDArray[np.float64]  # NaN if missing
     of: str  # "cell" or "region"
 
     @property
     def range(self) -> tuple[float, float]:
-        """The lowest and the highest value; 0 and 0 where there are none."""
+        """The lowest and the highest value; 0 and 0 without values."""
         known = self.values[~np.isnan(self.values)]
         return (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
 
     def facts(self) -> dict[str, Any]:
-        """What a page says about it."""
+        """Description for the page."""
         low, high = self.range
         n_missing = int(np.count_nonzero(np.isnan(self.values)))
         return {
@@ -116,7 +118,7 @@ class Feature:
 
 
 def checked_levels(labels: LabelsLike | None, n_cells: int) -> list[Labeling]:
-    """The labelings of a page's levels; none for None."""
+    """The labelings of the levels on a page; none if None is given."""
     if labels is None:
         return []
     given: Any = labels.levels if isinstance(labels, Levels) else labels

@@ -1,4 +1,4 @@
-"""What a page draws: quantized positions, triangles or points, and edges that may be borders."""
+"""Shapes on a page: quantized positions, triangles or points, and edges that may be borders."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from ..scene import Scene, guess_up, hexagons_of
 from .coding import Coding
 
 STEPS = 65535
-"""Steps from one side of the bounding box to the other: positions are right to half of one."""
+"""Steps of positions along a side of the bounding box; the error is at most half a step."""
 
-# Diameter of a point, in square roots of the area around it: gaps are closed, but for a few.
+# Diameter of a point, in square roots of the area around it: closes nearly all gaps.
 _POINT_SIZE = 2.0
 
 Ints = npt.NDArray[np.int32]
@@ -49,10 +49,12 @@ class Shape:
 
     points: Floats  # (P, 3)
     triangles: npt.NDArray[np.uint32] | None  # (T, 3); None: the points are the cells
-    sources: npt.NDArray[np.uint32] | None  # (T,) cell of each triangle; None: they are the cells
-    normals: Floats | None  # (P, 3) of points
+    sources: (
+        npt.NDArray[np.uint32] | None
+    )  # (T,) cell of each triangle; None: each triangle is a cell
+    normals: Floats | None  # (P, 3) for points
     measures: Floats  # (N,) area or volume of each cell
-    areas: Floats  # of what is drawn
+    areas: Floats  # areas of what is drawn
     graph: _Graph  # of all cells
     outline: _Outline | None  # None: there are no borders to draw
 
@@ -63,16 +65,16 @@ class Shape:
 
     @property
     def diagonal(self) -> float:
-        """Of the bounding box; 1 where all points are one."""
+        """Diagonal of the bounding box; 1 if all points coincide."""
         low, high = self.bounds
         return float(np.linalg.norm(high - low)) or 1.0
 
     @property
     def scene(self) -> Scene:
-        """The triangles, or some on points, in a box of diagonal 1; without colors."""
+        """The triangles, or triangles around points, in a box of diagonal 1; without colors."""
         points, triangles = self.points, self.triangles
         if isinstance(self.graph, PointGraph):
-            points = hexagons_of(self.graph)  # a triangle in each will do
+            points = hexagons_of(self.graph)  # one triangle per hexagon suffices
             triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 6)[:, ::2]
         assert triangles is not None
         points = (points - self.bounds.mean(axis=0)) / self.diagonal
@@ -111,15 +113,15 @@ class Shape:
 
 @dataclass(frozen=True)
 class _Outline:
-    """Where faces that are drawn meet."""
+    """Edges between visible faces."""
 
     mesh: FaceMesh
     graph: FaceGraph
-    cells: npt.NDArray[np.uint32] | None  # of each face; None: they are the cells
+    cells: npt.NDArray[np.uint32] | None  # of each face; None: each face is a cell
     places: npt.NDArray[np.uint32]  # (V,) the drawn vertex of each vertex of the mesh
 
     def edges(self, labelings: Sequence[Ints]) -> npt.NDArray[np.uint32]:
-        """Two drawn vertices and two cells of each edge that is between regions, (B, 4)."""
+        """The two vertices and two cells of each edge between regions, (B, 4)."""
         sources = np.repeat(
             np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets)
         )
@@ -169,7 +171,7 @@ def _surface_shape(
     measures: Floats | None,
     cell_graph: Arcs | None,
 ) -> Shape:
-    """The shape of faces, which are the cells, or lie on them."""
+    """The shape of faces, which are cells or lie on cells."""
     threads = checked_threads(None)
     graph = build_face_graph(mesh)
     areas = measure_faces(mesh, threads)[1]
@@ -188,10 +190,10 @@ def _surface_shape(
 def _numbered_by_use(
     corners: Ints, n_vertices: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
-    """Vertices in the order of use, corners by their place there, and the places (0: unused)."""
+    """Vertices in the order of use, corners by it, and the new index of vertices (0: unused)."""
     flat = corners.ravel()
-    first = np.full(n_vertices, len(flat), dtype=np.int64)  # corner that uses each vertex first
-    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # of several, the last one is kept
+    first = np.full(n_vertices, len(flat), dtype=np.int64)  # first corner that uses each vertex
+    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # of several writes, the last one counts
     is_first = np.zeros(len(flat), dtype=bool)
     is_first[first[first < len(flat)]] = True
     used = flat[is_first].astype(np.int64)
@@ -208,7 +210,7 @@ def _cloud_shape(cloud: PointCloud) -> Shape:
 
 
 def _packed(directions: Floats) -> npt.NDArray[np.uint16]:
-    """Unit vectors in two bytes, by octahedral encoding; 0 for none."""
+    """Unit vectors in two bytes, by octahedral encoding; 0 for a zero vector."""
     sums = np.abs(directions).sum(axis=1, keepdims=True)
     folded = directions / np.where(sums > 0, sums, 1)
     x, y = folded[:, 0], folded[:, 1]
@@ -219,5 +221,5 @@ def _packed(directions: Floats) -> npt.NDArray[np.uint16]:
         np.where(is_below, (1 - np.abs(x)) * signs[:, 1], y),
     )
     low, high = (np.rint((part + 1) * 127).astype(np.uint16) for part in (x, y))
-    codes = np.maximum(low | (high << 8), 1)  # (0, 0, -1) has other codes as well
+    codes = np.maximum(low | (high << 8), 1)  # (0, 0, -1) has several codes
     return np.where(sums[:, 0] > 0, codes, 0).astype(np.uint16)
