@@ -24,16 +24,17 @@ from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, OrderedCells, kind_of
 from .cells.parts import SMOOTH_DISTANCE, part_weights
-from .cells.slivers import EDGE_PER_RADIUS, sliver_note
+from .cells.size import EDGE_PER_RADIUS, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.loop import segment_cells
 from .clustering.plan import Plan, Start
 from .clustering.segmentation import Segmentation
 from .errors import IslandWarning, SliverWarning
 from .mesh.cells import Cells
-from .regions.cleaning import clean
+from .regions.connect import connect_regions
 from .regions.edit import BorderCosts
-from .regions.smooth import MAX_DISTANCE
+from .regions.merge import merge_regions
+from .regions.smooth import MAX_DISTANCE, straighten
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -507,8 +508,41 @@ def _clean(work: _Work) -> _Work:
         costs = _border_costs(work)
         costs = costs if plan.cut is None else costs.of_part(plan.cut)
         reach = SMOOTH_DISTANCE if options.weights.has_parts else MAX_DISTANCE
-        result = clean(costs, work.result, options.cleanup, plan.groups, reach)
+        result = _cleaned(costs, work.result, options.cleanup, plan.groups, reach)
     return replace(work, lengths=None, result=result)
+
+
+def _cleaned(
+    costs: BorderCosts,
+    result: Segmentation,
+    options: CleanupOptions,
+    groups: Ints,
+    max_distance: float,
+) -> Segmentation:
+    """Return the result with its regions cleaned up; those of different groups never join.
+
+    Borders move by no more than the distance, in radii.
+    """
+    if options.enforce_connectivity:
+        edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
+        # Pieces that touch no other region are islands that had joined this one: so they stay.
+        labels = edit.sources[edit.labels]
+        result = replace(result, labels=labels, n_joined=edit.n_joined)
+    if options.min_size > 0:
+        edit = merge_regions(
+            costs, result.labels, result.n_segments, options.min_size, options.islands, groups
+        )
+        result = replace(
+            result,
+            labels=edit.labels,
+            centers=result.centers[edit.sources],
+            n_merged=edit.n_joined,
+            n_islands=edit.n_islands,
+        )
+    if options.smooth:
+        labels = straighten(costs, result.labels, result.centers, max_distance)
+        result = replace(result, labels=labels)
+    return result
 
 
 def _border_costs(work: _Work) -> BorderCosts:

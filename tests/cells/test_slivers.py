@@ -21,7 +21,7 @@ from superfacets import (
     subdivide,
 )
 from superfacets.cells.face_graph import graph_and_shapes
-from superfacets.cells.slivers import sliver_note, sliver_share
+from superfacets.cells.size import sliver_note, sliver_share
 from superfacets.metrics import compactness
 
 

@@ -288,7 +288,7 @@ def test_files_keep_tetrahedra_and_labels(tmp_path, ending, ascii):
     assert np.array_equal(found.vertices, tower.vertices)
     assert sf.read_labels(path, 18).tolist() == labels.tolist()
     sf.write_mesh(path, tower)
-    with pytest.raises(MeshError, match="the file has no cell data label"):
+    with pytest.raises(MeshError, match="file has no cell data label"):
         sf.read_labels(path)
 
 

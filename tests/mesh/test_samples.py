@@ -6,7 +6,7 @@ import shapes
 from numpy.testing import assert_allclose, assert_array_equal
 
 import superfacets as sf
-from superfacets.mesh.samples import MAX_STEPS, sample_faces
+from superfacets.mesh.faces import MAX_STEPS, sample_faces
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8])

@@ -24,7 +24,7 @@ from ..adapters.convert import as_mesh
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions
 from ..cells.kinds import kind_of
 from ..cells.point_graph import estimate_normals
-from ..cells.slivers import advised_max_edge
+from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
 from ..cells.weights import WeightOptions
 from ..clustering.segmentation import Segmentation

@@ -21,8 +21,7 @@ from .cell_graph import Arcs
 from .face_graph import FaceGraph, graph_and_shapes
 from .kinds import kind_of
 from .point_graph import find_point_graph
-from .size import checked_n_segments, radius_of
-from .slivers import sliver_share
+from .size import checked_n_segments, radius_of, sliver_share
 from .surface import is_inside_out
 from .tet_graph import build_tet_graph
 

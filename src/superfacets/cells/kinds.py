@@ -40,7 +40,7 @@ from .point_graph import (
     find_sorted_graph,
     point_surface,
 )
-from .slivers import sliver_share
+from .size import sliver_share
 from .sorting import is_scattered, sorted_corners
 from .surface import Surface
 from .tet_graph import TetGraph, build_tet_graph, tet_surface

@@ -9,8 +9,7 @@ from functools import partial
 import click
 
 from ..cells.info import CloudInfo, MeshInfo, TetInfo, facts_of
-from ..cells.size import DEFAULT_N_SEGMENTS
-from ..cells.slivers import sliver_note
+from ..cells.size import DEFAULT_N_SEGMENTS, sliver_note
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_cells, name_of
 from .interrupts import run_in_background

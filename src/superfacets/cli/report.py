@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..batches.files import Outcome
 from ..cells.kinds import kind_of
-from ..cells.slivers import sliver_note
+from ..cells.size import sliver_note
 from ..clustering.segmentation import Segmentation
 from ..export.ids import VERTEX_OUTPUTS
 from ..export.ply import names_replaced

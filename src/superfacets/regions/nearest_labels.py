@@ -14,7 +14,7 @@ from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, kind_of
 from ..cells.nearest import checked_distance, query_points
 from ..cells.sums import weighted_majority
-from ..mesh.samples import sample_faces
+from ..mesh.faces import sample_faces
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
 """Rounding error of centroids, as a fraction of the largest coordinate."""

@@ -15,8 +15,7 @@ from .._options import CleanupOptions, Islands, LoopOptions, Progress, SizeOptio
 from .._timing import OnStage, timed
 from .._validate import checked_choice, checked_count, checked_flag
 from ..cells.cell_graph import box_diagonal
-from ..cells.size import size_of_total
-from ..cells.slivers import sliver_note
+from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
 from ..clustering.loop import segment_cells
 from ..clustering.plan import Plan

@@ -13,7 +13,7 @@ from .._types import Array, Floats, Ints, Longs
 from ..cells.cell_graph import box_diagonal
 from ..cells.hollows import evened_share
 from ..cells.kinds import kind_of
-from ..cells.slivers import area_of_slivers
+from ..cells.size import area_of_slivers
 from ..cells.surface import Surface, enclosed, is_negative
 from ..cells.weights import WeightOptions, arc_weights, creases_and_turn, creases_of
 from ..mesh.faces import signed_volume
