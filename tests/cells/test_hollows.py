@@ -8,7 +8,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
-from superfacets.cells.hollows import HOLLOW, MOST_EVENED, SOLID, TURN_BITS, evened_share
+from superfacets.cells.weights import HOLLOW, MOST_EVENED, SOLID, TURN_BITS, evened_share
 from superfacets.mesh.triangle_mesh import split_in_four
 
 SHARP = math.radians(40)

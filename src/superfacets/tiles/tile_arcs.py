@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
 from ..cells.cell_graph import box_diagonal
-from ..cells.hollows import evened_share
 from ..cells.kinds import kind_of
 from ..cells.size import area_of_slivers
 from ..cells.surface import Surface, enclosed, is_negative
-from ..cells.weights import WeightOptions, arc_weights, creases_and_turn, creases_of
+from ..cells.weights import WeightOptions, arc_weights, creases_and_turn, creases_of, evened_share
 from ..mesh.faces import signed_volume
 from .arrays import rows
 from .halos import find_halos, halo_of_faces, halo_of_points, read_faces
