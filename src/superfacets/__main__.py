@@ -1,4 +1,4 @@
-"""Where the command `superfacets` begins, which is also ``python -m superfacets``."""
+"""Start of the command `superfacets`, also as ``python -m superfacets``."""
 
 from typing import NoReturn
 

@@ -21,7 +21,7 @@ def usable_memory() -> int:
 
 
 def free_memory() -> int:
-    """Free memory of the machine in bytes, at most `usable_memory`, which it is if unknown."""
+    """Free memory of the machine in bytes, at most `usable_memory`; if unknown, `usable_memory`."""
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = next(line for line in lines if line.startswith("MemAvailable"))
@@ -30,7 +30,7 @@ def free_memory() -> int:
 
 
 def memory_of_process() -> int:
-    """Bytes that this process may use: `usable_memory`, or its address space if that is less."""
+    """Memory limit of this process in bytes: `usable_memory`, or its address space if smaller."""
     limit = address_limit()
     return usable_memory() if limit is None else min(usable_memory(), limit)
 
@@ -71,7 +71,7 @@ def _limits_above(root: Path, name: str, file: str) -> list[int]:
 
 
 def address_limit() -> int | None:
-    """Bytes that this process may map; None: no limit."""
+    """Size limit of the address space of this process in bytes; None without a limit."""
     try:
         import resource
     except ImportError:  # Windows

@@ -1,4 +1,4 @@
-"""The checked arguments of `segment`: the options of each stage are in one object.
+"""Checked arguments of `segment`, in one object per stage.
 
 ``checked`` takes arguments of `segment`, and raises an error before any work is done if one is
 wrong; ``params`` are reported in the result.
@@ -63,7 +63,7 @@ class SizeOptions:
 
 @dataclass(frozen=True)
 class LoopOptions:
-    """When the loop ends, and where expansions halt."""
+    """When the loop ends, and how far expansions reach."""
 
     max_num_iter: int
     tol: float  # in radii
@@ -101,7 +101,7 @@ class LoopOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """As they are reported."""
+        """The parameters in the result."""
         return {
             "radius_factor": self.radius_factor,
             "max_num_iter": self.max_num_iter,
@@ -139,7 +139,7 @@ class CleanupOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """As they are reported."""
+        """The parameters in the result."""
         return {
             "smooth": self.smooth,
             "enforce_connectivity": self.enforce_connectivity,

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 OnStage = Callable[[str], object]
-"""Called with the name of a stage when it begins."""
+"""Function that is called with the name of each stage when it begins."""
 
 
 @contextmanager

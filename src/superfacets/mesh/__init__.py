@@ -1,1 +1,1 @@
-"""Stage 0: what users bring, checked."""
+"""Stage 0: checked meshes and point clouds."""

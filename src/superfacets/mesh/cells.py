@@ -9,7 +9,7 @@ from .._types import Floats, Ints
 
 
 class Cells:
-    """Checked cells: the input of `segment` once it has been read.
+    """Checked cells: the input of `segment` after reading.
 
     A class of one's own derives from this one, has `n_cells` and `bounds`, and is made known by
     `cells.kinds.register`.
@@ -25,7 +25,7 @@ class Cells:
 
 
 def lowest_vertices(vertices: Floats, weld: bool, n_threads: int) -> Ints:
-    """The lowest vertex at the position of each, or each vertex itself where it is not welded."""
+    """The lowest vertex at the position of each vertex; each vertex itself without welding."""
     if weld:
         return _core.weld_vertices(vertices, n_threads)
     return np.arange(len(vertices), dtype=np.int32)

@@ -21,7 +21,7 @@ AnyMesh: TypeAlias = FaceMesh | TetMesh
 
 
 class VertexGraph(NamedTuple):
-    """Which vertices share an edge, in CSR form, and the lengths of the edges."""
+    """The graph of vertices that share an edge, in CSR form, with lengths of edges."""
 
     offsets: Longs
     neighbors: Ints
@@ -33,8 +33,8 @@ class Corners:
     """Vertices of the corners of all cells of a mesh, one cell after the other."""
 
     vertices: Ints  # (C,)
-    size: int | None  # corners of each cell; None where cells differ
-    offsets: Longs | None = None  # (N + 1,), where cells differ
+    size: int | None  # corners per cell; None if cells differ
+    offsets: Longs | None = None  # (N + 1,), if cells differ
 
     @property
     def n_cells(self) -> int:
@@ -45,11 +45,11 @@ class Corners:
 
     @property
     def sizes(self) -> Longs | int:
-        """Number of corners of each cell, as `numpy.repeat` takes it."""
+        """Number of corners of each cell, in a form for `numpy.repeat`."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
     def of(self, cells: npt.NDArray[np.integer]) -> tuple[Ints, Longs]:
-        """Return the corners of some cells in a row, and the offsets of each cell's corners."""
+        """Return the corners of some cells in a row, and offsets of the corners of each."""
         if self.offsets is None:
             table = self.vertices.reshape(-1, self.size or 0)[cells]
             return table.ravel(), np.arange(len(cells) + 1) * table.shape[1]
@@ -59,7 +59,7 @@ class Corners:
         return self.vertices[firsts + np.arange(offsets[-1])], offsets
 
     def means(self, table: Floats) -> Floats:
-        """Return the mean over the corners of each cell of rows of the vertices, (N, F)."""
+        """Return the mean over the corners of each cell of per-vertex rows, (N, F)."""
         if self.offsets is None:
             return np.asarray(table[self.vertices.reshape(-1, self.size or 0)].mean(axis=1))
         sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)
@@ -67,7 +67,7 @@ class Corners:
 
 
 def corners_of(mesh: AnyMesh) -> Corners:
-    """Return the corners of the faces or tetrahedra of a mesh; nothing is copied."""
+    """Return the corners of the faces or tetrahedra of a mesh, without copies."""
     if isinstance(mesh, PolygonMesh):
         return Corners(mesh.indices, None, mesh.offsets)
     if isinstance(mesh, TetMesh):
@@ -106,7 +106,7 @@ def face_sizes(mesh: FaceMesh) -> Longs:
 
 
 def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Triangles, (T, 3), and the face that each is a part of; None where those are the faces."""
+    """Triangles, (T, 3), and the face of each; None if all faces are triangles."""
     if isinstance(mesh, Mesh):
         return mesh.faces, None
     triangulation = mesh.triangulate()
@@ -114,7 +114,7 @@ def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
 
 
 def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
-    """Vertices that sides of faces begin and end at, shape (n, 2)."""
+    """Start and end vertices of sides of faces, shape (n, 2)."""
     if isinstance(mesh, Mesh):
         return np.stack([mesh.faces[faces, sides], mesh.faces[faces, (sides + 1) % 3]], axis=1)
     starts, nexts = mesh.offsets[faces], sides + 1
@@ -169,7 +169,7 @@ def count_degenerate(mesh: FaceMesh, n_threads: int) -> int:
 
 
 def signed_volume(mesh: FaceMesh, origin: tuple[float, float, float], n_threads: int) -> float:
-    """Volume that a closed mesh encloses, negative where normals point inwards."""
+    """Volume that a closed mesh encloses, negative if normals point inwards."""
     triangles, _ = cut_into_triangles(mesh)
     return _core.signed_volume(mesh.vertices, triangles, origin, n_threads)
 
@@ -182,7 +182,7 @@ def sliver_area(
     max_height: float,
     n_threads: int,
 ) -> float:
-    """Area of the faces that are longer than the one and thinner than the other.
+    """Area of faces longer than the first limit and thinner than the second.
 
     `longest`, for triangles, is what the core's `measure_shapes` returns.
     """
@@ -194,7 +194,7 @@ def sliver_area(
 
 
 def vertex_graph(mesh: FaceMesh, representative: Ints, n_threads: int) -> VertexGraph:
-    """Return the graph of the vertices that are the lowest of their position."""
+    """Return the graph of vertices, each position represented by its lowest vertex."""
     if isinstance(mesh, Mesh):
         arrays = _core.build_vertex_graph(mesh.vertices, mesh.faces, representative, n_threads)
     else:
@@ -205,7 +205,7 @@ def vertex_graph(mesh: FaceMesh, representative: Ints, n_threads: int) -> Vertex
 
 
 def _measure_polygons(mesh: PolygonMesh, n_threads: int) -> tuple[Floats, Floats, Floats]:
-    """Centroids, areas, and normals, which are zero where there are none."""
+    """Centroids, areas, and normals, which are zero if undefined."""
     return _core.measure_polygons(mesh.vertices, mesh.offsets, mesh.indices, n_threads)
 
 
@@ -216,7 +216,7 @@ class FoundArcs(NamedTuple):
     neighbors: Ints
     sides: Array
     same_turn: Bytes
-    counts: tuple[int, int, int, int]  # of edges
+    counts: tuple[int, int, int, int]  # numbers of edges
 
 
 def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
@@ -233,7 +233,7 @@ def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
 
 
 def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
-    """As `arcs_of_faces`, of an array of triangles, shape (F, 3)."""
+    """Like `arcs_of_faces`, for an array of triangles, shape (F, 3)."""
     try:
         return FoundArcs(*_core.build_face_graph(faces, lowest, n_threads))
     except ValueError as error:  # std::length_error
@@ -243,7 +243,7 @@ def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
 def surface_of_faces(
     mesh: FaceMesh, arcs: FoundArcs, is_turned: bool, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Return what the kernels take for a mesh and the arcs between its faces.
+    """Return the surface that kernels take, for a mesh and the arcs between its faces.
 
     A ValueError if the arcs are of another mesh.
     """
@@ -263,15 +263,15 @@ def surface_of_faces(
 
 
 MAX_STEPS = 8
-"""Parts of a side of a triangle: 64 samples tell which label most of a face has."""
+"""Parts per side of a triangle: 64 samples find the label of most of a face."""
 
 
 class Samples(NamedTuple):
-    """Points of the faces of a mesh."""
+    """Sample points on the faces of a mesh."""
 
     points: Floats  # (S, 3)
-    faces: Array  # (S,), of which each is a point
-    areas: Floats  # (S,), that each stands for
+    faces: Array  # (S,) face of each point
+    areas: Floats  # (S,) area that each point represents
 
 
 def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
@@ -304,7 +304,7 @@ def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
 
 
 def _centroids_of_parts(corners: Floats, n: int) -> Floats:
-    """Centroids of the n^2 equal parts of each triangle, those of a triangle in a row."""
+    """Centroids of the n^2 equal parts of each triangle, grouped by triangle."""
     i, j = np.mgrid[:n, :n].reshape(2, -1)
     upright = np.stack([i, j])[:, i + j < n] + 1 / 3
     turned = np.stack([i, j])[:, i + j < n - 1] + 2 / 3

@@ -15,7 +15,7 @@ from .cells import Cells
 
 @dataclass(frozen=True, eq=False)
 class PointCloud(Cells):
-    """A point cloud: checked, and safe to hand to every stage.
+    """A point cloud: checked and read-only.
 
     Points are kept as they are, in their order; several may be at the same position.
 
@@ -65,7 +65,7 @@ class PointCloud(Cells):
             freeze(self, colors=checked_colors(self.colors, len(points)))
 
     def __setstate__(self, state: Any) -> None:
-        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        """Restore a copy or a pickle with the checks of a new object."""
         PointCloud.__init__(self, *restored(state, ("points", "normals", "colors")))
 
     @property
@@ -79,7 +79,7 @@ class PointCloud(Cells):
         return len(self.points)
 
     def taken(self, chosen: npt.NDArray[np.integer[Any]]) -> PointCloud:
-        """Return the cloud of some of the points, with their normals and colors."""
+        """Return a part of the points as a cloud, with their normals and colors."""
         normals = None if self.normals is None else self.normals[chosen]
         colors = None if self.colors is None else self.colors[chosen]
         return PointCloud(self.points[chosen], normals, colors)

@@ -17,7 +17,7 @@ from .triangle_mesh import Mesh
 
 
 class Triangulation(NamedTuple):
-    """The triangles that polygons were cut into.
+    """The triangles of polygons.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Triangulation(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PolygonMesh(Cells):
-    """A mesh of faces with any number of corners: checked, and safe to hand to every stage.
+    """A mesh of faces with any number of corners: checked and read-only.
 
     Faces are kept as they are, in their order, one label each. Concave and non-planar faces are
     as good as others. Corners that repeat, faces that cross themselves and faces without an area
@@ -85,7 +85,7 @@ class PolygonMesh(Cells):
 
     @classmethod
     def of_faces(cls, vertices: npt.ArrayLike, faces: Sequence[Any] | npt.ArrayLike) -> PolygonMesh:
-        """Return a mesh of faces that are given as lists of vertices, or as rows of an array.
+        """Return a mesh of faces given as lists of vertices, or as rows of an array.
 
         Examples
         --------
@@ -97,7 +97,7 @@ class PolygonMesh(Cells):
 
     @classmethod
     def _of_new(cls, vertices: Array, offsets: Longs, indices: Array) -> PolygonMesh:
-        """Make a mesh of arrays that nothing else refers to, as readers make them: not copied."""
+        """Make a mesh of arrays that no one else refers to, without copies; for readers."""
         mesh = object.__new__(cls)
         vertices, offsets, indices, bounds = checked_polygons(
             vertices, offsets, indices, are_new=True
@@ -106,7 +106,7 @@ class PolygonMesh(Cells):
         return mesh
 
     def __setstate__(self, state: Any) -> None:
-        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        """Restore a copy or a pickle with the checks of a new object."""
         PolygonMesh.__init__(self, *restored(state, ("vertices", "offsets", "indices")))
 
     @property

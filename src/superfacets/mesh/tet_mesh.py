@@ -15,8 +15,8 @@ from ..errors import MeshError
 from .cells import Cells, lowest_vertices
 from .triangle_mesh import Mesh
 
-# The corners of the side opposite to each corner, counterclockwise seen from outside where the
-# fourth corner lies above the first three.
+# Corners of the side opposite to each corner, counterclockwise seen from outside if the fourth
+# corner lies above the first three.
 _SIDES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
@@ -37,7 +37,7 @@ class TetBoundary(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TetMesh(Cells):
-    """A mesh of tetrahedra: checked, and safe to hand to every stage.
+    """A mesh of tetrahedra: checked and read-only.
 
     Tetrahedra are kept as they are, in their order, one label each. Those that are turned inside
     out, flat, given twice or that name a vertex twice are accepted.
@@ -76,7 +76,7 @@ class TetMesh(Cells):
         freeze(self, vertices=vertices, tets=tets, bounds=bounds)
 
     def __setstate__(self, state: Any) -> None:
-        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        """Restore a copy or a pickle with the checks of a new object."""
         TetMesh.__init__(self, *restored(state, ("vertices", "tets")))
 
     @property
@@ -95,7 +95,7 @@ class TetMesh(Cells):
         return len(self.vertices)
 
     def boundary(self, keep: npt.ArrayLike | None = None, *, weld: bool = True) -> TetBoundary:
-        """Return the triangles that belong to one tetrahedron alone.
+        """Return the triangles of exactly one tetrahedron.
 
         Parameters
         ----------

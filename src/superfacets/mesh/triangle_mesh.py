@@ -14,7 +14,7 @@ from .cells import Cells
 
 @dataclass(frozen=True, eq=False)
 class Mesh(Cells):
-    """A triangle mesh: checked, and safe to hand to every stage.
+    """A triangle mesh: checked and read-only.
 
     Open, non-manifold, inconsistently oriented, degenerate and disconnected meshes and soups of
     triangles are all accepted. Faces are kept as they are, in their order.
@@ -57,14 +57,14 @@ class Mesh(Cells):
 
     @classmethod
     def _of_new(cls, vertices: Array, faces: Array) -> Mesh:
-        """Make a mesh of arrays that nothing else refers to, as readers make them: not copied."""
+        """Make a mesh of arrays that no one else refers to, without copies; for readers."""
         mesh = object.__new__(cls)
         vertices, faces, bounds = checked_mesh(vertices, faces, are_new=True)
         freeze(mesh, vertices=vertices, faces=faces, bounds=bounds)
         return mesh
 
     def __setstate__(self, state: Any) -> None:
-        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        """Restore a copy or a pickle with the checks of a new object."""
         Mesh.__init__(self, *restored(state, ("vertices", "faces")))
 
     @property
@@ -87,7 +87,7 @@ class Mesh(Cells):
 
 
 def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
-    """Return vertices and faces with each face split at the middles of its sides.
+    """Return vertices and faces with each face split in four at the midpoints of its sides.
 
     Neighbors share the middle of the edge between them. Orientation, area and shape stay; so do
     boundary and non-manifold edges. One sort of the sides: O(F log F).
@@ -111,7 +111,7 @@ def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     [[0, 3, 4], [3, 1, 5], [4, 5, 2], [3, 5, 4]]
     """
     corners = faces.astype(np.int64)
-    ends = np.stack([corners, np.roll(corners, -1, axis=1)])  # of sides 0, 1, 2
+    ends = np.stack([corners, np.roll(corners, -1, axis=1)])  # ends of sides 0, 1, 2
     key_of_side = (ends.min(axis=0) * len(vertices) + ends.max(axis=0)).ravel()
     order = np.argsort(key_of_side)
     sorted_keys = key_of_side[order]

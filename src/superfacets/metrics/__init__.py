@@ -1,4 +1,4 @@
-"""Stage 6: how good labels are, with and without ground truth.
+"""Stage 6: quality of labels, with and without ground truth.
 
 - `evaluate`: all metrics at once; `GroundTruths` for many labels of one mesh.
 - Of the area that regions share with true segments, in one sparse table (`area_overlap`):

@@ -1,4 +1,4 @@
-"""Metrics of borders against true borders: how far one is from the other along the surface."""
+"""Metrics of borders against true borders: distances between them along the surface."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class BoundaryAgreement(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """The borders of labels, and the distance of each vertex from them."""
+    """The borders of labels, and the distances of vertices from them."""
 
     borders: Borders
     distances: Floats  # (V,) along edges to the nearest border; inf if there is no path
@@ -48,7 +48,7 @@ def boundary_agreement(
     tolerance: float = DEFAULT_TOLERANCE,
     weld: bool = True,
 ) -> BoundaryAgreement:
-    """Return how much of the true borders is found, and how much of the borders is true.
+    """Return the fractions of true borders that are found, and of borders that are true.
 
     The precision of an oversegmentation is low by design: most of its borders are not true ones.
 
@@ -95,7 +95,7 @@ def boundary_agreement(
 def cut_discrepancy(
     mesh: MeshLike, labels: npt.ArrayLike, truth: npt.ArrayLike, *, weld: bool = True
 ) -> float:
-    """Return how far borders are from true borders and back, in radii of the mesh; 0 is best.
+    """Return how far borders and true borders are apart, in radii of the mesh; 0 is best.
 
     The mean geodesic distance from points on the borders to the nearest true border, and the same
     the other way, added up and divided by the mean distance of the surface from its centroid

@@ -26,8 +26,8 @@ _POINT = 1e-12
 class EdgePaths:
     """Paths along the edges of a mesh, from vertex to vertex."""
 
-    graph: _core.OrderedGraph  # cells: vertices that have edges; arcs: edges, by their lengths
-    unit: float  # of path lengths
+    graph: _core.OrderedGraph  # cells: vertices with edges; arcs: edges, as long as these
+    unit: float  # unit of path lengths
     places: Ints  # (V,) cell of each vertex, -1 for a vertex without edges
     n_threads: int
 
@@ -49,7 +49,7 @@ class EdgePaths:
         return cls(graph, unit, places, n_threads)
 
     def distances(self, sources: Ints) -> Floats:
-        """Length of the shortest way along edges from any source to each vertex, shape (V,).
+        """Length of the shortest path along edges from any source to each vertex, shape (V,).
 
         Infinite where there is no way.
         """
@@ -89,7 +89,7 @@ class MeshEdges:
 
     @cached_property
     def paths(self) -> EdgePaths:
-        """Made when first asked for: not all metrics need it."""
+        """Computed on first use: not all metrics need it."""
         return EdgePaths.of(self.mesh, self.representative, self.surface.n_threads)
 
     @cached_property
@@ -105,7 +105,7 @@ class MeshEdges:
         return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
     def ends_of(self, faces: Ints, sides: Array) -> Ints:
-        """Ends of these sides of faces, the lower vertex first, shape (n, 2)."""
+        """Ends of the given sides of faces, the lower vertex first, shape (n, 2)."""
         return np.sort(self.representative[ends_of_sides(self.mesh, faces, sides)], axis=1)
 
     def lengths_of(self, edges: Ints) -> Floats:
@@ -115,7 +115,7 @@ class MeshEdges:
 
 
 class Borders(NamedTuple):
-    """Border edges, between faces of different labels, as points that stand for lengths.
+    """Border edges, between faces of different labels, as weighted points.
 
     Each end of an edge stands for half of it.
     """
@@ -123,11 +123,11 @@ class Borders(NamedTuple):
     vertices: Ints
     """Ends of border edges, ascending and distinct, shape (B,)."""
     lengths: Floats
-    """Length of border that each stands for, in the unit of the vertices."""
+    """Length of border per point, in the unit of the vertices."""
 
 
 def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
-    """Return the borders between labels; the boundary of an open mesh is no border."""
+    """Return the borders between labels; the boundary of an open mesh does not count."""
     graph = mesh.graph
     sources = graph.sources
     arcs = np.flatnonzero(labels[sources] != labels[graph.neighbors])

@@ -32,7 +32,7 @@ from .shape import compactness_of, explained_variation_of, extra_pieces_of
 
 @dataclass(frozen=True)
 class _Truth:
-    """One ground truth of a surface."""
+    """One ground truth of a mesh."""
 
     segments: Ints
     n_segments: int
@@ -163,7 +163,7 @@ def _of_volume(
     labels: npt.ArrayLike,
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
 ) -> dict[str, float]:
-    """Return all metrics of cells without faces: they have neither normals nor edges."""
+    """Return all metrics of cells without faces, which have neither normals nor edges."""
     regions, n_regions = compact_complete(labels, surface.n_cells)
     values = _of_regions(surface, regions, n_regions)
     truths = [compact_complete(truth, surface.n_cells, "truth") for truth in _listed(ground_truths)]
@@ -180,7 +180,7 @@ def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, fl
 
 
 def _means(rows: list[dict[str, float]]) -> dict[str, float]:
-    """The mean over ground truths of each metric."""
+    """Mean of each metric over the ground truths."""
     return {name: float(np.mean([row[name] for row in rows])) for name in (rows or [{}])[0]}
 
 

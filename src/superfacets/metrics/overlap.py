@@ -16,15 +16,15 @@ from ..cells.kinds import as_known, measures_of
 from ..cells.sums import positive_total, sums_by_label
 
 _DENSE_PAIRS_PER_FACE = 4
-"""Largest table of all pairs of labels, in entries per face; pairs beyond it are sorted."""
+"""Most entries of a dense table of pairs of labels, per face; larger tables are sorted lists."""
 
 _TIE = 1e-9
-"""Upper bound of the relative error of sums of a million areas."""
+"""Upper bound of the relative error of a sum of a million areas."""
 
 
 @dataclass(frozen=True, eq=False)
 class Overlap:
-    """How much area each region shares with each segment of the ground truth: a sparse table.
+    """Area shared by each region and each segment of the ground truth: a sparse table.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ Labels: TypeAlias = npt.ArrayLike | None
 
 
 def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLike) -> Overlap:
-    """Return how much area each region shares with each segment of the ground truth.
+    """Return the area shared by each region and each segment of the ground truth.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def overlap_of(
 def undersegmentation_error(
     mesh: Labeled, labels: Labels = None, truth: Labels = None, *, tolerance: float = 0.05
 ) -> float:
-    """Return how much area leaks out of the segments that regions overlap; 0 is best.
+    """Return the area by which regions leak out of the segments that they overlap; 0 is best.
 
     For each segment, the regions that overlap it by more than `tolerance` of their own area are
     taken, and their areas outside of the segment are added. The sum over all segments is divided by
@@ -178,9 +178,9 @@ class Hamming(NamedTuple):
     distance: float
     """Mean of the two rates."""
     missing_rate: float
-    """Area of each true segment outside of the region that overlaps it most."""
+    """Area of each true segment outside the region that overlaps it most."""
     false_alarm_rate: float
-    """Area of each region outside of the true segment that overlaps it most."""
+    """Area of each region outside the true segment that overlaps it most."""
 
 
 def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
@@ -213,7 +213,7 @@ def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None)
 
 
 def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
-    """Return the chance that two points of the surface are together, or apart, in both; 1 is best.
+    """Return the probability that both agree on whether two points are together; 1 is best.
 
     Points are drawn by area, so a pair may fall into one face. (The Princeton benchmark plots one
     minus this number.)
@@ -244,12 +244,12 @@ def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> fl
 
 
 class Consistency(NamedTuple):
-    """Consistency errors, 0 is best: no labels refine the others, all or in part."""
+    """Consistency errors; 0 is best: one of the two refines the other."""
 
     global_error: float
-    """All refinement has to go one way."""
+    """Everywhere the same one refines the other."""
     local_error: float
-    """Either way, from point to point."""
+    """At each point, either one may refine the other."""
 
 
 def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Consistency:
@@ -299,7 +299,7 @@ def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
 
 
 def _best_shared(groups: Ints, areas: Floats, n_groups: int) -> float:
-    """Sum over groups of the largest area that each shares with anything."""
+    """Sum over groups of the largest area shared with a single member of the other side."""
     best = np.zeros(n_groups)
     np.maximum.at(best, groups, areas)
     return float(best.sum())

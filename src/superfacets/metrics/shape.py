@@ -1,4 +1,4 @@
-"""Metrics of labels that need no ground truth: how well-shaped and how flat regions are."""
+"""Metrics of labels without ground truth: shape and flatness of regions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..cells.surface import Surface
 from ..mesh.faces import area_vectors
 
 _NORMAL_NOISE = 1e-12
-"""Share of the area below which the variation of normals is rounding error: the surface is flat."""
+"""Fraction of the area below which the variation of normals is rounding error: a flat surface."""
 
 
 def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool = True) -> float:
@@ -68,7 +68,7 @@ def compactness_of(surface: Surface, labels: Ints, n_regions: int) -> float:
 
 
 def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
-    """Return the share of the variation of normals that is between regions; 1 is best.
+    """Return the share of the variation of normals that lies between regions; 1 is best.
 
     Each face's unit normal is compared with the mean normal of its region and with that of the
     whole surface, weighted by area: 1 if all regions are flat, 0 if regions are no flatter than the
