@@ -97,7 +97,7 @@ function points(nVertices: number): Corners {
 /**
  * Reorders corners so that the first corner of each triangle is the first corner of no other: its
  * number then tells the cell. Otherwise corners are shared, so that a vertex is computed once for
- * several triangles. A vertex is duplicated where a triangle finds no free corner.
+ * several triangles. A vertex is duplicated if a triangle has no free corner.
  */
 function sharedCorners(triangles: Uint32Array, nVertices: number): Corners {
   const n = triangles.length / 3;

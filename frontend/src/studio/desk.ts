@@ -169,7 +169,7 @@ export class Desk {
     this.sayPainted(list, id);
   }
 
-  /** Say which class regions, or cells by their name, have now. */
+  /** Announce the class that regions, or cells, have now. */
   sayPainted(what: readonly number[] | string, id: number): void {
     const name = typeof what === "string" ? what : nameOf(what);
     this.say(id ? `${name}: ${this.className(id)}.` : `${name}: class removed.`);

@@ -164,7 +164,7 @@ export class Drawing {
     this.refining = window.setTimeout(() => this.refine(), REFINE_MS);
   }
 
-  /** Draw smooth lines; `always`: even where it takes long. */
+  /** Draw smooth lines; `always`: even if it takes long. */
   refine(always = false): void {
     const { width, height } = this.canvas;
     if (!this.hasSize || !this.mesh || !this.frame) return;
@@ -178,14 +178,14 @@ export class Drawing {
   /** Milliseconds that the first pass takes; tables have been sent before. */
   private timeView(): number {
     this.stride = 1;
-    this.gpu.read(0, 0, 1, 1); // waits for what is under way
+    this.gpu.read(0, 0, 1, 1); // waits until drawing has finished
     const start = performance.now();
     this.drawCells();
     this.gpu.read(0, 0, 1, 1);
     return performance.now() - start;
   }
 
-  /** Draw now, with so many samples per pixel along each side, at most the stride. */
+  /** Draw now, with this number of samples per pixel along each side, at most the stride. */
   draw(samples: number): void {
     if (!this.hasSize || !this.mesh || !this.classColors.bytes) return;
     const { gl } = this.gpu;
@@ -246,5 +246,5 @@ export interface Seen {
   cells: Uint32Array;
   width: number;
   height: number;
-  scale: number; // of these pixels to one of the page
+  scale: number; // number of these pixels per pixel of the page
 }

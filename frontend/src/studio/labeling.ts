@@ -1,4 +1,4 @@
-// Region and class of each cell, and which regions touch.
+// Region and class of each cell, and neighbors of regions.
 
 import { readPacket } from "./api";
 
@@ -19,7 +19,7 @@ export class Groups {
     for (let i = 0; i < values.length; i++) if (values[i] >= 0) this.members[next[values[i]]++] = i;
   }
 
-  /** Indices of one group in rising order. */
+  /** Indices of one group, ascending. */
   of(group: number): Uint32Array {
     return this.members.subarray(this.starts[group], this.starts[group + 1]);
   }
@@ -40,7 +40,7 @@ export function joined(parts: Uint32Array[]): Uint32Array {
   return all;
 }
 
-/** Which regions touch, rings around them, and a walk through all regions. */
+/** Neighbors of regions, rings around them, and a walk through all regions. */
 export class Neighbors {
   private readonly lists: number[][];
 
@@ -66,7 +66,7 @@ export class Neighbors {
     return [...ring];
   }
 
-  /** Regions of a set that touch one outside, or the end of the surface. */
+  /** Regions of a set with a neighbor outside it, or at the boundary of the surface. */
   outerRing(regions: ReadonlySet<number>): number[] {
     return [...regions].filter((region) => this.of(region).some((other) => !regions.has(other)));
   }
@@ -115,7 +115,7 @@ export class Regions {
     return this.groups.of(region);
   }
 
-  /** Cells of several regions in rising order. */
+  /** Cells of several regions, ascending. */
   cellsOfAll(regions: Iterable<number>): Uint32Array {
     return joined([...regions].map((region) => this.cellsOf(region))).sort();
   }

@@ -14,7 +14,7 @@ interface Header extends ShapeFacts {
   palette: Rgb[]; // of regions
 }
 
-// One, and several.
+// Singular and plural.
 const CELL_NAMES: Record<Kind, [string, string]> = {
   triangles: ["triangle", "triangles"],
   polygons: ["face", "faces"],
@@ -28,8 +28,8 @@ export class Mesh {
   readonly areas: Float32Array; // of cells; volumes of tetrahedra
   readonly measure: "area" | "volume";
   readonly palette: Rgb[];
-  readonly oneCell: string; // what a cell is called
-  readonly cellName: string; // and several
+  readonly oneCell: string; // noun for a cell
+  readonly cellName: string; // plural of the noun
   private readonly firstTriangle: Int32Array | null; // of each cell; -1: none is visible from outside
 
   constructor(buffer: ArrayBuffer) {

@@ -20,13 +20,13 @@ export class Picker {
     return (this.known ??= new Surroundings(this.mesh));
   }
 
-  /** The cell that is seen at a place; -1 for none. */
+  /** The visible cell at a place; -1 for none. */
   cellAt(place: Place): number {
     const [cell] = this.drawing.cellsSeen(place.x, place.y, 1, 1).cells;
     return cell === NONE ? -1 : cell;
   }
 
-  /** Cells around the one at a place, on the same side of the body, within so many pixels. */
+  /** Cells around a place, on the same side of the body, within a distance in pixels. */
   cellsAround(place: Place, pixels: number): number[] {
     const { mesh, drawing } = this;
     const cell = this.cellAt(place);

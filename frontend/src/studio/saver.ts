@@ -1,4 +1,4 @@
-// Strokes on their way to the server, in order, kept until the server has them.
+// Queue of strokes for the server, in order; each is kept until the server has it.
 
 import { type Api, ServerGone, type ServerError } from "./api";
 import { fromBase64, toBase64 } from "../shared/arrays";

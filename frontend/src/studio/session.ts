@@ -16,7 +16,7 @@ interface Kinds {
   cells: Uint32Array | null; // whose classes changed; null: any
   classes: ClassEntry[];
   state: State;
-  segmenting: SegmentLine | null; // null: at rest
+  segmenting: SegmentLine | null; // null: no segmentation is running
   online: boolean;
   message: string;
   error: string;
@@ -62,7 +62,7 @@ export class Session {
 
   constructor(private readonly api: Api) {
     setInterval(() => void this.beat(), BEAT_MS);
-    window.addEventListener("focus", () => void this.beat()); // back from another tab, maybe
+    window.addEventListener("focus", () => void this.beat()); // the user may be back from another tab
   }
 
   get path(): string {
@@ -85,7 +85,7 @@ export class Session {
   private alone<T>(work: () => Promise<T>): Promise<T> {
     this.nSteps++;
     const done = this.steps.then(async () => {
-      const { saver } = this; // the work may replace it
+      const { saver } = this; // because the work may replace it
       await saver?.flush();
       saver?.hold();
       try {
@@ -172,7 +172,7 @@ export class Session {
     this.events.emit("regions", this.regions);
   }
 
-  /** Take over news from the server, unless a later state is known already. */
+  /** Apply a state sent by the server, unless a later one is known. */
   private take(news: Partial<State>): void {
     if (news.seq === undefined || news.seq >= this.state.seq) Object.assign(this.state, news);
     this.events.emit("state", this.state);

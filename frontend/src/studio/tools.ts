@@ -196,7 +196,7 @@ export class Lasso extends Tool {
     else this.paintRegions(inside);
   }
 
-  /** How many pixels of each visible cell are enclosed. */
+  /** Number of enclosed pixels of each visible cell. */
   private countInside(): Map<number, number> {
     const xs = this.places.map(({ x }) => x);
     const ys = this.places.map(({ y }) => y);
@@ -333,7 +333,7 @@ export class Splitter extends Tool {
     if (region < 0) return;
     const cells = this.desk.session.regions.cellsOf(region);
     const seen = cells.filter((cell) => this.desk.session.mesh.middleOf(cell));
-    const isInside = seen.length < 2; // cells there cannot be seen: any two will do
+    const isInside = seen.length < 2; // its cells are hidden: any two will do
     const one = isInside ? cells[0] : this.farthestFrom(seen, seen[0]);
     const other = isInside ? cells[cells.length - 1] : this.farthestFrom(seen, one);
     if (one === other) return;

@@ -51,7 +51,7 @@ export class FilesPanel {
     row.bar.title = percent(this.session.classes.progress);
   }
 
-  /** Open the file so many places further down the list. */
+  /** Open the file this number of places further down the list. */
   go(steps: number): void {
     const { files } = this.session;
     const at = files.findIndex(({ id }) => id === this.asked) + steps;

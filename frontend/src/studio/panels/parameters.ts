@@ -41,7 +41,7 @@ export class ParametersPanel {
   private readonly outputs = new Map<Name, HTMLOutputElement>();
   private readonly smooth = make("input", { type: "checkbox", id: "smooth" });
   private ranges: Record<string, Range> = {};
-  private readonly moved = new Set<Slider>(); // since the last segmentation that was no preview
+  private readonly moved = new Set<Slider>(); // since the last full segmentation
 
   constructor(private readonly session: Session) {
     for (const slider of SLIDERS) this.addSlider(slider);
@@ -77,7 +77,7 @@ export class ParametersPanel {
   private setValue(slider: Slider, value: number): void {
     const { name } = slider;
     this.showValue(name, value);
-    if (this.valueOf(slider) === value) return; // several positions stand for this number: stay there
+    if (this.valueOf(slider) === value) return; // several positions have this number: do not move
     const at = Math.round(STEPS * slider.share(value, this.ranges[name]));
     this.fields.get(name)!.value = String(Math.min(STEPS, Math.max(0, at || 0)));
   }
