@@ -1,4 +1,4 @@
-"""How fast superfacets is: ``make bench``, or ``python -m benchmarks --help``.
+"""Speed of superfacets: ``make bench``, or ``python -m benchmarks --help``.
 
 meshes     what is segmented: files, and finer ones made from them
 plan       which meshes, numbers of regions, settings and threads are run

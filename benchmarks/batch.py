@@ -1,4 +1,4 @@
-"""The command `superfacets batch` on several numbers of workers, process and all."""
+"""The command `superfacets batch` with several numbers of workers, as whole processes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ try:
 except ChildProcessError:
     sys.exit(result)
 """
-"""Runs a command, and ends when all its processes have: they become its children, and count."""
+"""Runs a command, and ends after all of its processes: they become its children, and are counted.
+"""
 
 
 def measure_batch(

@@ -1,4 +1,4 @@
-"""No time without the right labels: hashes of earlier ones, the slow twins, and what must hold."""
+"""Labels are checked before times are kept: against hashes, readable twins, and invariants."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Expected = dict[str, Any]
 
 
 class WrongLabelsError(AssertionError):
-    """The labels are not what they have to be: no time of this run is worth a thing."""
+    """The labels are wrong, so times of this run mean nothing."""
 
 
 def require(holds: bool, message: str) -> None:

@@ -1,4 +1,4 @@
-"""How CPU time grows with the number of cells, on inputs where an algorithm may become quadratic.
+"""Growth of CPU time with the number of cells, for inputs where algorithms may become quadratic.
 
     python -m benchmarks doubling
     python -m benchmarks doubling --shapes star,dust --smallest 64000
@@ -23,11 +23,11 @@ import numpy.typing as npt
 import superfacets as sf
 
 LIMIT = 1.2
-"""Largest exponent of a job that counts as linear: sorting and trees add a logarithm, and arrays
-that no longer fit into a cache some tenths."""
+"""Largest exponent that counts as linear: sorting and trees add a logarithm, and arrays beyond the
+cache some tenths."""
 
 N_COPIES = 1000
-"""Positions of the cloud that has many points at each of them."""
+"""Number of positions in the cloud with many points at each."""
 
 Cells = sf.Mesh | sf.PolygonMesh | sf.TetMesh | sf.PointCloud
 Job = Callable[[Cells], object]
@@ -107,7 +107,7 @@ SHAPES: dict[str, Callable[[int], Cells]] = {
 
 
 def segment(cells: Cells, *, share: float | None = None, **options: Any) -> object:
-    """Segment on one thread into this share of the number of cells, or into as many as usual."""
+    """Segment on one thread into this share of the number of cells, or into the default number."""
     n_segments = None if share is None else max(1, int(share * cells.n_cells))
     return sf.segment(cells, n_segments, n_threads=1, **options)
 
@@ -118,7 +118,7 @@ def graph_of_regions(cells: Cells) -> object:
 
 
 def thickness(cells: Cells) -> object:
-    """Measure how thick the body is below each face."""
+    """Measure the thickness below each face."""
     return sf.shape_diameter(cells, n_threads=1)
 
 

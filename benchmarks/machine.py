@@ -1,4 +1,4 @@
-"""Facts about the machine that times depend on; nothing that tells whose it is."""
+"""Facts about the machine that times depend on; nothing that identifies it."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def _probe(folder: Path, n_segments: int) -> dict[str, Any]:
 
 
 def _forget_peak() -> int:
-    """Set the peak to what is held now, where the system can, and return that."""
+    """Reset the peak, if the system allows, and return the current memory."""
     try:
         Path("/proc/self/clear_refs").write_text("5")
     except OSError:

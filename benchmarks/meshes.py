@@ -1,4 +1,4 @@
-"""What is segmented: meshes from files, the sample bear, and finer ones made from those.
+"""Meshes of the benchmark: files, the sample bear, and finer meshes made from them.
 
 A name is a base and, optionally, by how much its faces are multiplied: ``bunny``, ``hand-x64``,
 ``bear60k-x4``, ``sphere-x65536``. A base is the stem of a file in ``meshes`` of the data folder,

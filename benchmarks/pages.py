@@ -1,4 +1,4 @@
-"""What a page of ``superfacets.view`` costs in a browser: its script apart from its pictures.
+"""Costs of a page of ``superfacets.view`` in a browser, separately for scripts and pictures.
 
     python -m benchmarks page scan.ply
     python -m benchmarks page bear60k-x16 --segments 2000

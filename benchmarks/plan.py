@@ -1,4 +1,4 @@
-"""Which meshes are run, with which numbers of regions, settings and threads."""
+"""The plan: meshes, numbers of regions, settings and threads."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CATALOG = (
 1.31 million faces that rivals are compared on."""
 
 SAMPLES = ("bear5k", "bear60k", "bear60k-x4", "bear60k-x16", "sphere-x65536", "bear60k-x64")
-"""What is run where there is no folder of data."""
+"""Meshes without a folder of data."""
 
 RACES = (("bunny", 150), ("bear60k", 150), ("sphere-x65536", 2_000), ("hand-x16", 2_000))
 
@@ -28,7 +28,7 @@ RACED = ("defaults", "plain", "10 iterations")
 """Settings that rivals are compared with."""
 
 MANY = ("hand-x16", 100_000)
-"""A mesh, and a number of regions as networks on superpoints ask for."""
+"""A mesh, and a number of regions as superpoint networks use."""
 
 N_SEGMENTS = (150, 2_000)
 K_SERIES = (50, 150, 500, 2_000, 8_000)
@@ -38,7 +38,7 @@ QUICK_FACES = 500_000
 
 @dataclass(frozen=True)
 class Plan:
-    """What is run."""
+    """Runs of the benchmark."""
 
     meshes: dict[str, int]
     """Names and numbers of faces, in the order of the runs."""

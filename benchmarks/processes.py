@@ -1,4 +1,4 @@
-"""Whole processes: what an import costs, and the command from file to file."""
+"""Whole processes: the import, and the command from file to file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a user would pick instead, each on its own best settings: labels, and seconds by part.
+"""Alternatives to superfacets, each with its best settings: labels, and seconds by part.
 
 These packages are wanted by the benchmark alone and imported where they are used.
 """
@@ -34,10 +34,10 @@ class Rival(NamedTuple):
     name: str
     module: str
     elements: str
-    """What it labels."""
+    """The elements that it labels."""
     settings: str
     prepare: Callable[[Arrays], Any]
-    """Its input, where that is not the mesh: not timed."""
+    """Makes its input, if that is not the mesh; not timed."""
     run: Callable[[Any, int], Outcome]
 
 

@@ -24,7 +24,7 @@ Row = dict[str, Any]
 
 
 class Case(NamedTuple):
-    """What one row of the results is about."""
+    """The settings of one row of the results."""
 
     mesh: str
     n_segments: int

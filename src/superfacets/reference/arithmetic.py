@@ -41,7 +41,9 @@ _ARCTANGENT_SERIES = (
     -0.008368794178450841,
 )  # fmt: skip
 
-_REST_OF_EIGHTH_TURN = float.fromhex("0x1.1a62633145c07p-55")  # pi / 4 less its nearest double
+_REST_OF_EIGHTH_TURN = float.fromhex(
+    "0x1.1a62633145c07p-55"
+)  # rounding error of pi / 4 in double precision
 
 # The first 32 bits of ln 2, and the rest.
 _LN_2 = float.fromhex("0x1.62e42fefp-1")
@@ -66,7 +68,7 @@ def arctangent(y: Floats, x: Floats) -> Floats:
     even, odd = (_horner(_ARCTANGENT_SERIES[first::2], z * z) for first in (0, 1))
     turn = n * (math.pi / 4)
     total = turn + q
-    lost = (turn - total) + q  # what rounding takes from the sum
+    lost = (turn - total) + q  # rounding error of the sum
     angles: Floats = total + (q * (z * (even + z * odd)) + (lost + n * _REST_OF_EIGHTH_TURN))
     return angles
 

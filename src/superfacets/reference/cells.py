@@ -18,7 +18,7 @@ from .arithmetic import cross, norm
 
 
 class Arc(NamedTuple):
-    """A step from a face, over one of its sides, to a neighbor."""
+    """A step from a face across one of its sides to a neighbor."""
 
     face: int
     side: int
@@ -43,7 +43,7 @@ def build_face_graph(mesh: FaceMesh, *, weld: bool = True) -> list[Arc]:
 
 
 def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
-    """All arcs between tetrahedra, sorted likewise; what `same_turn` says means nothing."""
+    """All arcs between tetrahedra, sorted in the same way; `same_turn` has no meaning."""
     vertex_at: dict[tuple[float, ...], int] = {}
     tets_on_triangle: dict[tuple[int, ...], dict[int, tuple[int, bool]]] = defaultdict(dict)
     for tet, corners in enumerate(mesh.tets.tolist()):
@@ -83,7 +83,7 @@ def measure_faces(mesh: Mesh) -> tuple[Floats, Floats]:
 
 
 def measure_polygons(mesh: PolygonMesh) -> tuple[Floats, Floats]:
-    """Centroids and areas by the fan, of faces that have a normal and do not cross themselves."""
+    """Centroids and areas by the fan; faces must have a normal and not intersect themselves."""
     centroids, areas = np.empty((mesh.n_faces, 3)), np.empty(mesh.n_faces)
     for face in range(mesh.n_faces):
         origin, *others = mesh.vertices[mesh.face(face)]
@@ -107,7 +107,7 @@ class PointArcs(NamedTuple):
 
 
 def build_point_graph(points: npt.ArrayLike, n_neighbors: int, *, cutoff: float) -> PointArcs:
-    """Return what `superfacets.build_point_graph` does, but for weights and normals."""
+    """Return the graph of `superfacets.build_point_graph` without weights and normals."""
     positions = np.asarray(points, dtype=np.float64)
     first, together = _places(positions)
     nearest = {i: _nearest(positions, first, i, n_neighbors) for i in first}
@@ -136,7 +136,7 @@ def build_point_graph(points: npt.ArrayLike, n_neighbors: int, *, cutoff: float)
 
 
 def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
-    """Return the direction in which the nearest neighbors of each point vary least, of any sign."""
+    """Return the direction of least variance of each point's neighbors, of either sign."""
     positions = np.asarray(points, dtype=np.float64)
     first, together = _places(positions)
     normals = np.zeros_like(positions)
@@ -150,7 +150,7 @@ def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
 
 
 def _places(positions: Floats) -> tuple[list[int], dict[int, list[int]]]:
-    """The lowest point at each position, and all points there."""
+    """The lowest point at each position, and all points at each position."""
     together: dict[tuple[float, ...], list[int]] = {}
     for i, position in enumerate((positions + 0.0).tolist()):
         together.setdefault(tuple(position), []).append(i)

@@ -16,7 +16,7 @@ from .seeding import arcs_of, expand, find_components, update_centers
 def classify_exact(
     graph: CellGraph, centers: list[int], *, islands: str = "keep"
 ) -> tuple[list[int], list[int]]:
-    """Labels by one expansion from all centers, and the centers with those of orphans.
+    """Labels by one expansion from all centers, and centers including those of orphans.
 
     Where islands are not kept, there are none of these, and cells without a center have label -1.
     """
@@ -38,7 +38,7 @@ def classify_exact(
 def classify_halted(
     graph: CellGraph, centers: list[int], reach: float, *, islands: str = "keep"
 ) -> tuple[list[int], list[int]]:
-    """Labels by one expansion of each center, as in the paper, and all centers.
+    """Labels by one expansion per center, as in the paper, and all centers.
 
     For islands see `classify_exact`.
     """
@@ -58,7 +58,7 @@ def classify_halted(
 def join_islands(
     graph: CellGraph, labels: list[int], groups: list[int] | None = None
 ) -> tuple[list[int], int, list[int]]:
-    """Labels without -1, the number of connected pieces that joined, and centers of the others.
+    """Labels without -1, the number of islands that joined a region, and centers of the others.
 
     Each takes the label of the nearest cell, the lowest of equals, to any of its own. With groups,
     of the nearest cell of its own group, unless that is -1; if there is none, it is a region, and
@@ -94,7 +94,7 @@ def iterate(
     tol: float = 0.02,
     islands: str = "keep",
 ) -> tuple[list[tuple[list[int], list[int]]], str]:
-    """Labels and centers of every iteration, and why the loop stopped."""
+    """Labels and centers of every iteration, and the stop reason."""
     history: list[tuple[list[int], list[int]]] = []
     centers = seeds
     while True:
@@ -116,11 +116,11 @@ def iterate(
 
 
 Path = tuple[int, int]
-"""Length and label: the lower is the better."""
+"""Sort key of a path: length, then label."""
 
 
 def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]:
-    """The paths to each cell, at most two, from the nearest and the second-nearest center."""
+    """The paths to each cell from the nearest and the second-nearest center, at most two."""
     found: list[list[Path]] = [[] for _ in range(graph.n_cells)]
     for label, center in enumerate(centers):
         for cell, length in expand(graph, center, math.inf).items():
@@ -131,7 +131,7 @@ def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]
 def relocate_centers(
     graph: CellGraph, order: Sequence[int], centers: Sequence[int], n_moves: int
 ) -> list[int]:
-    """The centers, of which at most `n_moves` have moved; cells are summed in this order."""
+    """The centers after at most `n_moves` have moved; cells are summed in this order."""
     paths = second_nearest(graph, centers)
     costs = [0.0] * len(centers)
     distortions = [0.0] * len(centers)
@@ -169,13 +169,13 @@ def relocate_centers(
 
 
 RANGE = 4096
-"""Cells in a row, on the curve, that coarse cells do not extend beyond."""
+"""Number of consecutive cells on the curve in a range; coarse cells stay within ranges."""
 
 
 def coarse_cells(
     graph: CellGraph, order: Sequence[int], spacing: int
 ) -> tuple[list[int], list[int], list[int]]:
-    """Center of each coarse cell; the coarse cell of each cell, and the length of the path from it.
+    """Centers of coarse cells; for each cell its coarse cell and the length of its path.
 
     Centers are `spacing` apart in this order of the cells, in each range of it.
     """
@@ -204,7 +204,7 @@ def _expand(
     first_label: int,
     best: dict[int, tuple[int, int]],
 ) -> None:
-    """Reach what no earlier center reaches, by the shortest path from one of these."""
+    """Make unreached cells reachable, by the shortest paths from new centers."""
     inside = set(members) - set(best)
     queue = [(0, first_label + i, center) for i, center in enumerate(centers)]
     while queue:
@@ -220,7 +220,7 @@ def _expand(
 def coarse_arcs(
     graph: CellGraph, coarse_of: list[int], lengths: list[int]
 ) -> dict[tuple[int, int], float]:
-    """The shortest way between the centers of two coarse cells that touch, over one border arc."""
+    """The shortest path between the centers of two adjacent coarse cells, across one border arc."""
     arcs: dict[tuple[int, int], float] = {}
     for cell in range(graph.n_cells):
         for neighbor, step in arcs_of(graph, cell):

@@ -18,7 +18,7 @@ from .arithmetic import norm
 
 
 class RegionShape(NamedTuple):
-    """A region in space."""
+    """Measures of a region."""
 
     measure: float
     centroid: Floats
@@ -41,14 +41,14 @@ class RegionArc(NamedTuple):
 
 
 class _Simplex(NamedTuple):
-    """A triangle or a tetrahedron, of a measure that is negative where a polygon folds back."""
+    """A triangle or a tetrahedron; its measure is negative where a polygon folds back."""
 
     corners: Floats
     measure: float
 
 
 def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
-    """Each region as the simplices that its cells are made of."""
+    """Each region as the simplices of its cells."""
     cells = _simplices(mesh)
     regions = np.asarray(labels)
     return [
@@ -58,7 +58,7 @@ def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
 
 
 def _simplices(mesh: AnyMesh) -> list[list[_Simplex]]:
-    """The simplices of each cell: of a polygon, the triangles of the fan of its first corner."""
+    """The simplices of each cell; for a polygon, the triangles of the fan at its first corner."""
     corners_of_cells = corners_of(mesh)
     ends = np.cumsum(np.broadcast_to(corners_of_cells.sizes, mesh.n_cells))
     table = np.split(mesh.vertices[corners_of_cells.vertices], ends[:-1])
@@ -109,7 +109,7 @@ def _shape_of(cells: dict[int, list[_Simplex]]) -> RegionShape:
 
 
 def _mean(simplices: list[_Simplex]) -> Floats:
-    """The centroid of simplices together."""
+    """The common centroid of simplices."""
     total = sum(simplex.measure for simplex in simplices)
     moments = [simplex.measure * simplex.corners.mean(axis=0) for simplex in simplices]
     return np.asarray(np.sum(moments, axis=0) / total)
@@ -118,7 +118,7 @@ def _mean(simplices: list[_Simplex]) -> Floats:
 def region_arcs(
     offsets: Longs, neighbors: Ints, measures: ArcMeasures, labels: npt.ArrayLike
 ) -> list[RegionArc]:
-    """The borders between regions, sorted; of an arc and the one that leads back, one counts."""
+    """The borders between regions, sorted; an arc and its reverse count once."""
     regions = np.asarray(labels).tolist()
     targets = neighbors.tolist()
     arcs_of = [range(a, b) for a, b in pairwise(offsets.tolist())]
@@ -159,7 +159,7 @@ def _border_of(
 
 
 def find_bridges(positions: Floats, ranks: list[int]) -> list[tuple[int, int]]:
-    """For each rank above 0, its cell and the cell of a lower rank that are nearest."""
+    """For each rank above 0, the nearest pair of its own cell and a cell of a lower rank."""
     found = []
     for rank in range(1, max(ranks) + 1):
         pairs = [
@@ -197,7 +197,7 @@ def merge_tree(
 
 
 class _Groups:
-    """Nodes that have not merged, and what pairs of them share."""
+    """Nodes that have not merged, and their common borders."""
 
     def __init__(
         self,
@@ -216,7 +216,7 @@ class _Groups:
         self.dimension = dimension
 
     def key_of(self, pair: tuple[int, int]) -> tuple[float, float]:
-        """The cost of a merge, and what decides between equal ones."""
+        """The cost of a merge, and a second number that breaks ties."""
         if self.features is None:
             return self.cost_of(pair), 0.0
         a, b = pair
@@ -245,13 +245,13 @@ class _Groups:
         return self.areas[a] / area * self.areas[b] if area > 0 else 0.0
 
     def radius_of(self, area: float) -> float:
-        """Of a disk or a ball."""
+        """Radius of a disk or a ball of this measure."""
         if self.dimension == 2:
             return math.sqrt(area / math.pi)
         return math.cbrt(0.75 * area / math.pi)
 
     def merge(self, a: int, b: int) -> None:
-        """Make a new node of two."""
+        """Join two nodes to a new one."""
         area = self.areas[a] + self.areas[b]
         share = self.areas[b] / area if area > 0 else 0.5
         node = len(self.areas)

@@ -13,7 +13,7 @@ from .arithmetic import dot
 
 
 def find_components(graph: CellGraph, labels: Array) -> list[int]:
-    """Component of each cell: arcs between cells of one label join them, whichever way they lead.
+    """Component of each cell: arcs between cells of one label join them, in either direction.
 
     Components are numbered in the order of their lowest cells.
     """
@@ -54,7 +54,7 @@ def expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:
 
 
 def first_cell(graph: CellGraph) -> int:
-    """The cell nearest to the centroid of all."""
+    """The cell nearest to the centroid of all cells."""
     return update_centers(graph, np.zeros(graph.n_cells, dtype=np.int32))[0]
 
 
@@ -85,7 +85,7 @@ def update_centers(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
-    """Means whose sums are exact, whatever their order; NaN for regions too small for that.
+    """Means from exact sums, in any order; NaN for regions that are too small for that.
 
     Each cell adds whole numbers: its measure, and its measure times its position from the low
     corner, both scaled to just under 2**61 in all, and what rounding leaves of them, times 2**31.
@@ -115,7 +115,7 @@ def _fixed_point_scale(total: float) -> float:
 
 
 def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]]:
-    """Component of each cell, and the components that are no islands, the largest first."""
+    """Component of each cell, and the components large enough for seeds, the largest first."""
     components = np.array(find_components(graph, np.zeros(graph.n_cells)))
     measures = np.bincount(components, graph.measures)  # bincount adds in the order of the cells
     enough = 0.5 * float(np.cumsum(graph.measures)[-1]) / n_seeds
@@ -130,7 +130,7 @@ def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]
 
 
 def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> list[int]:
-    """Iterative farthest points, by a search over all cells for every seed."""
+    """Iterative farthest points, with a search over all cells for every seed."""
     seeds = [first_cell(graph)]
     squared_distance = np.full(graph.n_cells, np.inf)
     if islands == "nearest":
@@ -148,7 +148,7 @@ def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> 
 
 
 def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
-    """Iterative longest paths, by an expansion over everything from every seed."""
+    """Iterative longest paths, with a full expansion from every seed."""
     components, seeded = _seeded_components(graph, n_seeds)
     central = update_centers(graph, components)
     seeds = [central[component] for component in seeded]
@@ -165,7 +165,7 @@ def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
 def flood_seeds(
     graph: CellGraph, radius: float, n_seeds: int = 1, *, islands: str = "keep"
 ) -> list[int]:
-    """Cells in the order of their path length, that no region which expanded to 2 r had reached."""
+    """Cells by path length, each the first that no earlier region, expanded to 2 r, has reached."""
     seeds: list[int] = []
     reached: set[int] = set()
     components, seeded = _seeded_components(graph, n_seeds)

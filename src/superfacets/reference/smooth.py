@@ -24,7 +24,7 @@ def smooth_borders(
     max_chain: int,
     max_sweeps: int,
 ) -> list[int]:
-    """Labels with borders moved by chains of faces, from one region to the next.
+    """Labels after chains of faces have moved across borders, from one region to the next.
 
     ``steps`` are the lengths of the arcs, in the unit of the vertices.
     """
@@ -35,7 +35,7 @@ def smooth_borders(
         listed = sorted((regions.turn(face), face) for face in at_border)
         waiting = set()
         for turn, face in listed:
-            if regions.turn(face) != turn:  # has moved since
+            if regions.turn(face) != turn:  # it has moved to another patch
                 continue
             waiting.discard(face)
             for label in regions.neighboring_labels(face):
@@ -47,7 +47,7 @@ def smooth_borders(
 
 
 class _MovingRegions:
-    """Labels that change, and the gain of each change."""
+    """Changing labels, and the gain of each move."""
 
     def __init__(
         self,
@@ -77,16 +77,16 @@ class _MovingRegions:
         return [neighbor for _, neighbor in self.arcs(face)]
 
     def neighboring_labels(self, face: int) -> list[int]:
-        """Other labels around a face, each once, in the order of the arcs."""
+        """Other labels around a face, without duplicates, in the order of the arcs."""
         around = [self.labels[neighbor] for neighbor in self.neighbors(face)]
         return [label for label in dict.fromkeys(around) if label != self.labels[face]]
 
     def turn(self, face: int) -> tuple[int, int]:
-        """When it is the turn of the patch that a face is in."""
+        """Sort key (color, patch) of the patch of a face, for the processing order."""
         return self.patches.turn(self.labels[face])
 
     def gain(self, face: int, label: int) -> float:
-        """By how much the cost of borders falls if a face takes a label."""
+        """Decrease of the cost of borders if a face takes a label."""
         gain = 0.0
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == label:
@@ -109,7 +109,7 @@ class _MovingRegions:
 
     def may_leave(self, face: int) -> bool:
         """Whether the region of a face stays connected without it, by faces around its corners."""
-        ways: dict[int, int] = {}  # the side that leads to each neighbor in the region
+        ways: dict[int, int] = {}  # the side toward each neighbor in the region
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == self.labels[face]:
                 ways.setdefault(neighbor, int(self.graph.sides[number]))
@@ -178,7 +178,7 @@ class _MovingRegions:
 
 
 def _border_costs(graph: FaceGraph, mesh: Mesh, steps: Floats, crease_scale: float) -> list[float]:
-    """Cost of a border across each arc: the length of its edge, less in a crease."""
+    """Cost of a border across each arc: the length of its edge, reduced in a crease."""
     lengths, excesses = [], []
     for face in range(graph.n_cells):
         for arc in range(graph.offsets[face], graph.offsets[face + 1]):
@@ -198,7 +198,7 @@ FEWEST_COLORS = 8
 
 
 class Patches:
-    """Groups of neighboring regions, each with a color that no group beside it has."""
+    """Groups of neighboring regions, each with a color that no adjacent group has."""
 
     def __init__(self, graph: FaceGraph, labels: list[int]) -> None:
         self.of_region: dict[int, int] = {}
@@ -219,7 +219,7 @@ class Patches:
                 seed = self._grow(seed)
 
     def _grow(self, seed: int) -> int | None:
-        """Make a patch, breadth first; return the first region that it reached but left."""
+        """Make a patch breadth first; return the first adjacent region that is not in it."""
         patch = len(self.colors)
         reached, size, forbidden = [seed], 0, set()
         n_taken = 0
@@ -238,7 +238,7 @@ class Patches:
         return reached[n_taken] if n_taken < len(reached) else None
 
     def _choose_color(self, forbidden: set[int], size: int) -> int:
-        """The allowed color with the fewest faces, a new one if there is none."""
+        """The allowed color with the fewest faces; a new color if none is allowed."""
         allowed = [c for c in range(len(self._color_sizes)) if c not in forbidden]
         if not allowed:
             allowed = [len(self._color_sizes)]
@@ -248,12 +248,12 @@ class Patches:
         return color
 
     def turn(self, region: int) -> tuple[int, int]:
-        """When it is the turn of the patch of a region."""
+        """Sort key (color, patch) of the processing order."""
         patch = self.of_region[region]
         return self.colors[patch], patch
 
     def may_touch(self, region: int, others: list[int]) -> bool:
-        """Whether no other patch of these regions has the color of that of the first."""
+        """Whether no other patch of these regions has the color of the first one's patch."""
         mine = self.turn(region)
         turns = [self.turn(other) for other in others]
         return all(turn == mine or turn[0] != mine[0] for turn in turns)

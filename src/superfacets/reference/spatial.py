@@ -15,7 +15,7 @@ from ..mesh.triangle_mesh import Mesh
 from .arithmetic import cross, dot
 
 FLAT = 1e-20
-"""Squared sine of the angle at the first corner below which a triangle is as good as flat."""
+"""Squared sine of the angle at the first corner below which a triangle counts as flat."""
 
 
 def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
@@ -52,7 +52,7 @@ def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
 
 
 def nearest_in_tet(p: Floats, corners: Floats) -> Floats:
-    """The point of a tetrahedron, corners (4, 3), that is nearest to p: p itself inside of it."""
+    """The point of a tetrahedron, corners (4, 3), nearest to p; p itself if it is inside."""
     is_in_box = (corners.min(axis=0) <= p).all() and (p <= corners.max(axis=0)).all()
     whole = _volume(corners)
     if is_in_box and whole != 0:
@@ -70,7 +70,7 @@ def nearest_in_tet(p: Floats, corners: Floats) -> Floats:
 def nearest_faces(
     vertices: npt.ArrayLike, faces: npt.ArrayLike, points: npt.ArrayLike
 ) -> tuple[Ints, Floats, Floats]:
-    """Return what `superfacets.nearest_faces` does for triangles, without a limit."""
+    """Return `superfacets.nearest_faces` of triangles, without a limit."""
     return _nearest_shapes(nearest_on_triangle, vertices, faces, points)
 
 
@@ -102,7 +102,7 @@ def _nearest_of(p: Floats, candidates: list[Floats]) -> Floats:
 
 
 def _first_nearest(p: Floats, candidates: Iterable[Floats]) -> tuple[int, Floats]:
-    """Place and position of the candidate nearest to p, the first of equals."""
+    """Index and position of the candidate nearest to p, the first of equals."""
 
     def squared(item: tuple[int, Floats]) -> Any:
         return dot(p - item[1], p - item[1])
@@ -148,7 +148,7 @@ def ray_thickness(
     n_rays: int,
     least_distance: float = 0.0,
 ) -> Floats:
-    """The thickness along inward unit vectors; NaN where fewer than a quarter of the rays leave."""
+    """The thickness along inward unit vectors; NaN if fewer than a quarter of the rays leave."""
     corners = vertices[triangles]
     spokes = list(zip(*cone_of_rays(n_rays), strict=True))
     result = np.full(len(starts), np.nan)
@@ -165,7 +165,7 @@ def ray_thickness(
 
 
 def frame_about(axis: Floats) -> tuple[Floats, Floats]:
-    """Two unit vectors that make a right-handed frame with the axis (Duff et al., 2017)."""
+    """Two unit vectors that form a right-handed frame with the axis (Duff et al., 2017)."""
     x, y, z = axis.tolist()
     sign = -1.0 if z < 0 else 1.0
     a = -1.0 / (sign + z)
@@ -195,7 +195,7 @@ def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> flo
 
 
 class _Edge(NamedTuple):
-    """A side of a face, or an edge within it, and its two halves once bisected."""
+    """A side of a face, or an edge within it, with its two halves after bisection."""
 
     start: int
     end: int

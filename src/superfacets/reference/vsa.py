@@ -1,4 +1,4 @@
-"""The slow, readable twin of `variational_shape_approximation`: the oracle of its tests.
+"""The readable twin of `variational_shape_approximation`: the oracle of its tests.
 
 On the same input the core gives the same numbers, bit for bit. Where floats are added, the order is
 that of the core and part of the contract.
@@ -21,14 +21,14 @@ Matrix = list[list[float]]
 
 
 class Proxy(NamedTuple):
-    """A plane, or, where the normal is zero, a point."""
+    """A plane, or a point if the normal is zero."""
 
     center: Vector
     normal: Vector
 
 
 class State(NamedTuple):
-    """Labels of all faces, with the seeds and proxies that they were flooded from."""
+    """Labels of all faces, with the seeds and proxies that they grew from."""
 
     labels: list[int]
     seeds: list[int]
@@ -57,7 +57,7 @@ class Surface:
 def approximate(
     surface: Surface, k: int, seeds: list[int] | None, max_num_iter: int
 ) -> tuple[State, int, str]:
-    """The last state, the number of floods with k proxies, and why they ended.
+    """The last state, the number of floods with k proxies, and the stop reason.
 
     Without seeds, proxies are added one by one.
     """
@@ -82,9 +82,9 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
     """Regions grown face by face, in the order of error, then of insertion."""
     seeds, proxies = list(seeds), list(proxies)
     labels = [-1] * len(surface.areas)
-    queue: list[tuple[float, int, int, int]] = []  # error, place in line, face, label
+    queue: list[tuple[float, int, int, int]] = []  # error, number of insertion, face, label
     n_queued = 0
-    started: list[int] = []  # faces whose neighbors are to be queued
+    started: list[int] = []  # faces whose neighbors will be queued
     for label, seed in enumerate(seeds):
         labels[seed] = label
         started.append(seed)
@@ -111,7 +111,7 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
 
 
 def _insert(surface: Surface, state: State) -> State:
-    """Add a region at the worst face of the worst region with faces to spare."""
+    """Add a region at the worst face of the worst region with two faces or more."""
     proxies = fit(surface, state.labels)
     seeds = _least_faces(surface, state.labels, proxies)
     errors = _errors(surface, state.labels, proxies)
@@ -131,7 +131,7 @@ def _errors(surface: Surface, labels: list[int], proxies: list[Proxy]) -> list[f
 
 
 def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> list[int]:
-    """The face of least error of each region, one with a normal if there is any."""
+    """The face of least error of each region, preferably with a normal."""
     errors = _errors(surface, labels, proxies)
     ranks = [
         (not any(normal), error) for normal, error in zip(surface.normals, errors, strict=True)
@@ -223,7 +223,7 @@ def _rotate(m: Matrix, axes: Matrix, p: int, q: int) -> None:
 
 
 def _integral(a: float, b: float, c: float) -> float:
-    """Over a triangle of area 6, of the square of a linear function with these corner values."""
+    """Integral of the square of a linear function over a triangle of area 6."""
     return a * a + b * b + c * c + a * b + a * c + b * c
 
 

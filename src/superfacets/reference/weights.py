@@ -23,7 +23,7 @@ def superfacet_weights(
     hollows: bool = False,
     weld: bool = True,
 ) -> Floats:
-    """Weight of each arc, eq. 1-3 of the paper; `crease_length` stands for |e| in eq. 2.
+    """Weight of each arc, eq. 1-3 of the paper; `crease_length` replaces |e| in eq. 2.
 
     Ridges count `ridges` where that is more than `eta_convex`. With `hollows`, smooth edges are
     evened where a shape is hollow.
@@ -54,7 +54,7 @@ def superfacet_weights(
 def _measure_arcs(
     mesh: Mesh, arcs: list[Arc], *, inside_out: bool
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """Of each arc the way over its edge, the length of that, its angle, and if it is concave."""
+    """For each arc: length of its step, length of its edge, angle, and whether it is concave."""
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
     terms, concave = [], []
@@ -77,7 +77,7 @@ def _measure_arcs(
 
 
 def _evened_share(turn: float, volume: float, area: float) -> float:
-    """A quarter for hollow shapes, 0 for solid ones; the turn is over arcs, two for each edge."""
+    """Share 1/4 for hollow shapes, 0 for solid ones; the turn is summed over arcs, two per edge."""
     roundness = 3.0 * volume * turn / 4.0 / area**2
     share = min(max((0.3 - roundness) / (0.3 - 0.15), 0.0), 1.0)
     return 0.25 * round(2**16 * share) / 2**16
@@ -94,7 +94,7 @@ def unit_normals(mesh: Mesh) -> Floats:
 
 
 def _signed_volume(mesh: Mesh, arcs: list[Arc], weld: bool) -> float:
-    """What the mesh encloses, negative where normals point inwards; 0 if it is open."""
+    """Volume that the mesh encloses, negative if normals point inwards; 0 if it is open."""
     corners = mesh.vertices[mesh.faces]
     names = corners.tolist() if weld else [[[v] for v in face] for face in mesh.faces.tolist()]
     # A side without an arc is on the boundary, unless its two ends are one vertex or its face runs
@@ -123,16 +123,16 @@ def quantize_weights(weights: Floats) -> tuple[Singles, float]:
 
 
 SHARP_ANGLE = math.pi * 2 / 9
-"""40 degrees."""
+"""Smallest angle of a sharp edge: 40 degrees."""
 
 MAX_STEPS = 64
-"""Around a vertex."""
+"""Most faces visited around a vertex."""
 
 
 def find_ridges(
     mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
 ) -> list[int]:
-    """Arcs across sharp convex edges between triangles that are flat beside them.
+    """Arcs across sharp convex edges between triangles that are flat otherwise.
 
     At both ends such an edge must meet another one, or a border of the surface.
     """
@@ -154,7 +154,7 @@ class _Surface:
             self._of_face.setdefault(arc.face, []).append((arc.neighbor, index))
 
     def is_flat_beside(self, index: int, thetas: Floats) -> bool:
-        """Whether an arc is the only one between its faces, and both are flat but for it."""
+        """Whether an arc is the only one between its faces, and both are flat otherwise."""
         face, _, neighbor, _ = self._arcs[index]
         is_only = [other for other, _ in self._of_face[face]].count(neighbor) == 1
         theta = float(thetas[index])
@@ -165,13 +165,13 @@ class _Surface:
 
     @staticmethod
     def _is_flat(bends: list[float], theta: float) -> bool:
-        """Whether the other edges of a face bend little, but for one that is as sharp."""
+        """Whether the other edges of a face bend little, except for one that is as sharp."""
         bent = [bend for bend in bends if bend >= 0.3 * theta]
         alike = [max(SHARP_ANGLE, 0.7 * theta) <= bend and 0.7 * bend <= theta for bend in bent]
         return len(bent) <= 1 and all(alike)
 
     def continues(self, index: int, found: set[int]) -> bool:
-        """Whether an arc found meets another, or a border, at both ends of its edge."""
+        """Whether a found arc meets another one, or the boundary, at both ends of its edge."""
         face, side, neighbor, _ = self._arcs[index]
         ends = [self._name(self._mesh.faces[face, corner % 3]) for corner in (side, side + 1)]
         return all(
@@ -185,7 +185,7 @@ class _Surface:
         for _ in range(MAX_STEPS):
             step = self._next_around(corner, before, here)
             if step is None:
-                return True  # a border
+                return True  # the boundary
             if step[1] in found:
                 return True
             before, here = here, step[0]
@@ -215,7 +215,7 @@ def smallest_eigenpairs(
     n_constants: int,
     n_wanted: int,
 ) -> tuple[Floats, Floats]:
-    """Eigenvalues of L x = lambda A x above those of the constants, and vectors, (N, m).
+    """Eigenvalues of L x = lambda A x without those of constant vectors, and vectors, (N, m).
 
     Eigenvalues are the core's but for rounding; so are vectors of single eigenvalues, but for their
     signs.
