@@ -46,7 +46,7 @@ class WeldedCorners {
   }
 
  private:
-  // Whether each vertex is its own representative.
+  // Whether each entry is a vertex that is not higher and represents itself.
   static bool are_representatives(std::span<const Vertex> representative) {
     for (std::size_t v = 0; v < representative.size(); ++v) {
       const Vertex lowest = representative[v];
@@ -515,7 +515,7 @@ void collect_arcs(const ArcReader& reader, std::int64_t n_faces, ThreadTeam& tea
       kBlock);
 }
 
-// If each side has at most one arc, the ring of a side is its list of arcs.
+// If each side of each face has exactly one arc, the rings are the lists of arcs.
 void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, FaceGraph& graph) {
   graph.offsets = Buffer<std::int64_t>(n_faces + 1);
   graph.offsets[n_faces] = 3 * n_faces;
