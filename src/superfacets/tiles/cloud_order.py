@@ -12,12 +12,12 @@ from .. import _core
 from .._types import Floats, Ints, Longs
 from .._validate import check_spread
 from .arrays import box_of, index_in, joined_boxes
-from .curve_sort import Chunks, find_cuts, read_cut, save_run
-from .mapping import run_all
+from .chunks import Chunks, find_cuts, read_cut, save_run
+from .mapping import Run
 from .opening import Pieces
 from .part import Part
 from .scratch import Scratch
-from .store import RANGE, Run, TileStore, tile_starts
+from .store import RANGE, TileStore, tile_starts
 
 NOT_COPIED = -1
 """``lowest`` of a point that is not a copy."""
@@ -87,22 +87,22 @@ def sort_cloud(
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
     n_points, size = pieces.n_cells, chunks.size
-    bounds = joined_boxes(run_all(run, _box_of_chunk, scratch, chunks.n_chunks, chunks))
+    bounds = joined_boxes(run.all(_box_of_chunk, scratch, chunks.n_chunks, chunks))
     check_spread(bounds)
-    found = run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, bounds)
+    found = run.all(_sort_chunk, scratch, chunks.n_chunks, chunks, bounds)
     copies_before = np.append(0, np.cumsum([n_copies for _, n_copies in found]))
     scratch.remove_folder("representatives")
     starts = tile_starts(n_points, chunks.n_chunks)
     cuts = _block_cuts(scratch, np.stack([some for some, _ in found]), np.array(starts), size)
     scratch.save("blocks", cuts)
     numbering = _Numbering(size, n_points - int(copies_before[-1]), copies_before, n_threads)
-    blocks = run_all(run, _order_block, scratch, len(cuts) - 1, numbering)
+    blocks = run.all(_order_block, scratch, len(cuts) - 1, numbering)
     scratch.remove_folder("runs")
-    store = TileStore(scratch, "points", starts, bounds, bounds, 0.0)
+    store = TileStore(scratch, "points", starts, bounds, 0.0)
     parts = [part for block in blocks for part in block]
     if numbering.n_apart < n_points:
         _find_lowest(scratch, blocks)
-    boxes = run_all(run, _write_tile, store, store.n_tiles, parts)
+    boxes = run.all(_write_tile, store, store.n_tiles, parts)
     scratch.remove_folder("ordered")
     return SortedCloud(store, numbering.n_apart, np.concatenate(boxes), pieces.normals is not None)
 

@@ -12,12 +12,12 @@ from .._types import Array, Floats, Ints, Longs
 from .._validate import check_extent, raise_index_error
 from ..io.tables import take_rows
 from .arrays import box_of, joined_boxes
-from .curve_sort import Chunks, find_cuts, read_cut, save_run
-from .mapping import run_all
+from .chunks import Chunks, find_cuts, read_cut, save_run
+from .mapping import Run
 from .opening import Pieces
 from .part import Lists, Part
 from .scratch import Scratch
-from .store import Kind, Run, TileStore, tile_starts
+from .store import Kind, TileStore, tile_starts
 
 MAX_SPAN = 1 << 26
 """Largest range of the vertex numbers of a tile for which they are renumbered by a table."""
@@ -81,10 +81,10 @@ def make_mesh_tiles(
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
     chunks = chunks if welds else replace(chunks, lowest=None)
-    found = run_all(run, _measure_chunk, scratch, chunks.n_chunks, chunks)
+    found = run.all(_measure_chunk, scratch, chunks.n_chunks, chunks)
     bounds, curve = (joined_boxes(boxes) for boxes in list(zip(*found, strict=True))[:2])
     check_extent(*bounds)
-    counts = np.stack(run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, curve))
+    counts = np.stack(run.all(_sort_chunk, scratch, chunks.n_chunks, chunks, curve))
     starts = tile_starts(pieces.n_cells, chunks.n_chunks)
     scratch.remove_folder("representatives")
     scratch.save("cuts", find_cuts(scratch, counts, np.array(starts)))
@@ -92,8 +92,8 @@ def make_mesh_tiles(
     for area in np.concatenate([part.areas for part in found]).tolist():
         total += area
     kind: Kind = "triangles" if pieces.offsets is None else "polygons"
-    store = TileStore(scratch, kind, starts, bounds, curve, total)
-    run_all(run, _write_tile, store, store.n_tiles, n_threads)
+    store = TileStore(scratch, kind, starts, bounds, total)
+    run.all(_write_tile, store, store.n_tiles, n_threads)
     scratch.remove_folder("runs")
     return store
 
