@@ -9,7 +9,7 @@ from tiled_meshes import as_ply, random_polygons
 import superfacets as sf
 from superfacets import Mesh, MeshError, PolygonMesh
 from superfacets._validate import MAX_CELLS
-from superfacets.tiles import chunks, mesh_tiles
+from superfacets.tiles import arrays, chunks
 from superfacets.tiles.mesh_tiles import make_mesh_tiles
 from superfacets.tiles.opening import open_pieces
 from superfacets.tiles.scratch import scratch_folder
@@ -82,7 +82,7 @@ def test_vertices_in_few_blocks_of_many_are_found(bear, tmp_path, monkeypatch):
     monkeypatch.setattr(chunks.Chunks, "most", 1_000)
     check(as_ply(tmp_path, bear), bear, tmp_path)
     monkeypatch.setattr(chunks.Chunks, "most", 100_000)
-    monkeypatch.setattr(mesh_tiles, "MAX_SPAN", 10)
+    monkeypatch.setattr(arrays, "MAX_SPAN", 10)
     check(as_ply(tmp_path, bear), bear, tmp_path)
 
 

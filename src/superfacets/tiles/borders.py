@@ -22,9 +22,9 @@ Triangles need two steps for the distance between two vertices."""
 
 MOST_STEPS = 160
 
-COLUMNS = {"points": ("cells", "positions", "measures")}
-"""Columns of the band. Kinds of faces have `OF_FACES`."""
-OF_FACES = ("cells", "corners")
+OF_CLOUD = ("cells", "positions", "measures")
+OF_FACES = ("cells", "corners", "corners/vertices")
+"""Arrays of the band."""
 
 
 @dataclass(frozen=True)
@@ -152,9 +152,9 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
     """Write the marked cells of a tile with their arcs; return their places and cells."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
-    lists = {"corners": ("vertices",), "arcs": ("targets", "sides", lengths)}
-    columns = COLUMNS.get(store.kind, OF_FACES)
-    part = Part.of_tile(store, tile, columns, lists).take(chosen)
+    names = OF_CLOUD if store.kind == "points" else OF_FACES
+    arcs = "arcs/targets", "arcs/sides", f"arcs/{lengths}"
+    part = Part.of_tile(store, tile, (*names, *arcs)).take(chosen)
     entries = part.lists["arcs"].entries
     own = np.arange(store.starts[tile], store.starts[tile] + n_own, dtype=np.int32)
     around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
@@ -166,9 +166,9 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
 
 def _load_band(store: TileStore, ends: str, tile: int) -> Part:
     """The cells of the band that are in a tile."""
-    columns = ("places", *COLUMNS.get(store.kind, OF_FACES))
-    lists = {"corners": ("vertices",), "arcs": (ends, "sides", "lengths")}
-    return Part.load(store.scratch, f"tile{tile}/band", columns, lists)
+    names = OF_CLOUD if store.kind == "points" else OF_FACES
+    arcs = f"arcs/{ends}", "arcs/sides", "arcs/lengths"
+    return Part.load(store.scratch, f"tile{tile}/band", ("places", *names, *arcs))
 
 
 def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:

@@ -12,10 +12,9 @@ from .._types import Array, Floats, Ints, Longs
 from .._validate import MAX_CELLS
 from ..errors import MeshError
 from ..io.tables import Rows
-from .arrays import stable_order
 from .mapping import Run
 from .opening import Pieces
-from .part import NO_LISTS, ListNames, Part
+from .part import Part
 from .scratch import Scratch
 from .store import RANGE
 
@@ -188,14 +187,20 @@ class Chunks:
         """The first cell of a chunk, and the first of the next."""
         return chunk * self.size, min((chunk + 1) * self.size, self.pieces.n_cells)
 
+    def save_run(
+        self, scratch: Scratch, chunk: int, part: Part, positions: Floats, box: Floats
+    ) -> Ints:
+        """Write a chunk as the run ``runs/{chunk}``, sorted by the codes of positions in a box.
 
-def save_run(scratch: Scratch, chunk: int, part: Part, codes: Array) -> Ints:
-    """Write a chunk as the sorted run ``runs/{chunk}``; count the upper bits of its codes."""
-    order = stable_order(codes)
-    part = part.take(order)
-    part.columns["codes"] = codes[order]
-    part.save(scratch, f"runs/{chunk}")
-    return np.bincount(codes >> LOW_BITS, minlength=1 << LOW_BITS).astype(np.int32)
+        Returns how often each value of the upper bits of codes occurs, shape (2^15,).
+        """
+        low, high = map(tuple, box)
+        codes = _core.morton_codes(positions, low, high, self.n_threads)
+        order = _stable_order(codes)
+        part = part.take(order)
+        part.columns["codes"] = codes[order]
+        part.save(scratch, f"runs/{chunk}")
+        return np.bincount(codes >> LOW_BITS, minlength=1 << LOW_BITS).astype(np.int32)
 
 
 def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
@@ -244,14 +249,19 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
     return taken
 
 
-def read_cut(
-    scratch: Scratch, cuts: Longs, columns: Sequence[str], lists: ListNames = NO_LISTS
-) -> Part:
+def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
     """The cells of a tile, merged from all runs by (code, run); with the column ``codes``."""
     parts = [
-        Part.load(scratch, f"runs/{chunk}", ("codes", *columns), lists, *cuts[:, chunk].tolist())
+        Part.load(scratch, f"runs/{chunk}", ("codes", *names), *cuts[:, chunk].tolist())
         for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist()
     ]
     part = Part.joined(parts)
     del parts
-    return part.take(stable_order(part.columns["codes"]))
+    return part.take(_stable_order(part.columns["codes"]))
+
+
+def _stable_order(codes: Array) -> Longs:
+    """The stable argsort of uint32, in two passes over 16 bits, which numpy sorts by counting."""
+    order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
+    upper = (codes >> 16).astype(np.uint16)
+    return order[np.argsort(upper[order], kind="stable")]

@@ -12,7 +12,7 @@ from .. import _core
 from .._types import Floats, Ints, Longs
 from .._validate import check_spread
 from .arrays import box_of, index_in, joined_boxes
-from .chunks import Chunks, find_cuts, read_cut, save_run
+from .chunks import Chunks, find_cuts, read_cut
 from .mapping import Run
 from .opening import Pieces
 from .part import Part
@@ -24,33 +24,6 @@ NOT_COPIED = -1
 
 COLUMNS = ("numbers", "lowest", "cells", "positions", "normals")
 """Arrays of the points of a run, a block or a tile; ``normals`` only where the input has them."""
-
-
-@dataclass(frozen=True, eq=False)
-class SortedCloud:
-    """The sorted points of a cloud as tiles; neighbors and areas are still unknown.
-
-    A *copy* is a point at exactly the position of a lower one. Points are sorted by the code of
-    their position on the curve, with the copies of a code last. The others of a code are ordered
-    as in memory, by halving the box around them. Per tile there are
-
-    ========= =============== =====================================================
-    cells     (n,) int32      number in the order that `segment` works in: that of
-                              places, with all copies at the end
-    numbers   (n,) int32      number in the input
-    lowest    (n,) int32      of copies: place of the lowest point at the position
-    positions (n, 3) float64
-    normals   (n, 3) float64  if they are given
-    ========= =============== =====================================================
-
-    There are `n_apart` different positions. `boxes`, (R, 2, 3), are around each range of `RANGE`
-    places, without copies. The total measure of the store is not yet known.
-    """
-
-    store: TileStore
-    n_apart: int
-    boxes: Floats
-    has_normals: bool
 
 
 class _Ordered(NamedTuple):
@@ -73,11 +46,26 @@ class _Numbering:
 
 def sort_cloud(
     pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int
-) -> SortedCloud:
+) -> tuple[TileStore, Floats]:
     """Sort the points of a cloud along the curve, as in memory, and write them tile by tile.
 
-    Points of one code can be ordered only together. So the sorted points are first cut into blocks
-    of whole codes; each block is ordered, and tiles are cut from the blocks.
+    A *copy* is a point at exactly the position of a lower one. Points are sorted by the code of
+    their position on the curve, with the copies of a code last. The others of a code are ordered
+    as in memory, by halving the box around them. Points of one code can be ordered only together.
+    So the sorted points are first cut into blocks of whole codes; each block is ordered, and tiles
+    are cut from the blocks. Per tile there are
+
+    ========= =============== =====================================================
+    cells     (n,) int32      number in the order that `segment` works in: that of
+                              places, with all copies at the end
+    numbers   (n,) int32      number in the input
+    lowest    (n,) int32      of copies: place of the lowest point at the position
+    positions (n, 3) float64
+    normals   (n, 3) float64  if they are given
+    ========= =============== =====================================================
+
+    Returned are the tiles, whose total measure is not yet known, and the boxes around each range of
+    `RANGE` places, without copies, (R, 2, 3).
 
     Raises
     ------
@@ -104,7 +92,7 @@ def sort_cloud(
         _find_lowest(scratch, blocks)
     boxes = run.all(_write_tile, store, store.n_tiles, parts)
     scratch.remove_folder("ordered")
-    return SortedCloud(store, numbering.n_apart, np.concatenate(boxes), pieces.normals is not None)
+    return store, np.concatenate(boxes)
 
 
 def _box_of_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> Floats:
@@ -118,8 +106,6 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) ->
     """
     begin, end = chunks.range(chunk)
     positions = np.ascontiguousarray(chunks.pieces.points.read(begin, end))
-    low, high = map(tuple, bounds)
-    codes = _core.morton_codes(positions, low, high, chunks.n_threads)
     numbers = np.arange(begin, end, dtype=np.int32)
     lowest = np.full(end - begin, NOT_COPIED, np.int32)
     if chunks.lowest is not None:
@@ -130,7 +116,8 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) ->
     columns = {"numbers": numbers, "lowest": lowest, "cells": ranks, "positions": positions}
     if chunks.pieces.normals is not None:
         columns["normals"] = chunks.pieces.normals.read(begin, end)
-    return save_run(scratch, chunk, Part(columns), codes), int(np.count_nonzero(is_copy))
+    counts = chunks.save_run(scratch, chunk, Part(columns), positions, bounds)
+    return counts, int(np.count_nonzero(is_copy))
 
 
 def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Longs:
@@ -238,7 +225,7 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
         last = first + part.n_points
         if first < end and begin < last:
             rows = max(begin - first, 0), min(end, last) - first
-            some = Part.load(store.scratch, f"ordered/{part.name}", COLUMNS, {}, *rows)
+            some = Part.load(store.scratch, f"ordered/{part.name}", COLUMNS, *rows)
             is_apart = some.columns["lowest"] == NOT_COPIED
             cells = some.columns["cells"] + n_before * is_apart
             found.append(Part(some.columns | {"cells": cells.astype(np.int32)}))

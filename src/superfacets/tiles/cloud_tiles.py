@@ -12,7 +12,7 @@ from ..cells.point_graph import CUTOFF, N_AROUND, N_NEIGHBORS
 from ..workers.threads import Job
 from .arrays import box_of, is_among
 from .cloud_normals import turn_normals
-from .cloud_order import NOT_COPIED, SortedCloud, sort_cloud
+from .cloud_order import NOT_COPIED, sort_cloud
 from .mapping import Run
 from .opening import Pieces
 from .part import Part
@@ -28,7 +28,7 @@ def make_cloud_tiles(
 ) -> TileStore:
     """Write a cloud as tiles, with the results of `build_point_graph` bit for bit.
 
-    Besides ``cells``, ``numbers`` and ``positions`` (see `SortedCloud`) there are, per tile,
+    Besides ``cells``, ``numbers`` and ``positions`` (see `sort_cloud`) there are, per tile,
 
     ========= =============== =========================================================
     measures  (n,) float64    areas
@@ -39,10 +39,12 @@ def make_cloud_tiles(
     Tiles have at most `tile_cells` points, rounded up to a multiple of `RANGE`. The core has
     `n_threads` for each. Errors are those of `sort_cloud`.
     """
-    cloud = sort_cloud(pieces, scratch, tile_cells, run, n_threads)
-    store = cloud.store
-    find_neighbors(cloud, tile_cells, run, n_threads)
-    if not cloud.has_normals:
+    store, boxes = sort_cloud(pieces, scratch, tile_cells, run, n_threads)
+    at_once, wants_normals = max(1, tile_cells // RANGE), pieces.normals is None
+    run.all(_find_nearest, store, store.n_tiles, boxes, at_once, wants_normals, n_threads)
+    run.all(_cut_off, store, store.n_tiles)
+    store.remove_from_all("found", "squared", "all_areas")
+    if wants_normals:
         turn_normals(store)
     tiles = range(store.n_tiles)
     leaving = run.all(_write_leaving, store, store.n_tiles)
@@ -78,10 +80,9 @@ def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
     leaves = leaves[np.argsort(tiles[leaves], kind="stable")]
     store.write(tile, "out_sources", sources[leaves])
     store.write(tile, "out_targets", targets[leaves])
-    others, first = np.unique(tiles[leaves], return_index=True)
-    ends = np.append(first, len(leaves))[1:]
-    ranges = zip(first.tolist(), ends.tolist(), strict=True)
-    return dict(zip(others.tolist(), ranges, strict=True))
+    others, firsts, counts = np.unique(tiles[leaves], return_index=True, return_counts=True)
+    found = zip(others.tolist(), firsts.tolist(), counts.tolist(), strict=True)
+    return {other: (first, first + count) for other, first, count in found}
 
 
 def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> None:
@@ -89,11 +90,10 @@ def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> 
     sources, targets = _pairs(store, tile)
     is_own = store.is_in(tile, targets)
     parts = [(sources, targets), (targets[is_own], sources[is_own])]
-    for other, begin, end in entering:
-        load, folder = store.scratch.load, f"tile{other}"
-        parts.append(
-            (load(f"{folder}/out_targets", begin, end), load(f"{folder}/out_sources", begin, end))
-        )
+    for other, *ends in entering:
+        names = "out_targets", "out_sources"
+        columns = Part.load(store.scratch, f"tile{other}", names, *ends).columns
+        parts.append((columns["out_targets"], columns["out_sources"]))
     sources, targets = (np.concatenate(column) for column in zip(*parts, strict=True))
     first = np.int32(store.starts[tile])
     offsets, joined = _core.sorted_lists(store.size(tile), sources - first, targets)
@@ -121,20 +121,6 @@ def _follow_lowest(store: TileStore, tile: int) -> None:
             store.write(tile, followed, values)
 
 
-def find_neighbors(cloud: SortedCloud, tile_cells: int, run: Run, n_threads: int) -> None:
-    """Write the nearest neighbors of all points, tile by tile: the neighbors found by `segment`.
-
-    Per tile: ``near`` (n, 6) int32, places of the nearest points, nearest first, -1 where there is
-    none or it is too far away; ``areas`` (n,) float64; and, if the cloud has no normals,
-    ``estimated`` normals (n, 3) of either sign. Rows of copies are empty: -1 or 0.
-    """
-    store, at_once = cloud.store, max(1, tile_cells // RANGE)
-    args = cloud.boxes, at_once, not cloud.has_normals, n_threads
-    run.all(_find_nearest, store, store.n_tiles, *args)
-    run.all(_cut_off, store, store.n_tiles)
-    store.remove_from_all("found", "squared", "all_areas")
-
-
 def _find_nearest(
     store: TileStore, tile: int, boxes: Floats, at_once: int, wants_normals: bool, n_threads: int
 ) -> None:
@@ -158,11 +144,16 @@ def _find_nearest(
         every = Part.joined([known, *others], "numbers")
         is_wanted = is_among(every.columns["numbers"], own.columns["numbers"][is_open])
         places[is_open], squared[is_open] = _nearest(every, is_wanted, n_nearest, n_threads)
-        found = np.unique(places[~store.is_in(tile, places)])
+        nearest = np.unique(places[~store.is_in(tile, places)])
         all_places = every.columns["places"]
-        is_known = store.is_in(tile, all_places) | is_among(all_places, found)
+        is_known = store.is_in(tile, all_places) | is_among(all_places, nearest)
         known = every.take(np.flatnonzero(is_known))
-    _write_lists(store, tile, own, places, squared)
+    at = own.columns["places"] - store.starts[tile]
+    found = np.full((store.size(tile), N_NEIGHBORS), -1, np.int32)
+    all_squared = np.full((store.size(tile), N_NEIGHBORS), np.inf)
+    found[at], all_squared[at] = places[:, :N_NEIGHBORS], squared[:, :N_NEIGHBORS]
+    columns = {"found": found, "squared": all_squared, "all_areas": _areas_around(all_squared)}
+    Part(columns).save(store.scratch, f"tile{tile}")
     if wants_normals:
         _write_directions(store, tile, own, places, known, n_threads)
 
@@ -195,17 +186,6 @@ def _nearest(points: Part, is_wanted: Bools, n: int, n_threads: int) -> tuple[In
     )
     places = np.append(points.columns["places"], np.int32(-1))[rows]
     return places.reshape(-1, n), squared.reshape(-1, n)
-
-
-def _write_lists(store: TileStore, tile: int, own: Part, places: Ints, squared: Floats) -> None:
-    n_points, at = store.size(tile), own.columns["places"] - store.starts[tile]
-    found = np.full((n_points, N_NEIGHBORS), -1, np.int32)
-    all_squared = np.full((n_points, N_NEIGHBORS), np.inf)
-    found[at] = places[:, :N_NEIGHBORS]
-    all_squared[at] = squared[:, :N_NEIGHBORS]
-    store.write(tile, "found", found)
-    store.write(tile, "squared", all_squared)
-    store.write(tile, "all_areas", _areas_around(all_squared))
 
 
 def _write_directions(

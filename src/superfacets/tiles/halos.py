@@ -19,11 +19,9 @@ STEPS = 3
 end of the arc, one to the neighbors whose normals its curvature is fitted to, and one to the
 neighbors that each of these normals is averaged with."""
 
-OF_FACES = (("cells", "corners"), {"corners": ("vertices",)})
-"""Columns and lists of faces."""
-
-OF_POINTS = (("cells", "positions", "measures", "normals"), {"neighbors": ("targets",)})
-"""Columns and lists of points."""
+OF_FACES = ("cells", "corners", "corners/vertices")
+OF_POINTS = ("cells", "positions", "measures", "normals", "neighbors/targets")
+"""Arrays of cells and of their halos."""
 
 
 def find_halos(store: TileStore, run: Run) -> list[list[int]]:
@@ -49,8 +47,8 @@ def find_halos(store: TileStore, run: Run) -> list[list[int]]:
 
 def faces_with_halo(store: TileStore, own: Part, others: list[int]) -> Part:
     """The faces of a tile with its halo, sorted by number; `others` are as from `find_halos`."""
-    columns, lists = (*OF_FACES[0], "places"), OF_FACES[1]
-    outer = [Part.load(store.scratch, f"tile{other}/outer", columns, lists) for other in others]
+    names = (*OF_FACES, "places")
+    outer = [Part.load(store.scratch, f"tile{other}/outer", names) for other in others]
     ids = own.vertices["ids"]
     ids = merged([ids[:0], *(_touching(faces, ids).vertices["ids"] for faces in outer)])
     return Part.joined([own, *(_touching(faces, ids) for faces in outer)], "cells")
@@ -82,7 +80,7 @@ def _shared_vertices(store: TileStore) -> Longs:
 
 def _write_outer_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
     """Write the outer faces of a tile; return the vertices that it shares with other tiles."""
-    faces = Part.of_tile(store, tile, *OF_FACES)
+    faces = Part.of_tile(store, tile, OF_FACES)
     offsets, corners = faces.corners()
     is_shared = is_among(faces.vertices["ids"], shared)
     rings = _core.spread_rings(offsets, corners, 2 * is_shared.astype(np.uint8))
@@ -113,7 +111,7 @@ def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
 
 def _write_outer_points(store: TileStore, tile: int) -> None:
     """Write the outer points of a tile: those within `STEPS` steps of another tile."""
-    points = Part.of_tile(store, tile, *OF_POINTS)
+    points = Part.of_tile(store, tile, OF_POINTS)
     near = points.lists["neighbors"]
     targets = near.entries["targets"]
     sources = np.repeat(np.arange(len(points)), np.diff(near.offsets))
@@ -128,8 +126,7 @@ def _write_outer_points(store: TileStore, tile: int) -> None:
 
 def points_with_halo(store: TileStore, tile: int) -> Part:
     """The points of a tile with its halo, sorted by place; the outermost have no neighbors."""
-    columns, lists = OF_POINTS
-    parts = [Part.of_tile(store, tile, columns, lists)]
+    parts = [Part.of_tile(store, tile, OF_POINTS)]
     known = np.empty(0, np.int32)  # places in other tiles
     for step in range(STEPS):
         targets = parts[-1].lists["neighbors"].entries["targets"]
@@ -138,7 +135,7 @@ def points_with_halo(store: TileStore, tile: int) -> Part:
             break
         tiles, found = store.tiles_of(places), []
         for other in np.unique(tiles).tolist():
-            outer = Part.load(store.scratch, f"tile{other}/outer", (*columns, "places"), lists)
+            outer = Part.load(store.scratch, f"tile{other}/outer", (*OF_POINTS, "places"))
             found.append(outer.at(places[tiles == other]))
         points = Part.joined(found, "places")
         if step == STEPS - 1:

@@ -20,7 +20,7 @@ from ..mesh.faces import signed_volume
 from .arrays import rows
 from .halos import OF_FACES, faces_with_halo, find_halos, points_with_halo
 from .mapping import Run
-from .part import Part, in_order_of_cells, save_columns, surface_of
+from .part import Part, in_order_of_cells, surface_of
 from .store import TileStore
 
 Origin = tuple[float, float, float]
@@ -113,7 +113,7 @@ def _weigh_faces(
     store: TileStore, tile: int, others: list[int], rule: WeightRule, origin: Origin
 ) -> _TileSums:
     """Write the arcs of the faces of a tile, and their weights."""
-    own = Part.of_tile(store, tile, *OF_FACES)
+    own = Part.of_tile(store, tile, OF_FACES)
     faces = faces_with_halo(store, own, others)
     mesh = faces.mesh(store)
     kind = kind_of(mesh)
@@ -188,7 +188,7 @@ def _write_weights(
     columns = {"weights": weights[arcs]}
     if rule.has_prices:
         columns["prices"] = creases_of(surface, rule.radius, ridges=0.0)[arcs]
-    save_columns(store.scratch, f"tile{tile}/arcs", columns)
+    Part(columns).save(store.scratch, f"tile{tile}/arcs")
     sums = [_core.sum_of(column, rule.n_threads) for column in columns.values()]
     return _TileSums(sums[0], sums[1] if rule.has_prices else 0.0)
 
