@@ -21,8 +21,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -32,8 +32,9 @@ import click
 import numpy as np
 
 from superfacets.tiles import segmenting
-from superfacets.tiles.mapping import open_run
+from superfacets.tiles.mapping import Run, Work, open_run
 from superfacets.tiles.store import TileStore
+from superfacets.workers.threads import Job
 
 from .checks import require
 from .clock import interleaved, median
@@ -84,7 +85,7 @@ class Measured:
         several workers what it takes to hand out tiles is part of that.
     wall : float
         Seconds in all.
-    rim : float
+    halo : float
         Faces of other tiles that a tile needs, as a share of its own.
     """
 
@@ -95,23 +96,23 @@ class Measured:
     passes: list[Pass]
     driver: dict[str, float]
     wall: float
-    rim: float
+    halo: float
 
 
-@dataclass
-class _Recorder:
+class _Recorder(Run):
     """Notes what runs cost."""
 
-    run: Any
-    n_faces: int
-    passes: list[Pass] = field(default_factory=list)
-    rims: list[float] = field(default_factory=list)
+    def __init__(self, run: Run, n_faces: int) -> None:
+        self.run = run
+        self.n_faces = n_faces
+        self.passes: list[Pass] = []
+        self.halos: list[float] = []
 
     def __call__(
-        self, work: Callable[..., Any], store: Any, jobs: Sequence[Any], **place: int
+        self, work: Work, store: Any, jobs: Sequence[Job], *, n_before: int = 0, n_after: int = 0
     ) -> list[Any]:
         begin, before = time.perf_counter(), _spent()
-        results: list[Any] = self.run(work, store, jobs, **place)
+        results = self.run(work, store, jobs, n_before=n_before, n_after=n_after)
         wall = time.perf_counter() - begin
         seconds, n_read, n_written = (
             (after - first) / self.n_faces for after, first in zip(_spent(), before, strict=True)
@@ -120,9 +121,9 @@ class _Recorder:
         self.passes.append(
             Pass(work.__name__.strip("_"), len(jobs), n_pieces, seconds, n_read, n_written, wall)
         )
-        if isinstance(store, TileStore) and store.has(0, "rim/cells"):
-            self.rims = [
-                len(store.read(tile, "rim/cells")) / store.size(tile)
+        if isinstance(store, TileStore) and store.has(0, "outer/cells"):
+            self.halos = [
+                len(store.read(tile, "outer/cells")) / store.size(tile)
                 for tile in range(store.n_tiles)
             ]
         return results
@@ -164,8 +165,8 @@ def measure(
     driver: dict[str, float] = {}
     for (stage, begin), (_, end) in itertools.pairwise(marks):
         driver[stage] = driver.get(stage, 0.0) + end - begin
-    rim = sum(found.rims) / max(1, len(found.rims))
-    return Measured(n_faces, n_segments, tile_size, workers, found.passes, driver, wall, rim)
+    halo = sum(found.halos) / max(1, len(found.halos))
+    return Measured(n_faces, n_segments, tile_size, workers, found.passes, driver, wall, halo)
 
 
 @dataclass(frozen=True)
@@ -201,8 +202,8 @@ def simulate(
     """
     seconds = 0.0
     n_tiles = math.ceil(n_faces / tile_size)
-    rim = measured.rim * math.sqrt(measured.tile_size / tile_size)
-    growth = (1 + rim) / (1 + measured.rim)
+    halo = measured.halo * math.sqrt(measured.tile_size / tile_size)
+    growth = (1 + halo) / (1 + measured.halo)
     for done in measured.passes:
         share = done.jobs / max(done.pieces, 1)  # of the tiles, in rounds of which not all need
         n_jobs = max(1, round(n_tiles * share))
@@ -251,7 +252,7 @@ def measure_command(
         ]
     output.write_text(json.dumps([asdict(run) for run in runs], indent=1))
     for run in runs:
-        click.echo(f"{run.workers} workers: {run.wall:.2f} s, rim {run.rim:.3f}")
+        click.echo(f"{run.workers} workers: {run.wall:.2f} s, halo {run.halo:.3f}")
 
 
 @commands.command("compare")

@@ -14,8 +14,8 @@ FREE = {"bandwidth": 1e12, "shared": 1e15, "dispatch": 0.0}
 """A cluster on which nothing but processor time counts."""
 
 
-def measured(*passes, driver=0.0, rim=0.0):
-    return Measured(1_000, 10, 100, 1, list(passes), {"regions": driver}, 1.0, rim)
+def measured(*passes, driver=0.0, halo=0.0):
+    return Measured(1_000, 10, 100, 1, list(passes), {"regions": driver}, 1.0, halo)
 
 
 def test_tiles_are_shared_by_workers_and_the_driver_is_not():
@@ -40,8 +40,8 @@ def test_tiles_are_handed_out_one_after_the_other():
     assert simulate(run, 1_000, 100, Cluster(50, 1e12, 1e15, dispatch=0.25))[0] == 2.5
 
 
-def test_rims_of_smaller_tiles_are_more_work():
-    run = measured(Pass("work", 10, 10, 1e-3, 0.0, 0.0, 1.0), rim=0.1)
+def test_halos_of_smaller_tiles_are_more_work():
+    run = measured(Pass("work", 10, 10, 1e-3, 0.0, 0.0, 1.0), halo=0.1)
     assert simulate(run, 1_000, 100, Cluster(1, **FREE))[0] == pytest.approx(1.0)
     smaller = simulate(run, 1_000, 25, Cluster(1, **FREE))[0]
     assert smaller == pytest.approx(1.2 / 1.1)
@@ -59,7 +59,7 @@ def test_a_run_is_measured_and_planned_with(tmp_path, monkeypatch):
     names = [of_pass["name"] for of_pass in run["passes"]]
     assert names[:2] == ["fill_buckets", "weld_bucket"]
     assert all(of_pass["n_read"] > 0 for of_pass in run["passes"] if of_pass["jobs"] > 1)
-    assert 0 < run["rim"] < 1
+    assert 0 < run["halo"] < 1
     done = CliRunner().invoke(commands, ["plan", str(output), "--spread", "regions"])
     assert done.exit_code == 0, done.output
     assert "| `write_tile` | 1 |" in done.output

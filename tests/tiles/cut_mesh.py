@@ -9,8 +9,13 @@ from superfacets._validate import checked_threads
 from superfacets.mesh.faces import FaceMesh, corners_in_a_row, face_sizes, measure_faces
 from superfacets.mesh.polygon_mesh import PolygonMesh
 from superfacets.tiles.arrays import rows
+from superfacets.tiles.mapping import Run
 from superfacets.tiles.scratch import Scratch
 from superfacets.tiles.store import TileStore, tile_starts
+from superfacets.workers.threads import in_turn
+
+run_serially = Run(in_turn)
+"""Do one job after the other, here."""
 
 
 def cut_mesh(
@@ -26,13 +31,11 @@ def cut_mesh(
         np.empty(0, np.float32),
         threads,
     ).order()
-    curve = np.array([positions.min(axis=0), positions.max(axis=0)])
     store = TileStore(
         scratch,
         "polygons" if isinstance(mesh, PolygonMesh) else "triangles",
         tile_starts(mesh.n_faces, n_tiles),
         mesh.bounds,
-        curve,
         _core.sum_of(measures, threads),
     )
     corners = corners_in_a_row(mesh)
@@ -54,8 +57,3 @@ def cut_mesh(
         else:
             store.write(tile, "corners", local.astype(np.int32).reshape(-1, 3))
     return store
-
-
-def run_serially(work, store, jobs, **_):
-    """Do one job after the other, here."""
-    return [work(store, *job) for job in jobs]

@@ -231,6 +231,6 @@ def test_wrong_points(ball, tmp_path, change, message):
 
 
 def test_too_many_points(monkeypatch, ball, tmp_path):
-    monkeypatch.setattr("superfacets.tiles.curve_sort.MAX_CELLS", 9)
+    monkeypatch.setattr("superfacets.tiles.chunks.MAX_CELLS", 9)
     with pytest.raises(MeshError, match="the cloud has 9000 points; at most 9 are supported"):
         segment_tiled(ball, 12, scratch=tmp_path)

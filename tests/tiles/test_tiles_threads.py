@@ -13,7 +13,7 @@ import superfacets as sf
 from superfacets import PointCloud
 from superfacets._options import LoopOptions
 from superfacets.tiles import segmenting
-from superfacets.tiles.mapping import open_run, run_all
+from superfacets.tiles.mapping import open_run
 from superfacets.tiles.scratch import scratch_folder
 from superfacets.tiles.segmenting import Place
 from superfacets.workers import threads
@@ -81,7 +81,7 @@ def test_an_error_leaves_no_piece_waiting(tmp_path):
         scratch_folder(tmp_path) as scratch,
         open_run(1, None, tmp_path, 2) as run,
     ):
-        run_all(run, slow, scratch, 1_000, 0.01)
+        run.all(slow, scratch, 1_000, 0.01)
     assert slow.n_begun - 1 == slow.n_done < 900
     assert not list(tmp_path.iterdir())
 
@@ -114,7 +114,7 @@ def test_ctrl_c_waits_for_what_is_at_work(tmp_path, monkeypatch, n_times):
         scratch_folder(tmp_path) as scratch,
         open_run(1, None, tmp_path, 2) as run,
     ):
-        run_all(run, work, scratch, 100, 0.2)
+        run.all(work, scratch, 100, 0.2)
     assert slow.n_begun == slow.n_done < 10
     assert not list(tmp_path.iterdir())
 
@@ -136,7 +136,7 @@ def test_other_errors_of_the_same_kind_are_passed_on(tmp_path):
         raise RuntimeError(f"piece {piece}")
 
     with pytest.raises(RuntimeError, match="piece 0"), open_run(1, None, tmp_path, 2) as run:
-        run_all(run, fail, None, 5)
+        run.all(fail, None, 5)
 
 
 def test_nothing_is_written_once_the_folder_is_gone(tmp_path):

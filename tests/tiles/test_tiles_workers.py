@@ -14,7 +14,7 @@ from tiled_meshes import as_ply
 import superfacets as sf
 from superfacets.batches import cluster
 from superfacets.tiles import scratch
-from superfacets.tiles.mapping import open_run, run_all
+from superfacets.tiles.mapping import open_run
 from superfacets.tiles.segmenting import segment_tiled
 from superfacets.workers import calls
 
@@ -128,9 +128,9 @@ def test_a_tile_that_kills_workers_and_a_full_disk_are_one_line(tmp_path, monkey
     with open_run(2, None, tmp_path) as run:
         message = r"1 worker ended with piece 0 at work \(out of memory\?\): take smaller tiles"
         with pytest.raises(ConnectionError, match=message):
-            run_all(run, end_here, None, 1)
+            run.all(end_here, None, 1)
         with pytest.raises(OSError, match=r"No space left on device: '/scratch/a\.npy'"):
-            run_all(run, full_disk, None, 1)
+            run.all(full_disk, None, 1)
 
 
 def test_a_full_disk_leaves_no_scratch_and_no_labels(mesh, tmp_path, monkeypatch):

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Bools, Floats, Longs
+from .._types import Array, Bools, Floats, Ints, Longs
+
+MAX_SPAN = 1 << 26
+"""Largest range of values for which `compacted` makes a table."""
 
 _MOST_SPARSE = 16
 """Largest range of `near`, in multiples of its length, for which a table is made."""
@@ -56,11 +58,16 @@ def is_among(values: Array, among: Array) -> Bools:
     return index_in(values, among) >= 0
 
 
-def stable_order(codes: npt.NDArray[np.uint32]) -> Longs:
-    """The stable argsort, in two passes over 16 bits, which numpy sorts by counting."""
-    order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
-    upper = (codes >> 16).astype(np.uint16)
-    return order[np.argsort(upper[order], kind="stable")]
+def compacted(values: Array) -> tuple[Longs, Ints]:
+    """As ``np.unique(values, return_inverse=True)`` for integers, faster."""
+    low, high = (int(values.min()), int(values.max()) + 1) if len(values) else (0, 0)
+    if high - low > MAX_SPAN:
+        used, at = np.unique(values, return_inverse=True)
+        return used.astype(np.int64), at.reshape(-1).astype(np.int32)
+    is_used = np.zeros(high - low, bool)
+    is_used[values - low] = True
+    table = np.cumsum(is_used, dtype=np.int32) - 1
+    return np.flatnonzero(is_used) + low, table[values - low].astype(np.int32)
 
 
 def box_of(points: Floats) -> Floats:

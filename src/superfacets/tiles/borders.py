@@ -12,20 +12,19 @@ from .._types import Array, Bools, Bytes, Ints, Longs
 from ..regions.edit import BorderCosts
 from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
 from .arrays import is_among, rows
-from .mapping import run_all
-from .part import Part
-from .part_surface import surface_of, with_neighbors
-from .store import Run, TileStore, find_cells
+from .mapping import Run
+from .part import Part, surface_of, with_neighbors
+from .store import TileStore, find_cells
 
 STEPS = {"triangles": 14, "polygons": 10, "points": 8}
-"""Width of the first band: steps along arcs from the borders to its rim. Triangles need two
-steps for the distance between two vertices."""
+"""Width of the first band: steps along arcs from the borders to its outermost cells.
+Triangles need two steps for the distance between two vertices."""
 
 MOST_STEPS = 160
 
-COLUMNS = {"points": ("cells", "positions", "measures")}
-"""Columns of the band. Kinds of faces have `OF_FACES`."""
-OF_FACES = ("cells", "corners")
+OF_CLOUD = ("cells", "positions", "measures")
+OF_FACES = ("cells", "corners", "corners/vertices")
+"""Arrays of the band."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +43,9 @@ def straighten_tiled(
     """Change labels in place to those that `smooth_borders` gives for all cells at once.
 
     Only the *band* is in memory: the cells within some steps of a border. Moves are tried for cells
-    at borders, and each try reads only the cells around. Cells at the rim of the band lack
-    neighbors. If the smoother tried to move one of them, the band grows there, and starts again.
+    at borders, and each try reads only the cells around. Cells at the edge of the band lack
+    neighbors. If the smoother tried to move one of them, the band grows there, and the smoother
+    starts again.
     """
     marks = _Marks(store, run)
     marks.begin(labels)
@@ -78,14 +78,14 @@ class _Marks:
         for tile in range(store.n_tiles):
             around = np.concatenate([store.read(tile, "cells"), store.read(tile, "ghost_cells")])
             store.write(tile, "labels", labels[around])
-        self._spread(run_all(self._run, _mark_borders, store, store.n_tiles, self._n_steps))
+        self._spread(self._run.all(_mark_borders, store, store.n_tiles, self._n_steps))
         store.remove_from_all("labels")
 
     def add(self, cells: Ints) -> None:
         """Mark the cells around the given ones, twice as far as the time before."""
         self._n_steps = min(2 * self._n_steps, MOST_STEPS)
         store = self._store
-        self._spread(run_all(self._run, _mark_cells, store, store.n_tiles, cells, self._n_steps))
+        self._spread(self._run.all(_mark_cells, store, store.n_tiles, cells, self._n_steps))
 
     def _spread(self, found: list[Bytes]) -> None:
         """Pass marks of ghosts on to the tiles that own these cells, until no mark is new."""
@@ -152,9 +152,9 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
     """Write the marked cells of a tile with their arcs; return their places and cells."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
-    lists = {"corners": ("vertices",), "arcs": ("targets", "sides", lengths)}
-    columns = COLUMNS.get(store.kind, OF_FACES)
-    part = Part.of_tile(store, tile, columns, lists).take(chosen)
+    names = OF_CLOUD if store.kind == "points" else OF_FACES
+    arcs = "arcs/targets", "arcs/sides", f"arcs/{lengths}"
+    part = Part.of_tile(store, tile, (*names, *arcs)).take(chosen)
     entries = part.lists["arcs"].entries
     own = np.arange(store.starts[tile], store.starts[tile] + n_own, dtype=np.int32)
     around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
@@ -166,9 +166,9 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
 
 def _load_band(store: TileStore, ends: str, tile: int) -> Part:
     """The cells of the band that are in a tile."""
-    columns = ("places", *COLUMNS.get(store.kind, OF_FACES))
-    lists = {"corners": ("vertices",), "arcs": (ends, "sides", "lengths")}
-    return Part.load(store.scratch, f"tile{tile}/band", columns, lists)
+    names = OF_CLOUD if store.kind == "points" else OF_FACES
+    arcs = f"arcs/{ends}", "arcs/sides", "arcs/lengths"
+    return Part.load(store.scratch, f"tile{tile}/band", ("places", *names, *arcs))
 
 
 def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
@@ -201,7 +201,7 @@ class _Band:
     @classmethod
     def gathered(cls, store: TileStore, rule: BorderRule, run: Run) -> _Band:
         """Collect the cells of all tiles."""
-        found = run_all(run, _write_band, store, store.n_tiles, rule.lengths)
+        found = run.all(_write_band, store, store.n_tiles, rule.lengths)
         places, cells = (np.concatenate(column) for column in zip(*found, strict=True))
         ranks = np.empty(len(cells), np.int32)
         ranks[np.argsort(cells)] = np.arange(len(cells))
@@ -219,8 +219,8 @@ class _Band:
         at = np.minimum(np.searchsorted(cells, centers), len(cells) - 1)
         fixed = at[cells[at] == centers].astype(np.int32)
         limits = (MAX_DISTANCE * costs.radius, MAX_CHAIN, MAX_SWEEPS, rule.n_threads)
-        rim = np.flatnonzero(self._is_at_rim()).astype(np.int32)
-        moved, examined = _core.smooth_part(*costs.args, labels, fixed, *limits, rim)
+        edge = np.flatnonzero(self._is_at_edge()).astype(np.int32)
+        moved, examined = _core.smooth_part(*costs.args, labels, fixed, *limits, edge)
         return moved, self._at_ends_of(examined)
 
     def _at_ends_of(self, cells: Ints) -> Ints | Longs:
@@ -237,7 +237,7 @@ class _Band:
         is_touched &= is_among(self.part.vertices["ids"], self.ends)
         return np.flatnonzero(np.logical_or.reduceat(is_touched[corners], offsets[:-1]))
 
-    def _is_at_rim(self) -> Bools:
+    def _is_at_edge(self) -> Bools:
         """Whether a move of each cell may read a cell outside of the band.
 
         Moves of a face read the faces around its corners; moves of a point, neighbors of neighbors.
@@ -247,7 +247,7 @@ class _Band:
             is_end = is_among(self.part.vertices["ids"], self.ends)
             return np.logical_or.reduceat(is_end[corners], offsets[:-1])
         arcs = self.part.lists["arcs"]
-        is_at_rim = np.zeros(len(self.part), bool)
-        is_at_rim[self.ends] = True
-        is_at_rim[arcs.entries["neighbors"][rows(arcs.offsets, self.ends)[1]]] = True
-        return is_at_rim
+        is_at_edge = np.zeros(len(self.part), bool)
+        is_at_edge[self.ends] = True
+        is_at_edge[arcs.entries["neighbors"][rows(arcs.offsets, self.ends)[1]]] = True
+        return is_at_edge

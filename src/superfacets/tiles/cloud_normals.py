@@ -63,7 +63,7 @@ def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
     ]
     for step in range(n_bins):
         parts = [
-            Part.load(store.scratch, f"tile{tile}", OF_PAIRS, {}, *cut[step : step + 2])
+            Part.load(store.scratch, f"tile{tile}", OF_PAIRS, *cut[step : step + 2])
             for tile, cut in enumerate(cuts)
         ]
         costs, numbers, is_opposite = Part.joined(parts).columns.values()

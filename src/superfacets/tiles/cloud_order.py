@@ -12,45 +12,18 @@ from .. import _core
 from .._types import Floats, Ints, Longs
 from .._validate import check_spread
 from .arrays import box_of, index_in, joined_boxes
-from .curve_sort import Chunks, find_cuts, read_cut, save_run
-from .mapping import run_all
+from .chunks import Chunks, find_cuts, read_cut
+from .mapping import Run
 from .opening import Pieces
 from .part import Part
 from .scratch import Scratch
-from .store import RANGE, Run, TileStore, tile_starts
+from .store import RANGE, TileStore, tile_starts
 
 NOT_COPIED = -1
 """``lowest`` of a point that is not a copy."""
 
 COLUMNS = ("numbers", "lowest", "cells", "positions", "normals")
 """Arrays of the points of a run, a block or a tile; ``normals`` only where the input has them."""
-
-
-@dataclass(frozen=True, eq=False)
-class SortedCloud:
-    """The sorted points of a cloud as tiles; neighbors and areas are still unknown.
-
-    A *copy* is a point at exactly the position of a lower one. Points are sorted by the code of
-    their position on the curve, with the copies of a code last. The others of a code are ordered
-    as in memory, by halving the box around them. Per tile there are
-
-    ========= =============== =====================================================
-    cells     (n,) int32      number in the order that `segment` works in: that of
-                              places, with all copies at the end
-    numbers   (n,) int32      number in the input
-    lowest    (n,) int32      of copies: place of the lowest point at the position
-    positions (n, 3) float64
-    normals   (n, 3) float64  if they are given
-    ========= =============== =====================================================
-
-    There are `n_apart` different positions. `boxes`, (R, 2, 3), are around each range of `RANGE`
-    places, without copies. The total measure of the store is not yet known.
-    """
-
-    store: TileStore
-    n_apart: int
-    boxes: Floats
-    has_normals: bool
 
 
 class _Ordered(NamedTuple):
@@ -73,11 +46,26 @@ class _Numbering:
 
 def sort_cloud(
     pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int
-) -> SortedCloud:
+) -> tuple[TileStore, Floats]:
     """Sort the points of a cloud along the curve, as in memory, and write them tile by tile.
 
-    Points of one code can be ordered only together. So the sorted points are first cut into blocks
-    of whole codes; each block is ordered, and tiles are cut from the blocks.
+    A *copy* is a point at exactly the position of a lower one. Points are sorted by the code of
+    their position on the curve, with the copies of a code last. The others of a code are ordered
+    as in memory, by halving the box around them. Points of one code can be ordered only together.
+    So the sorted points are first cut into blocks of whole codes; each block is ordered, and tiles
+    are cut from the blocks. Per tile there are
+
+    ========= =============== =====================================================
+    cells     (n,) int32      number in the order that `segment` works in: that of
+                              places, with all copies at the end
+    numbers   (n,) int32      number in the input
+    lowest    (n,) int32      of copies: place of the lowest point at the position
+    positions (n, 3) float64
+    normals   (n, 3) float64  if they are given
+    ========= =============== =====================================================
+
+    Returned are the tiles, whose total measure is not yet known, and the boxes around each range of
+    `RANGE` places, without copies, (R, 2, 3).
 
     Raises
     ------
@@ -87,24 +75,24 @@ def sort_cloud(
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
     n_points, size = pieces.n_cells, chunks.size
-    bounds = joined_boxes(run_all(run, _box_of_chunk, scratch, chunks.n_chunks, chunks))
+    bounds = joined_boxes(run.all(_box_of_chunk, scratch, chunks.n_chunks, chunks))
     check_spread(bounds)
-    found = run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, bounds)
+    found = run.all(_sort_chunk, scratch, chunks.n_chunks, chunks, bounds)
     copies_before = np.append(0, np.cumsum([n_copies for _, n_copies in found]))
     scratch.remove_folder("representatives")
     starts = tile_starts(n_points, chunks.n_chunks)
     cuts = _block_cuts(scratch, np.stack([some for some, _ in found]), np.array(starts), size)
     scratch.save("blocks", cuts)
     numbering = _Numbering(size, n_points - int(copies_before[-1]), copies_before, n_threads)
-    blocks = run_all(run, _order_block, scratch, len(cuts) - 1, numbering)
+    blocks = run.all(_order_block, scratch, len(cuts) - 1, numbering)
     scratch.remove_folder("runs")
-    store = TileStore(scratch, "points", starts, bounds, bounds, 0.0)
+    store = TileStore(scratch, "points", starts, bounds, 0.0)
     parts = [part for block in blocks for part in block]
     if numbering.n_apart < n_points:
         _find_lowest(scratch, blocks)
-    boxes = run_all(run, _write_tile, store, store.n_tiles, parts)
+    boxes = run.all(_write_tile, store, store.n_tiles, parts)
     scratch.remove_folder("ordered")
-    return SortedCloud(store, numbering.n_apart, np.concatenate(boxes), pieces.normals is not None)
+    return store, np.concatenate(boxes)
 
 
 def _box_of_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> Floats:
@@ -118,8 +106,6 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) ->
     """
     begin, end = chunks.range(chunk)
     positions = np.ascontiguousarray(chunks.pieces.points.read(begin, end))
-    low, high = map(tuple, bounds)
-    codes = _core.morton_codes(positions, low, high, chunks.n_threads)
     numbers = np.arange(begin, end, dtype=np.int32)
     lowest = np.full(end - begin, NOT_COPIED, np.int32)
     if chunks.lowest is not None:
@@ -130,7 +116,8 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) ->
     columns = {"numbers": numbers, "lowest": lowest, "cells": ranks, "positions": positions}
     if chunks.pieces.normals is not None:
         columns["normals"] = chunks.pieces.normals.read(begin, end)
-    return save_run(scratch, chunk, Part(columns), codes), int(np.count_nonzero(is_copy))
+    counts = chunks.save_run(scratch, chunk, Part(columns), positions, bounds)
+    return counts, int(np.count_nonzero(is_copy))
 
 
 def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Longs:
@@ -238,7 +225,7 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
         last = first + part.n_points
         if first < end and begin < last:
             rows = max(begin - first, 0), min(end, last) - first
-            some = Part.load(store.scratch, f"ordered/{part.name}", COLUMNS, {}, *rows)
+            some = Part.load(store.scratch, f"ordered/{part.name}", COLUMNS, *rows)
             is_apart = some.columns["lowest"] == NOT_COPIED
             cells = some.columns["cells"] + n_before * is_apart
             found.append(Part(some.columns | {"cells": cells.astype(np.int32)}))

@@ -1,4 +1,4 @@
-"""Halo of a tile: the cells of other tiles that its weights depend on."""
+"""The halo of a tile: the cells of other tiles that its weights depend on."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import numpy as np
 from .. import _core
 from .._types import Longs
 from .arrays import is_among, merged
-from .mapping import run_all
+from .mapping import Run
 from .part import Lists, Part
-from .store import Run, TileStore
+from .store import TileStore
 
 VERTICES_AT_ONCE = 1 << 22
 """Range of vertex numbers that is searched for shared vertices at a time, to bound memory."""
@@ -19,26 +19,25 @@ STEPS = 3
 end of the arc, one to the neighbors whose normals its curvature is fitted to, and one to the
 neighbors that each of these normals is averaged with."""
 
-OF_FACES = (("cells", "corners"), {"corners": ("vertices",)})
-"""Columns and lists of faces."""
-
-OF_POINTS = (("cells", "positions", "measures", "normals"), {"neighbors": ("targets",)})
-"""Columns and lists of points."""
+OF_FACES = ("cells", "corners", "corners/vertices")
+OF_POINTS = ("cells", "positions", "measures", "normals", "neighbors/targets")
+"""Arrays of cells and of their halos."""
 
 
 def find_halos(store: TileStore, run: Run) -> list[list[int]]:
-    """Write the ``rim`` of each tile, and return for each the tiles whose rims contain its halo.
+    """Write the ``outer`` cells of each tile, which halos take; return where each halo is found.
 
-    Tiles of faces meet where they share a vertex. The rim has the faces at shared vertices, and the
-    faces that share a vertex with these. The halo has the faces of other tiles within the same two
-    rings, so it lies in the rims of the tiles that a tile meets, and of the tiles that these meet.
-    The lists are empty for points: arcs lead from them to their halo.
+    Tiles of faces meet where they share a vertex. The outer faces are those at shared vertices, and
+    the faces that share a vertex with these. The halo has the faces of other tiles within the same
+    two rings, so they are outer faces of the tiles that a tile meets, or of the tiles that these
+    meet: the lists of these tiles are returned. They are empty for points, whose arcs lead to the
+    halo.
     """
     tiles = range(store.n_tiles)
     if store.kind == "points":
-        run_all(run, _write_rim_of_points, store, store.n_tiles)
+        run.all(_write_outer_points, store, store.n_tiles)
         return [[] for _ in tiles]
-    found = run_all(run, _write_rim_of_faces, store, store.n_tiles, _shared_vertices(store))
+    found = run.all(_write_outer_faces, store, store.n_tiles, _shared_vertices(store))
     meeting = _meeting(found)
     return [
         sorted(meeting[tile].union(*(meeting[other] for other in meeting[tile])) - {tile})
@@ -46,18 +45,13 @@ def find_halos(store: TileStore, run: Run) -> list[list[int]]:
     ]
 
 
-def read_faces(store: TileStore, tile: int) -> Part:
-    """All faces of a tile."""
-    return Part.of_tile(store, tile, *OF_FACES)
-
-
-def halo_of_faces(store: TileStore, own: Part, others: list[int]) -> list[Part]:
-    """The halo in parts: faces of other tiles that touch this one, and the faces next to them."""
-    columns = (*OF_FACES[0], "places")
-    rims = [Part.load(store.scratch, f"tile{t}/rim", columns, OF_FACES[1]) for t in others]
+def faces_with_halo(store: TileStore, own: Part, others: list[int]) -> Part:
+    """The faces of a tile with its halo, sorted by number; `others` are as from `find_halos`."""
+    names = (*OF_FACES, "places")
+    outer = [Part.load(store.scratch, f"tile{other}/outer", names) for other in others]
     ids = own.vertices["ids"]
-    touching = merged([ids[:0], *(_touching(rim, ids).vertices["ids"] for rim in rims)])
-    return [_touching(rim, touching) for rim in rims]
+    ids = merged([ids[:0], *(_touching(faces, ids).vertices["ids"] for faces in outer)])
+    return Part.joined([own, *(_touching(faces, ids) for faces in outer)], "cells")
 
 
 def _touching(faces: Part, vertex_ids: Longs) -> Part:
@@ -84,14 +78,14 @@ def _shared_vertices(store: TileStore) -> Longs:
     return np.concatenate(shared)
 
 
-def _write_rim_of_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
-    """Write the rim of a tile of faces; return the vertices that it shares with other tiles."""
-    faces = read_faces(store, tile)
+def _write_outer_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
+    """Write the outer faces of a tile; return the vertices that it shares with other tiles."""
+    faces = Part.of_tile(store, tile, OF_FACES)
     offsets, corners = faces.corners()
     is_shared = is_among(faces.vertices["ids"], shared)
     rings = _core.spread_rings(offsets, corners, 2 * is_shared.astype(np.uint8))
-    is_at_rim = np.maximum.reduceat(rings[corners], offsets[:-1]) > 0
-    faces.take(np.flatnonzero(is_at_rim)).save(store.scratch, f"tile{tile}/rim")
+    is_outer = np.maximum.reduceat(rings[corners], offsets[:-1]) > 0
+    faces.take(np.flatnonzero(is_outer)).save(store.scratch, f"tile{tile}/outer")
     found: Longs = faces.vertices["ids"][is_shared]
     return found
 
@@ -115,38 +109,34 @@ def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
     return meeting
 
 
-def _write_rim_of_points(store: TileStore, tile: int) -> None:
-    """Write the rim of a tile of points: those within `STEPS` steps of another tile."""
-    points = Part.of_tile(store, tile, *OF_POINTS)
+def _write_outer_points(store: TileStore, tile: int) -> None:
+    """Write the outer points of a tile: those within `STEPS` steps of another tile."""
+    points = Part.of_tile(store, tile, OF_POINTS)
     near = points.lists["neighbors"]
     targets = near.entries["targets"]
     sources = np.repeat(np.arange(len(points)), np.diff(near.offsets))
     is_own = store.is_in(tile, targets)
-    is_rim = np.zeros(len(points), bool)
-    is_rim[sources[~is_own]] = True
+    is_outer = np.zeros(len(points), bool)
+    is_outer[sources[~is_own]] = True
     sources, targets = sources[is_own], targets[is_own] - store.starts[tile]
     for _ in range(STEPS - 1):
-        is_rim[targets[is_rim[sources]]] = True  # arcs lead both ways
-    points.take(np.flatnonzero(is_rim)).save(store.scratch, f"tile{tile}/rim")
+        is_outer[targets[is_outer[sources]]] = True  # arcs lead both ways
+    points.take(np.flatnonzero(is_outer)).save(store.scratch, f"tile{tile}/outer")
 
 
-def halo_of_points(store: TileStore, tile: int) -> Part:
-    """A tile of points with its halo, sorted by place. The outermost points have no neighbors."""
-    columns, lists = OF_POINTS
-    parts = [Part.of_tile(store, tile, columns, lists)]
+def points_with_halo(store: TileStore, tile: int) -> Part:
+    """The points of a tile with its halo, sorted by place; the outermost have no neighbors."""
+    parts = [Part.of_tile(store, tile, OF_POINTS)]
     known = np.empty(0, np.int32)  # places in other tiles
     for step in range(STEPS):
         targets = parts[-1].lists["neighbors"].entries["targets"]
         places = np.setdiff1d(targets[~store.is_in(tile, targets)], known)
         if not len(places):
             break
-        tiles = store.tiles_of(places)
-        found = [
-            Part.load(store.scratch, f"tile{t}/rim", (*columns, "places"), lists).at(
-                places[tiles == t]
-            )
-            for t in np.unique(tiles).tolist()
-        ]
+        tiles, found = store.tiles_of(places), []
+        for other in np.unique(tiles).tolist():
+            outer = Part.load(store.scratch, f"tile{other}/outer", (*OF_POINTS, "places"))
+            found.append(outer.at(places[tiles == other]))
         points = Part.joined(found, "places")
         if step == STEPS - 1:
             none = Lists(np.zeros(len(points) + 1, np.int64), {"targets": np.empty(0, np.int32)})

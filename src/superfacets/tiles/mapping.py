@@ -9,8 +9,7 @@ from typing import Any
 
 from ..batches.cluster import remote_team
 from ..workers.pool import open_pool
-from ..workers.threads import in_turn, thread_team
-from .store import Job, Run
+from ..workers.threads import Job, in_turn, thread_team
 
 OnDone = Callable[[int, int], object]
 """Called with the number of pieces done and the number of all, each time that one is done."""
@@ -20,25 +19,30 @@ Each = Callable[[Work, Any, Sequence[Job]], Iterator[tuple[int, Any]]]
 """Calls ``work(store, *job)`` for each job, and yields (index of the job, result) as they end."""
 
 
-def run_all(run: Run, work: Work, store: Any, n_pieces: int, *args: Any) -> list[Any]:
-    """Call ``work(store, piece, *args)`` for all pieces, with the same arguments."""
-    return run(work, store, [(piece, *args) for piece in range(n_pieces)])
+class Run:
+    """Calls a function for many jobs, in any process, and reports each job that is done."""
 
+    def __init__(self, each: Each, on_done: OnDone | None = None) -> None:
+        self._each = each
+        self._on_done = on_done
 
-def _reporting(each: Each, on_done: OnDone | None) -> Run:
-    """A `Run` that returns the results in the order of the jobs, and reports each."""
-
-    def run(
-        work: Work, store: Any, jobs: Sequence[Job], n_before: int = 0, n_after: int = 0
+    def __call__(
+        self, work: Work, store: Any, jobs: Sequence[Job], *, n_before: int = 0, n_after: int = 0
     ) -> list[Any]:
+        """Return ``work(store, *job)`` for each job, in order.
+
+        `n_before` jobs of the same pass are done, and `n_after` are to come: for progress bars.
+        """
         results: dict[int, Any] = {}
-        for place, result in each(work, store, jobs):
+        for place, result in self._each(work, store, jobs):
             results[place] = result
-            if on_done is not None:
-                on_done(n_before + len(results), n_before + len(jobs) + n_after)
+            if self._on_done is not None:
+                self._on_done(n_before + len(results), n_before + len(jobs) + n_after)
         return [results[place] for place in range(len(jobs))]
 
-    return run
+    def all(self, work: Work, store: Any, n_pieces: int, *args: Any) -> list[Any]:
+        """Call ``work(store, piece, *args)`` for all pieces, with the same arguments."""
+        return self(work, store, [(piece, *args) for piece in range(n_pieces)])
 
 
 @contextlib.contextmanager
@@ -64,9 +68,9 @@ def open_run(
     if scheduler is not None or workers > 1:
         remote = None if scheduler is None else remote_team(scheduler, str(folder))
         with remote or open_pool(workers) as team:
-            yield _reporting(team.map, on_done)
+            yield Run(team.map, on_done)
     elif n_threads > 1:
         with thread_team(n_threads) as threads:
-            yield _reporting(threads.map, on_done)
+            yield Run(threads.map, on_done)
     else:
-        yield _reporting(in_turn, on_done)
+        yield Run(in_turn, on_done)

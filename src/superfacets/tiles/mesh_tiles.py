@@ -3,38 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs
+from .._types import Array, Floats, Ints
 from .._validate import check_extent, raise_index_error
 from ..io.tables import take_rows
-from .arrays import box_of, joined_boxes
-from .curve_sort import Chunks, find_cuts, read_cut, save_run
-from .mapping import run_all
+from .arrays import box_of, compacted, joined_boxes
+from .chunks import Chunks, find_cuts, read_cut
+from .mapping import Run
 from .opening import Pieces
 from .part import Lists, Part
 from .scratch import Scratch
-from .store import Kind, Run, TileStore, tile_starts
-
-MAX_SPAN = 1 << 26
-"""Largest range of the vertex numbers of a tile for which they are renumbered by a table."""
+from .store import Kind, TileStore, tile_starts
 
 BLOCK = 4096
 """Numbers per block of the core's blocked sum (``kSumBlock``)."""
 
-OF_RUN = (("cells", "corners", "points"), {"corners": ("vertices", "points")})
-"""Columns and lists of a sorted run: each corner has its vertex number and its position."""
-
-
-class _Measured(NamedTuple):
-    """Boxes of the vertices and of the centroids of a chunk, and blocked sums of its areas."""
-
-    bounds: Floats
-    curve: Floats
-    areas: Floats
+OF_RUN = ("cells", "corners", "points", "corners/vertices", "corners/points")
+"""Arrays of a sorted run: each corner has its vertex number and its position."""
 
 
 def _read_chunk(chunks: Chunks, chunk: int) -> Part:
@@ -81,91 +69,72 @@ def make_mesh_tiles(
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
     chunks = chunks if welds else replace(chunks, lowest=None)
-    found = run_all(run, _measure_chunk, scratch, chunks.n_chunks, chunks)
-    bounds, curve = (joined_boxes(boxes) for boxes in list(zip(*found, strict=True))[:2])
+    found = run.all(_measure_chunk, scratch, chunks.n_chunks, chunks)
+    boxes, curves, areas = zip(*found, strict=True)
+    bounds, curve = joined_boxes(boxes), joined_boxes(curves)
     check_extent(*bounds)
-    counts = np.stack(run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, curve))
+    counts = np.stack(run.all(_sort_chunk, scratch, chunks.n_chunks, chunks, curve))
     starts = tile_starts(pieces.n_cells, chunks.n_chunks)
     scratch.remove_folder("representatives")
     scratch.save("cuts", find_cuts(scratch, counts, np.array(starts)))
     total = 0.0
-    for area in np.concatenate([part.areas for part in found]).tolist():
+    for area in np.concatenate(areas).tolist():
         total += area
     kind: Kind = "triangles" if pieces.offsets is None else "polygons"
-    store = TileStore(scratch, kind, starts, bounds, curve, total)
-    run_all(run, _write_tile, store, store.n_tiles, n_threads)
+    store = TileStore(scratch, kind, starts, bounds, total)
+    run.all(_write_tile, store, store.n_tiles, n_threads)
     scratch.remove_folder("runs")
     return store
 
 
 def _measured(faces: Part, n_threads: int) -> tuple[Floats, Floats]:
     """Centroids and areas of faces."""
-    offsets, points = _by_corner(faces, "points")
+    points = _points(faces).astype(np.float64)
     corners = np.arange(len(points), dtype=np.int32)
-    points = points.astype(np.float64)
-    if offsets is None:
+    if not faces.lists:
         return _core.measure_faces(points, corners.reshape(-1, 3), n_threads)
-    centroids, areas, _ = _core.measure_polygons(points, offsets, corners, n_threads)
-    return centroids, areas
+    return _core.measure_polygons(points, faces.corners()[0], corners, n_threads)[:2]
 
 
-def _by_corner(faces: Part, name: str) -> tuple[Longs | None, Array]:
-    """Offsets of the corners of faces (None for triangles), and an array with a row per corner."""
-    if "corners" in faces.lists:
-        return faces.lists["corners"].offsets, faces.lists["corners"].entries[name]
-    column = faces.columns["corners" if name == "vertices" else name]
-    return None, column.reshape(-1, *column.shape[2:])
+def _points(faces: Part) -> Array:
+    """Positions of all corners in a row."""
+    if faces.lists:
+        return faces.lists["corners"].entries["points"]
+    return faces.columns["points"].reshape(-1, 3)
 
 
-def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> _Measured:
-    """Measure the faces of a chunk; keep them in the cache if they fit."""
+def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> tuple[Floats, Floats, Floats]:
+    """Boxes of the vertices and of the centroids of a chunk, and blocked sums of its areas.
+
+    The faces of the chunk stay in the cache if they fit.
+    """
     faces = _read_chunk(chunks, chunk)
     centroids, areas = _measured(faces, chunks.n_threads)
     firsts = range(0, len(areas), BLOCK)
     sums = [_core.sum_of(areas[first : first + BLOCK], 1) for first in firsts]
-    bounds = box_of(_by_corner(faces, "points")[1].astype(np.float64))
+    bounds = box_of(_points(faces).astype(np.float64))
     if not faces.keep(scratch, f"chunks/{chunk}"):
         scratch.remove_folder(f"chunks/{chunk}")
-    return _Measured(bounds, box_of(centroids), np.array(sums))
+    return bounds, box_of(centroids), np.array(sums)
 
 
 def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, curve: Floats) -> Ints:
     """Write a chunk as a run sorted by code; return counts of the upper bits of its codes."""
     folder = f"chunks/{chunk}"
     is_kept = scratch.has(f"{folder}/cells")
-    faces = Part.load(scratch, folder, *OF_RUN) if is_kept else _read_chunk(chunks, chunk)
+    faces = Part.load(scratch, folder, OF_RUN) if is_kept else _read_chunk(chunks, chunk)
     scratch.remove_folder(folder)
-    centroids, _ = _measured(faces, chunks.n_threads)
-    low, high = map(tuple, curve)
-    codes = _core.morton_codes(centroids, low, high, chunks.n_threads)
-    return save_run(scratch, chunk, faces, codes)
+    return chunks.save_run(scratch, chunk, faces, _measured(faces, chunks.n_threads)[0], curve)
 
 
 def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
     """Merge the parts of all runs that belong to a tile, and write it."""
-    faces = read_cut(store.scratch, store.scratch.load("cuts", tile, tile + 2), *OF_RUN)
+    faces = read_cut(store.scratch, store.scratch.load("cuts", tile, tile + 2), OF_RUN)
     centroids, areas = _measured(faces, n_threads)
-    offsets, points = _by_corner(faces, "points")
-    ids, corners = _compact(_by_corner(faces, "vertices")[1])
+    ids, corners = compacted(faces.corners()[1])
     last = np.empty(len(ids), np.int64)
     last[corners] = np.arange(len(corners))  # the last corner at each vertex
     columns = {"cells": faces.columns["cells"], "positions": centroids, "measures": areas}
-    vertices = {"ids": ids, "points": points.take(last, axis=0).astype(np.float64)}
-    if offsets is None:
-        part = Part({**columns, "corners": corners.reshape(-1, 3)}, {}, vertices)
-    else:
-        part = Part(columns, {"corners": Lists(offsets, {"vertices": corners})}, vertices)
-    part.save(store.scratch, f"tile{tile}")
-
-
-def _compact(corners: Array) -> tuple[Longs, Ints]:
-    """As ``np.unique(corners, return_inverse=True)``, faster."""
-    low = int(corners.min())
-    span = int(corners.max()) - low + 1
-    if span > MAX_SPAN:
-        ids, places = np.unique(corners, return_inverse=True)
-        return ids.astype(np.int64), places.reshape(-1).astype(np.int32)
-    is_used = np.zeros(span, bool)
-    is_used[corners - low] = True
-    table = np.cumsum(is_used, dtype=np.int32) - 1
-    return np.flatnonzero(is_used) + low, table[corners - low].astype(np.int32)
+    vertices = {"ids": ids, "points": _points(faces).take(last, axis=0).astype(np.float64)}
+    tiled = Part(columns, faces.lists).with_corners(corners, vertices)
+    tiled.save(store.scratch, f"tile{tile}")

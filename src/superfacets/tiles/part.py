@@ -2,43 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
 
+from .. import _core
 from .._types import Array, Ints, Longs
 from .._validate import freeze
+from ..cells.cell_graph import box_diagonal
+from ..cells.surface import Surface
+from ..cells.weights import NO_NORMALS
 from ..mesh.faces import FaceMesh
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
-from .arrays import merged, rows
+from .arrays import compacted, index_near, merged, rows
 from .scratch import Scratch
 from .store import TileStore
 
 Columns: TypeAlias = dict[str, Array]
 """Arrays of equal length, by name."""
-
-ListNames: TypeAlias = Mapping[str, Sequence[str]]
-"""Names of lists, and of their entries."""
-
-NO_LISTS: ListNames = MappingProxyType({})
-
-
-def save_columns(scratch: Scratch, folder: str, columns: Columns) -> None:
-    """Write all columns."""
-    for name, column in columns.items():
-        scratch.save(f"{folder}/{name}", column)
-
-
-def load_columns(
-    scratch: Scratch, folder: str, names: Sequence[str], begin: int = 0, end: int | None = None
-) -> Columns:
-    """Rows begin to end - 1 of the named columns that exist."""
-    found = [name for name in names if scratch.has(f"{folder}/{name}")]
-    return {name: scratch.load(f"{folder}/{name}", begin, end) for name in found}
 
 
 def taken(columns: Columns, chosen: Array) -> Columns:
@@ -87,11 +71,8 @@ class Part:
         part = Part(taken(self.columns, chosen), lists, self.vertices)
         if not self.vertices:
             return part
-        corners = part.corners()[1]
-        is_used = np.zeros(len(self.vertices["ids"]), bool)
-        is_used[corners] = True
-        numbers = np.cumsum(is_used, dtype=np.int32) - 1
-        return part.with_corners(numbers[corners], taken(self.vertices, np.flatnonzero(is_used)))
+        used, corners = compacted(part.corners()[1])
+        return part.with_corners(corners, taken(self.vertices, used))
 
     def at(self, places: Array) -> Part:
         """The cells at the given places, all of which must be here; cells are sorted by place."""
@@ -116,7 +97,7 @@ class Part:
         """The faces as a mesh with the bounds of the whole mesh, without checks."""
         offsets, corners = self.corners()
         vertices, bounds = np.ascontiguousarray(self.vertices["points"]), store.bounds.copy()
-        if store.kind == "polygons":
+        if "corners" in self.lists:
             polygons = object.__new__(PolygonMesh)
             freeze(polygons, vertices=vertices, offsets=offsets, indices=corners, bounds=bounds)
             return polygons
@@ -143,28 +124,35 @@ class Part:
 
     @classmethod
     def load(
-        cls, scratch: Scratch, folder: str, columns: Sequence[str], lists: ListNames = NO_LISTS,
-        begin: int = 0, end: int | None = None,
+        cls, scratch: Scratch, folder: str, names: Sequence[str], begin: int = 0,
+        end: int | None = None,
     ) -> Part:  # fmt: skip
-        """Cells begin to end - 1 with those of the columns and lists that exist, and vertices."""
-        found = {}
-        for name, entries in lists.items():
-            if scratch.has(f"{folder}/{name}/offsets"):
+        """Cells begin to end - 1 with the named arrays that exist, and all vertices.
+
+        The name of an array in a list begins with the name of the list: ``corners/vertices``.
+        """
+        part = cls({})
+        groups = {"": (part.columns, begin, end), "vertices": (part.vertices, 0, None)}
+        for name in (*names, "vertices/ids", "vertices/points"):
+            if not scratch.has(f"{folder}/{name}"):
+                continue
+            group, _, column = name.rpartition("/")
+            if group not in groups:
                 behind = None if end is None else end + 1
-                offsets = scratch.load(f"{folder}/{name}/offsets", begin, behind)
-                first, last = int(offsets[0]), int(offsets[-1])
-                of_name = load_columns(scratch, f"{folder}/{name}", entries, first, last)
-                found[name] = Lists(offsets - first, of_name)
-        vertices = load_columns(scratch, f"{folder}/vertices", ("ids", "points"))
-        return cls(load_columns(scratch, folder, columns, begin, end), found, vertices)
+                offsets = scratch.load(f"{folder}/{group}/offsets", begin, behind)
+                part.lists[group] = Lists(offsets - offsets[0], {})
+                groups[group] = part.lists[group].entries, int(offsets[0]), int(offsets[-1])
+            columns, first, last = groups[group]
+            columns[column] = scratch.load(f"{folder}/{name}", first, last)
+        return part
 
     @classmethod
     def of_tile(
-        cls, store: TileStore, tile: int, columns: Sequence[str], lists: ListNames = NO_LISTS,
-        begin: int = 0, end: int | None = None,
+        cls, store: TileStore, tile: int, names: Sequence[str], begin: int = 0,
+        end: int | None = None,
     ) -> Part:  # fmt: skip
         """As `load`, of a tile, with the column ``places``."""
-        part = cls.load(store.scratch, f"tile{tile}", columns, lists, begin, end)
+        part = cls.load(store.scratch, f"tile{tile}", names, begin, end)
         first = store.starts[tile] + begin
         part.columns["places"] = np.arange(first, first + len(part), dtype=np.int32)
         return part
@@ -229,3 +217,58 @@ def _ranks(keys: Sequence[Array]) -> list[Longs]:
 
 def _empty(columns: Columns, n_rows: int) -> Columns:
     return {name: np.empty((n_rows, *some.shape[1:]), some.dtype) for name, some in columns.items()}
+
+
+def in_order_of_cells(part: Part) -> Part:
+    """Points, sorted by place, reordered by cell number, with ``neighbors`` as indices."""
+    order = np.argsort(part.columns["cells"])
+    ranks = np.empty(len(order), np.int32)
+    ranks[order] = np.arange(len(order))
+    lists = {"arcs": part.lists["neighbors"]}
+    points = Part(part.columns, lists)
+    return with_neighbors(points, points.columns["places"], ranks, sorts=True)[0].take(order)
+
+
+def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tuple[Part, Longs]:
+    """Replace the ``targets`` of arcs, which are places, by ``neighbors``, the ranks of places.
+
+    `ranks` are those of `places`, ascending. Arcs that lead elsewhere are dropped; their indices
+    are returned, too. With `sorts` the arcs of a cell are sorted by rank, as in a cloud.
+    """
+    arcs = part.lists["arcs"]
+    at = index_near(arcs.entries["targets"], places, part.columns["places"])
+    kept = np.flatnonzero(at >= 0)
+    sources = np.repeat(np.arange(len(part), dtype=np.int32), np.diff(arcs.offsets))[kept]
+    neighbors = ranks[at[kept]]
+    if sorts and np.any(ranks[1:] < ranks[:-1]):  # there are copies
+        order = np.lexsort((neighbors, sources))
+        kept, neighbors = kept[order], neighbors[order]
+    offsets = np.searchsorted(sources, np.arange(len(part) + 1)).astype(np.int64)
+    entries = {name: column[kept] for name, column in arcs.entries.items() if name != "targets"}
+    lists = part.lists | {"arcs": Lists(offsets, entries | {"neighbors": neighbors})}
+    return replace(part, lists=lists), np.flatnonzero(at < 0)
+
+
+def surface_of(store: TileStore, part: Part, n_threads: int) -> Surface:
+    """The surface of cells with ``neighbors``: the argument of the kernels for weights and borders.
+
+    It has no angles between faces.
+    """
+    arcs = part.lists["arcs"]
+    graph = arcs.offsets, arcs.entries["neighbors"]
+    handle: _core.Surface
+    if store.kind == "points":
+        columns, order = part.columns, np.arange(len(part), dtype=np.int32)
+        normals = columns.get("normals", NO_NORMALS)
+        points = columns["positions"], columns["measures"], normals
+        handle = _core.PointSurface(*points, order, *graph)
+    else:
+        vertices, (offsets, corners) = part.vertices["points"], part.corners()
+        sides, turns = arcs.entries["sides"], np.zeros(len(graph[1]), np.uint8)
+        if store.kind == "polygons":
+            faces = vertices, offsets, corners
+            handle = _core.PolygonSurface(*faces, *graph, sides, turns, False, n_threads)
+        else:
+            triangles = corners.reshape(-1, 3)
+            handle = _core.TriangleSurface(vertices, triangles, *graph, sides, turns[:0], False)
+    return Surface(handle, *graph, store.bounds, box_diagonal(store.bounds), n_threads)

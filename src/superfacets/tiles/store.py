@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
@@ -17,22 +16,6 @@ RANGE = 4096
 coarse cell lies within one range, and tiles begin at multiples of it."""
 
 Kind = Literal["triangles", "polygons", "points"]
-
-Job = tuple[Any, ...]
-"""Arguments of one call: a tile, and more."""
-
-
-class Run(Protocol):
-    """Calls a function for many jobs, in any process."""
-
-    def __call__(
-        self, work: Callable[..., Any], store: Any, jobs: Sequence[Job], /, *, n_before: int = 0,
-        n_after: int = 0,
-    ) -> list[Any]:  # fmt: skip
-        """Return ``work(store, *job)`` for each job, in order.
-
-        `n_before` jobs of the same pass are done, and `n_after` are to come: for progress bars.
-        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +42,6 @@ class TileStore:
     kind: Kind
     starts: tuple[int, ...]  # first place of each tile, a multiple of RANGE; then N
     bounds: Floats  # (2, 3) box of the points, or of the vertices that faces use
-    curve: Floats  # (2, 3) box of the positions
     total_measure: float  # as the core's sum_of adds areas in the order of the input
 
     @property

@@ -17,11 +17,10 @@ from ..cells.surface import Surface, enclosed, is_negative
 from ..cells.weights import WeightOptions, arc_weights, creases_and_turn, creases_of, evened_share
 from ..mesh.faces import signed_volume
 from .arrays import rows
-from .halos import find_halos, halo_of_faces, halo_of_points, read_faces
-from .mapping import run_all
-from .part import Part, save_columns
-from .part_surface import in_order_of_cells, surface_of
-from .store import Run, TileStore
+from .halos import OF_FACES, faces_with_halo, find_halos, points_with_halo
+from .mapping import Run
+from .part import Part, in_order_of_cells, surface_of
+from .store import TileStore
 
 Origin = tuple[float, float, float]
 """Apex of the cones whose volumes are added up."""
@@ -92,13 +91,13 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
             sums = weighed(replace(rule, evened=evened)) if evened else sums
     unit = _core.unit_of_lengths(sum(some.weights for some in sums))
     border_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
-    run_all(run, _round_tile, store, store.n_tiles, (unit, border_unit), rule.n_threads)
+    run.all(_round_tile, store, store.n_tiles, (unit, border_unit), rule.n_threads)
     return ArcFacts(unit, border_unit, sum(some.sliver_area for some in sums))
 
 
 def _centroid(store: TileStore, run: Run) -> Origin:
     """The area-weighted mean of all cells; the first position where there is no area."""
-    moments = run_all(run, _moment, store, store.n_tiles)
+    moments = run.all(_moment, store, store.n_tiles)
     total = store.total_measure
     x, y, z = (np.sum(moments, axis=0) / total if total else store.read(0, "positions")[0]).tolist()
     return x, y, z
@@ -113,8 +112,8 @@ def _weigh_faces(
     store: TileStore, tile: int, others: list[int], rule: WeightRule, origin: Origin
 ) -> _TileSums:
     """Write the arcs of the faces of a tile, and their weights."""
-    own = read_faces(store, tile)
-    faces = Part.joined([own, *halo_of_faces(store, own, others)], "cells")
+    own = Part.of_tile(store, tile, OF_FACES)
+    faces = faces_with_halo(store, own, others)
     mesh = faces.mesh(store)
     kind = kind_of(mesh)
     graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are welded
@@ -146,7 +145,7 @@ def _weigh_points(
     store: TileStore, tile: int, _: list[int], rule: WeightRule, __: Origin
 ) -> _TileSums:
     """Write the arcs of the points of a tile, and their weights."""
-    points = in_order_of_cells(halo_of_points(store, tile))
+    points = in_order_of_cells(points_with_halo(store, tile))
     surface = surface_of(store, points, rule.n_threads)
     weights = np.asarray(arc_weights(surface, surface, rule.radius, rule.options))
     arcs = _write_arcs(store, tile, points, surface.arcs)[1]
@@ -188,7 +187,7 @@ def _write_weights(
     columns = {"weights": weights[arcs]}
     if rule.has_prices:
         columns["prices"] = creases_of(surface, rule.radius, ridges=0.0)[arcs]
-    save_columns(store.scratch, f"tile{tile}/arcs", columns)
+    Part(columns).save(store.scratch, f"tile{tile}/arcs")
     sums = [_core.sum_of(column, rule.n_threads) for column in columns.values()]
     return _TileSums(sums[0], sums[1] if rule.has_prices else 0.0)
 

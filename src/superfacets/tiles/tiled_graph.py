@@ -9,10 +9,9 @@ import numpy as np
 
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
-from .mapping import run_all
-from .store import Run, TileStore
-from .tiled_islands import join_islands
-from .tiled_paths import TiledPaths, TiledRegions
+from .mapping import Run
+from .store import TileStore
+from .tiled_paths import TiledRegions, join_islands
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +34,10 @@ class TiledGraph:
     def coarsened(self, cell_size: int, n_threads: int) -> TiledCoarseGraph:
         """Write the coarse cell of each place, and return the graph of coarse cells."""
         store, run = self.store, self.run
-        found = run_all(run, _divide, store, store.n_tiles, cell_size, self.n_threads)
+        found = run.all(_divide, store, store.n_tiles, cell_size, self.n_threads)
         positions, measures = _columns(found)
         firsts = np.append(0, np.cumsum([len(some) for some in measures]))
-        found = run_all(run, _connect, store, store.n_tiles, firsts, self.n_threads)
+        found = run.all(_connect, store, store.n_tiles, firsts, self.n_threads)
         counts, targets, lengths = _columns(found)
         graph = _core.graph_in_place(
             _in_a_row(positions),
@@ -55,8 +54,10 @@ class TiledGraph:
     ) -> TiledRegions:
         """Return the regions around the cells `centers`. Halted expansion is not supported."""
         assert np.isinf(reach)
-        paths = TiledPaths(self.store, self.run, self.n_threads, self.is_parallel)
-        return TiledRegions(paths, centers, islands)
+        regions = TiledRegions(self.store, self.run, self.n_threads, self.is_parallel, centers)
+        if islands == _core.Islands.KEEP:
+            regions.adopt_orphans()
+        return regions
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
         """Return labels with islands joined, the number of islands, and no new centers."""

@@ -1,4 +1,4 @@
-"""Stage 4a on tiles: shortest paths from all centers."""
+"""Stage 4a on tiles: shortest paths from all centers, and islands that no path reaches."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
-from .._types import Array, Ints, Longs
-from .mapping import run_all
-from .store import Run, TileStore, find_cells
-from .tiled_islands import find_islands
+from .._types import Array, Floats, Ints, Longs
+from .mapping import Run
+from .store import TileStore, find_cells
 
 UNREACHED = np.iinfo(np.uint64).max
 
@@ -28,36 +27,53 @@ class Proposals(NamedTuple):
         return Proposals(self.places[chosen], self.lengths[chosen], self.labels[chosen])
 
 
-class TiledPaths:
-    """Shortest paths to all places from the centers proposed so far.
+class TiledRegions:
+    """Stands in for `_core.Clustering` in the loop, for one classification.
 
     Each tile expands the paths within it, and proposes paths that leave it to the tiles where they
     end. When no proposals are left, no arc can improve a path: so each place has its shortest path,
     and the lowest label among equals, for any choice of tiles.
     """
 
-    def __init__(self, store: TileStore, run: Run, n_threads: int, is_parallel: bool) -> None:
-        self.store = store
-        self.run = run
-        self._is_parallel = is_parallel
+    def __init__(
+        self, store: TileStore, run: Run, n_threads: int, is_parallel: bool, centers: Ints
+    ) -> None:
+        self._store = store
+        self._run = run
         self._n_threads = n_threads
+        self._is_parallel = is_parallel
         self._versions = dict.fromkeys(range(store.n_tiles), -1)  # of each tile's paths
+        self._centers = centers
+        self._expand(centers, 0)
+
+    def centers(self) -> Ints:
+        """Return the centers, followed by the centers added for islands."""
+        return self._centers
 
     def labels(self) -> Ints:
-        """The label of each cell, in the order of the input."""
-        labels = np.empty(self.store.n_cells, np.int32)
+        """Return the label of each cell, in the order of the input."""
+        labels = np.empty(self._store.n_cells, np.int32)
         for tile, version in self._versions.items():
-            cells = self.store.read(tile, "cells")
-            labels[cells] = _paths_of(self.store, tile, version)[1][: len(cells)]
+            cells = self._store.read(tile, "cells")
+            labels[cells] = _paths_of(self._store, tile, version)[1][: len(cells)]
         return labels
 
-    def start(self, cells: Ints, first_label: int) -> None:
+    def adopt_orphans(self) -> None:
+        """Make the lowest cell of each island a center, in ascending order."""
+        labels = self.labels()
+        if labels.min() < 0:
+            cells, _, islands = _find_islands(self._store, labels, self._run)
+            orphans = np.sort(cells[_first_of_each(islands, cells)])
+            self._expand(orphans, len(self._centers))
+            self._centers = np.concatenate([self._centers, orphans])
+
+    def _expand(self, cells: Ints, first_label: int) -> None:
         """Add centers, labeled from `first_label` on, and expand until no path gets shorter."""
         labels = np.arange(first_label, first_label + len(cells), dtype=np.int32)
         places = np.empty(len(cells), np.int64)
-        found = run_all(self.run, find_cells, self.store, self.store.n_tiles, cells)
+        found = self._run.all(find_cells, self._store, self._store.n_tiles, cells)
         for tile, (which, at) in enumerate(found):
-            places[which] = self.store.starts[tile] + at
+            places[which] = self._store.starts[tile] + at
         waiting: dict[int, list[Proposals]] = {}
         self._add(waiting, Proposals(places, np.zeros(len(cells), np.uint64), labels))
         n_visits = 0
@@ -71,48 +87,18 @@ class TiledPaths:
             for tile in tiles:
                 here = Proposals(*map(np.concatenate, zip(*waiting.pop(tile), strict=True)))
                 jobs.append((tile, self._versions[tile], version, here, self._n_threads))
-            found = self.run(_improve, self.store, jobs, n_before=n_visits, n_after=len(waiting))
+            found = self._run(_improve, self._store, jobs, n_before=n_visits, n_after=len(waiting))
             n_visits += len(jobs)
             for tile, proposals in zip(tiles, found, strict=True):
-                self.store.remove(tile, f"paths{self._versions[tile]}")
+                self._store.remove(tile, f"paths{self._versions[tile]}")
                 self._versions[tile] = version
                 self._add(waiting, proposals)
 
     def _add(self, waiting: dict[int, list[Proposals]], proposals: Proposals) -> None:
         """Group proposals by tile."""
-        tiles = self.store.tiles_of(proposals.places)
+        tiles = self._store.tiles_of(proposals.places)
         for tile in np.unique(tiles).tolist():
             waiting.setdefault(tile, []).append(proposals.take(tiles == tile))
-
-
-class TiledRegions:
-    """Stands in for `_core.Clustering` in the loop, for one classification."""
-
-    def __init__(self, paths: TiledPaths, centers: Ints, islands: _core.Islands) -> None:
-        self._paths = paths
-        self._centers = centers
-        paths.start(centers, 0)
-        if islands == _core.Islands.KEEP:
-            self._adopt_orphans()
-
-    def centers(self) -> Ints:
-        """Return the centers, followed by the centers added for islands."""
-        return self._centers
-
-    def labels(self) -> Ints:
-        """Return the label of each cell, in the order of the input."""
-        return self._paths.labels()
-
-    def _adopt_orphans(self) -> None:
-        """Make the lowest cell of each island a center, in ascending order."""
-        labels = self.labels()
-        if labels.min() >= 0:
-            return
-        cells, _, islands = find_islands(self._paths.store, labels, self._paths.run)
-        order = np.lexsort([cells, islands])
-        orphans = np.sort(cells[order[np.flatnonzero(np.diff(islands[order], prepend=-1))]])
-        self._paths.start(orphans, len(self._centers))
-        self._centers = np.concatenate([self._centers, orphans])
 
 
 def _paths_of(store: TileStore, tile: int, version: int) -> tuple[Array, Ints]:
@@ -146,3 +132,70 @@ def _improve(
     store.write(tile, f"paths{next_version}", np.concatenate([lengths.view(np.int32), labels]))
     is_better = (lengths[n_own:] != known[0][n_own:]) | (labels[n_own:] != known[1][n_own:])
     return Proposals(ghosts, lengths[n_own:], labels[n_own:]).take(is_better)
+
+
+def join_islands(store: TileStore, labels: Ints, run: Run, n_threads: int) -> tuple[Ints, int]:
+    """Label the cells with -1, and return all labels and the number of islands.
+
+    An island gets the label of the cell nearest to any of its cells, the lowest among equals. The
+    cells of all islands are in memory.
+    """
+    if labels.min() >= 0:
+        return labels, 0
+    cells, positions, islands = _find_islands(store, labels, run)
+    squared, nearest = np.full(len(cells), np.inf), np.full(len(cells), -1, np.int32)
+    for tile in range(store.n_tiles):
+        job = (tile, labels[store.read(tile, "cells")], positions, n_threads)
+        found = run(_nearest_labeled, store, [job])[0]
+        is_better = (found[0] < squared) | ((found[0] == squared) & (found[1] < nearest))
+        squared[is_better], nearest[is_better] = found[0][is_better], found[1][is_better]
+    firsts = _first_of_each(islands, squared, nearest)
+    joined = labels.copy()
+    joined[cells] = labels[nearest[firsts]][islands]
+    return joined, len(firsts)
+
+
+def _first_of_each(islands: Ints, *keys: Array) -> Longs:
+    """Index of the cell of each island that is lowest by the keys, the first key first."""
+    order = np.lexsort([*reversed(keys), islands])
+    return order[np.flatnonzero(np.diff(islands[order], prepend=-1))]
+
+
+def _find_islands(store: TileStore, labels: Ints, run: Run) -> tuple[Ints, Floats, Ints]:
+    """The cells with label -1, their positions, and the island of each, 0 to n - 1."""
+    jobs = [(tile, labels[store.read(tile, "cells")]) for tile in range(store.n_tiles)]
+    parts = run(_unlabeled, store, jobs)
+    cells, positions = (np.concatenate([part[i] for part in parts]) for i in range(2))
+    order = np.argsort(cells)
+    pairs = np.concatenate([part[2] for part in parts], axis=1)
+    sources, targets = order[np.searchsorted(cells, pairs, sorter=order)]
+    by_source = np.argsort(sources, kind="stable")
+    offsets = np.searchsorted(sources[by_source], np.arange(len(cells) + 1)).astype(np.int64)
+    neighbors, same = targets[by_source].astype(np.int32), np.zeros(len(cells), np.int32)
+    return cells, positions, _core.find_components(offsets, neighbors, same)[0]
+
+
+def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats, Longs]:
+    """The cells without a label, their positions, and arcs between them, as pairs of cells."""
+    at = np.flatnonzero(labels < 0)
+    own = store.read(tile, "cells")
+    around = np.concatenate([own, store.read(tile, "ghost_cells")])
+    sources = np.repeat(np.arange(len(own)), np.diff(store.read(tile, "arcs/offsets")))
+    is_inside = labels[sources] < 0  # then the target has no label either
+    pairs = np.stack([own[sources[is_inside]], around[store.read(tile, "arcs/targets")[is_inside]]])
+    return own[at], store.read(tile, "positions")[at], pairs.astype(np.int64)
+
+
+def _nearest_labeled(
+    store: TileStore, tile: int, labels: Ints, points: Floats, n_threads: int
+) -> tuple[Floats, Ints]:
+    """For each point the squared distance of the nearest labeled cell of a tile, and that cell."""
+    cells = store.read(tile, "cells")
+    at = np.flatnonzero(labels >= 0)
+    if not len(at):
+        return np.full(len(points), np.inf), np.full(len(points), -1, np.int32)
+    at = at[np.argsort(cells[at])]  # so that the lowest of equally near cells is found
+    positions = store.read(tile, "positions")[at]
+    found, _, _ = _core.nearest_points(positions, points, np.inf, n_threads)
+    x, y, z = (positions[found] - points).T
+    return x * x + y * y + z * z, cells[at[found]]

@@ -1,0 +1,267 @@
+"""Stage 0 on disk: the input in chunks; vertices are welded, and cells sorted by code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import _core
+from .._types import Array, Floats, Ints, Longs
+from .._validate import MAX_CELLS
+from ..errors import MeshError
+from ..io.tables import Rows
+from .mapping import Run
+from .opening import Pieces
+from .part import Part
+from .scratch import Scratch
+from .store import RANGE
+
+
+@dataclass(frozen=True)
+class BlockRows:
+    """Rows in a scratch folder, in blocks of equal size."""
+
+    scratch: Scratch
+    name: str
+    size: int
+    n_rows: int
+
+    def read(self, begin: int, end: int) -> Array:
+        """Rows begin to end - 1."""
+        parts = []
+        for block in range(begin // self.size, -(-end // self.size)):
+            first = block * self.size
+            rows = max(begin, first) - first, min(first + self.size, end) - first
+            parts.append(self.scratch.load(f"{self.name}/{block}", *rows))
+        return np.concatenate(parts)
+
+
+def weld(
+    run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int, name: str
+) -> BlockRows | None:
+    """The lowest vertex at exactly the position of each (-0.0 is 0.0); None if no two are equal.
+
+    `size` vertices are in memory at a time. They are split into buckets by a hash of the position;
+    buckets are welded one by one, and duplicates are listed per block. A MeshError names the first
+    vertex that is not finite; `name` is the word for vertices in it.
+    """
+    n_blocks = -(-vertices.n_rows // size)
+    n_buckets = 1 << (n_blocks - 1).bit_length()
+    run.all(_fill_buckets, scratch, n_blocks, vertices, size, n_buckets, name)
+    n_shared = run.all(_weld_bucket, scratch, n_buckets, size, n_blocks, n_threads)
+    if any(n_shared):
+        run.all(_list_block, scratch, n_blocks, vertices.n_rows, size, n_buckets)
+    scratch.remove_folder("buckets")
+    scratch.remove_folder("welded")
+    if not any(n_shared):
+        return None
+    return BlockRows(scratch, "representatives", size, vertices.n_rows)
+
+
+def _checked_block(vertices: Rows, block: int, size: int, name: str) -> Array:
+    """Positions in a block; a MeshError if one is not finite."""
+    begin = block * size
+    positions = vertices.read(begin, min(begin + size, vertices.n_rows))
+    is_finite = np.isfinite(positions).all(axis=1)
+    if not is_finite.all():
+        first = int(np.argmin(is_finite))
+        raise MeshError(
+            f"{name}[{begin + first}] is not finite: {positions[first].astype(np.float64).tolist()}"
+        )
+    return positions
+
+
+def _fill_buckets(
+    scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
+) -> None:
+    """Sort the vertices of a block by bucket, stable."""
+    positions = _checked_block(vertices, block, size, name)
+    buckets = _buckets_of(positions.astype(np.float64), n_buckets)
+    order = np.argsort(buckets, kind="stable").astype(np.uint32)
+    starts = np.zeros(n_buckets + 1, np.int64)
+    np.cumsum(np.bincount(buckets, minlength=n_buckets), out=starts[1:])
+    scratch.save(f"buckets/{block}/starts", starts)
+    scratch.save(f"buckets/{block}/vertices", order)
+    scratch.save(f"buckets/{block}/positions", positions[order])
+
+
+def _buckets_of(positions: Floats, n_buckets: int) -> Array:
+    """A bucket for each position, the same for equal ones; their number is a power of two."""
+    if n_buckets == 1:
+        return np.zeros(len(positions), np.uint16)
+    bits = (positions + 0.0).view(np.uint64).reshape(-1, 3)  # -0.0 becomes 0.0
+    # Multiplication brings all bits of a coordinate to the upper ones of the product; the upper
+    # bits are then brought down and mixed once more.
+    factors = (0x9E3779B97F4A7C15, 0xD6E8FEB86659FD93, 0xA0761D6478BD642F)
+    mixed = np.zeros(len(bits), np.uint64)
+    for axis, factor in enumerate(factors):
+        mixed ^= bits[:, axis] * np.uint64(factor)
+        mixed ^= mixed >> np.uint64(29)
+        mixed *= np.uint64(0xBF58476D1CE4E5B9)
+    mixed >>= np.uint64(64 - (n_buckets - 1).bit_length())
+    return mixed.astype(np.uint16 if n_buckets <= 1 << 16 else np.uint32)
+
+
+def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int) -> int:
+    """Write (duplicate, lowest vertex at its position) pairs of a bucket; return their number."""
+    vertices, positions = [], []
+    for block in range(n_blocks):
+        begin, end = scratch.load(f"buckets/{block}/starts", bucket, bucket + 2).tolist()
+        if begin == end:
+            continue
+        found = scratch.load(f"buckets/{block}/vertices", begin, end)
+        vertices.append(found.astype(np.int64) + block * size)
+        positions.append(scratch.load(f"buckets/{block}/positions", begin, end))
+    if not vertices:
+        return 0
+    numbers = np.concatenate(vertices)
+    points = np.concatenate(positions).astype(np.float64)
+    lowest = _core.weld_vertices(points, n_threads)
+    shared = np.flatnonzero(lowest != np.arange(len(lowest)))
+    if len(shared):
+        pairs = np.stack([numbers[shared], numbers[lowest[shared]]], axis=1)
+        starts = np.searchsorted(pairs[:, 0], size * np.arange(n_blocks + 1))
+        scratch.save(f"welded/{bucket}/starts", starts)
+        scratch.save(f"welded/{bucket}/pairs", pairs)
+    return len(shared)
+
+
+def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buckets: int) -> None:
+    """Write the representative of each vertex of a block: the lowest vertex at its position."""
+    begin = block * size
+    lowest = np.arange(begin, min(begin + size, n_vertices), dtype=np.int64)
+    for bucket in range(n_buckets):
+        if scratch.has(f"welded/{bucket}/pairs"):
+            first, last = scratch.load(f"welded/{bucket}/starts", block, block + 2).tolist()
+            pairs = scratch.load(f"welded/{bucket}/pairs", first, last)
+            lowest[pairs[:, 0] - begin] = pairs[:, 1]
+    scratch.save(f"representatives/{block}", lowest)
+
+
+LOW_BITS = 15
+"""Half of the bits of a code. Codes are counted by their upper bits; then, where a tile begins
+within such a group, by their lower bits."""
+
+
+@dataclass(frozen=True)
+class Chunks:
+    """The input in chunks of `size` cells."""
+
+    pieces: Pieces
+    lowest: Rows | None  # lowest vertex or point at the position of each; None if all differ
+    size: int
+    n_threads: int
+
+    @classmethod
+    def welded(
+        cls, pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int
+    ) -> Chunks:
+        """Check all positions, and weld them; chunks are as large as tiles.
+
+        A MeshError if there are too many cells, or a coordinate is not finite.
+        """
+        mesh, cells, points = ("mesh", "faces", "vertices")
+        if pieces.corners is None:
+            mesh, cells, points = ("cloud", "points", "points")
+        if pieces.n_cells > MAX_CELLS:
+            raise MeshError(
+                f"the {mesh} has {pieces.n_cells} {cells}; at most {MAX_CELLS} are supported"
+            )
+        size = -(-tile_cells // RANGE) * RANGE
+        lowest = weld(run, scratch, pieces.points, size, n_threads, points)
+        return cls(pieces, lowest, size, n_threads)
+
+    @property
+    def n_chunks(self) -> int:
+        """Number of chunks, and of tiles."""
+        return -(-self.pieces.n_cells // self.size)
+
+    @property
+    def most(self) -> int:
+        """Largest number of vertices in memory at a time."""
+        return 2 * self.size
+
+    def range(self, chunk: int) -> tuple[int, int]:
+        """The first cell of a chunk, and the first of the next."""
+        return chunk * self.size, min((chunk + 1) * self.size, self.pieces.n_cells)
+
+    def save_run(
+        self, scratch: Scratch, chunk: int, part: Part, positions: Floats, box: Floats
+    ) -> Ints:
+        """Write a chunk as the run ``runs/{chunk}``, sorted by the codes of positions in a box.
+
+        Returns how often each value of the upper bits of codes occurs, shape (2^15,).
+        """
+        low, high = map(tuple, box)
+        codes = _core.morton_codes(positions, low, high, self.n_threads)
+        order = _stable_order(codes)
+        part = part.take(order)
+        part.columns["codes"] = codes[order]
+        part.save(scratch, f"runs/{chunk}")
+        return np.bincount(codes >> LOW_BITS, minlength=1 << LOW_BITS).astype(np.int32)
+
+
+def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
+    """Where each tile begins in each run, shape (T + 1, chunks).
+
+    `counts`, (chunks, 2^15), are how often each value of the upper bits occurs in each run.
+    """
+    before = np.zeros((len(counts), counts.shape[1] + 1), np.int32)
+    np.cumsum(counts, axis=1, out=before[:, 1:])
+    all_before = before.sum(axis=0, dtype=np.int64)
+    cuts = np.zeros((len(starts), len(counts)), np.int64)
+    cuts[-1] = before[:, -1]
+    for tile in range(1, len(starts) - 1):
+        upper = int(np.searchsorted(all_before, starts[tile], side="right")) - 1
+        n_left = int(starts[tile] - all_before[upper])
+        cuts[tile] = before[:, upper]
+        if n_left:
+            ranges = before[:, upper : upper + 2].astype(np.int64)
+            cuts[tile] += _cut_within(scratch, ranges, n_left)
+    return cuts
+
+
+def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
+    """How many cells of each range are among the first n_left of all, by (code, run, place).
+
+    The codes in all ranges have the same upper bits.
+    """
+
+    def codes_of(chunk: int) -> Array:
+        codes: Array = scratch.load(f"runs/{chunk}/codes", *ranges[chunk].tolist())
+        return codes & np.uint32((1 << LOW_BITS) - 1)
+
+    chunks = np.flatnonzero(ranges[:, 0] < ranges[:, 1]).tolist()
+    totals = np.zeros(1 << LOW_BITS, np.int64)
+    for chunk in chunks:
+        totals += np.bincount(codes_of(chunk), minlength=len(totals))
+    ends = np.cumsum(totals)
+    code = int(np.searchsorted(ends, n_left))  # code of the last of the first n_left
+    n_equal = n_left - int(ends[code] - totals[code])
+    taken = np.zeros(len(ranges), np.int64)
+    for chunk in chunks:
+        first, last = np.searchsorted(codes_of(chunk), [code, code + 1]).tolist()
+        n_more = min(n_equal, last - first)
+        n_equal -= n_more
+        taken[chunk] = first + n_more
+    return taken
+
+
+def read_cut(scratch: Scratch, cuts: Longs, names: Sequence[str]) -> Part:
+    """The cells of a tile, merged from all runs by (code, run); with the column ``codes``."""
+    parts = [
+        Part.load(scratch, f"runs/{chunk}", ("codes", *names), *cuts[:, chunk].tolist())
+        for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist()
+    ]
+    part = Part.joined(parts)
+    del parts
+    return part.take(_stable_order(part.columns["codes"]))
+
+
+def _stable_order(codes: Array) -> Longs:
+    """The stable argsort of uint32, in two passes over 16 bits, which numpy sorts by counting."""
+    order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
+    upper = (codes >> 16).astype(np.uint16)
+    return order[np.argsort(upper[order], kind="stable")]
