@@ -18,7 +18,7 @@ _TETS = ("tetra", "tetra10")
 """meshio's names; the first four nodes are corners, and others lie on the edges."""
 
 _FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "polygon": None}
-"""Corners of each type of face, which come before the nodes on its edges; None where they vary."""
+"""Number of corners of each type of face, which precede nodes on its edges; None if it varies."""
 
 _SKIPPED = ("vertex", "line", "line3")
 

@@ -308,7 +308,7 @@ def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> tuple[
     """Return coarser and coarser levels, and the central first-level cell of each coarsest cell."""
     centers = np.arange(len(level.measures), dtype=np.int32)
     levels: list[_Level] = []
-    coarse: list[_core.CoarseGraph] = []  # keeps what larger ones are made of
+    coarse: list[_core.CoarseGraph] = []  # keeps the finer graphs alive
     while len(centers) >= 2 * N_COARSE:
         size = _cell_size(len(centers) / N_COARSE)
         coarse.append(_core.CoarseGraph(graph, size, n_threads))

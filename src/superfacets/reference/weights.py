@@ -143,7 +143,7 @@ def find_ridges(
 
 
 class _Surface:
-    """Faces, and the arcs that lead from each."""
+    """Faces, and the arcs of each."""
 
     def __init__(self, mesh: Mesh, arcs: list[Arc], weld: bool) -> None:
         self._mesh = mesh

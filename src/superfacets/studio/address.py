@@ -1,4 +1,4 @@
-"""Port and token of a server: opened, remembered for the next start, and passed to a browser.
+"""Port and token of a server: chosen, remembered for the next start, and passed to a browser.
 
 A page that was open when a server was killed goes on with the next server for the same work, which
 answers at the same address. The file is for its owner alone, and is removed when a server ends.
@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-HOST = "127.0.0.1"  # the only address that the server listens at
+HOST = "127.0.0.1"  # the only interface that the server listens on
 TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
-"""Environment variable with the token, for scripts that have to know it."""
+"""Environment variable with the token, for scripts."""
 
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{16,200}")
 
@@ -38,19 +38,19 @@ _FOR_OTHERS = stat.S_IRWXG | stat.S_IRWXO
 
 @dataclass(frozen=True)
 class Address:
-    """Where a server answers, and to whom."""
+    """Address of a server, and its token."""
 
     port: int
     token: str
 
     @property
     def page(self) -> str:
-        """The address to open in a browser."""
+        """The address for a browser, with the token."""
         return f"http://{HOST}:{self.port}/?token={self.token}"
 
 
 def new_token() -> str:
-    """The token of the environment, or a random one; a ValueError if the former is too simple."""
+    """The token of the environment, or a random one; a ValueError if a given one is bad."""
     given = os.environ.get(TOKEN_VARIABLE)
     if given is None:
         return secrets.token_urlsafe(24)
@@ -60,7 +60,7 @@ def new_token() -> str:
 
 
 def open_socket(port: int) -> socket.socket:
-    """A socket of this machine alone, at any free port for 0; an OSError if the port is in use."""
+    """A socket for this machine only; port 0: any free one. An OSError if the port is in use."""
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         if os.name != "nt":  # after a crash; on Windows it would let others listen, too
@@ -88,14 +88,14 @@ def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, A
 
 
 def address_file(work: Path) -> Path:
-    """The file for the address of the server of a work file, or of a folder."""
+    """The file that stores the address of the server for a work file or a folder."""
     if work.is_dir():
         return work / ".superfacets-studio.address"
     return work.with_name(f".{work.name}.address")
 
 
 def kept_address(path: Path) -> Address | None:
-    """The address that a server has left behind; None if there is none, or it is not to be trusted.
+    """The address that an earlier server has left; None if there is none, or it is not trusted.
 
     A file of another user, or that others may read or write, is not trusted. Neither is a copy: it
     may have come with an archive of meshes, from somebody who knows the token in it.
@@ -116,7 +116,7 @@ def kept_address(path: Path) -> Address | None:
 
 @contextlib.contextmanager
 def keep(path: Path, address: Address) -> Iterator[None]:
-    """Keep an address as long as the block runs; where it cannot be written, it is not kept."""
+    """Store an address for the duration of a block; without write access, it is not stored."""
     text = ""
     with contextlib.suppress(OSError):
         path.unlink(missing_ok=True)

@@ -45,7 +45,7 @@ class Studio:
     thumbnails: Thumbnails = field(default_factory=Thumbnails)
 
     async def list_files(self, request: Request) -> Response:
-        """All files, with how far the work on each is."""
+        """All files, with the progress of the work on each."""
         return await answered(self.files.listed)
 
     async def quit_server(self, request: Request) -> Response:
@@ -54,7 +54,7 @@ class Studio:
         return JsonReply({"quits": True})
 
     async def thumbnail(self, request: Request) -> Response:
-        """The picture of a file."""
+        """The thumbnail of a file."""
 
         def drawn() -> Response:
             path = self.files.path(request.path_params["id"])
@@ -66,7 +66,7 @@ class Studio:
         return await answered(drawn)
 
     async def segment(self, request: Request) -> Response:
-        """A stream of the progress of a run; wrong parameters are an answer of their own."""
+        """Stream the progress of a run; wrong parameters get an error answer."""
         number = request.path_params["id"]
 
         def checked(body: Body) -> Body:
@@ -145,7 +145,7 @@ async def _told(
         while (fact := await queue.get()) is not None:
             yield _line(fact)
         yield _line(await work)
-    finally:  # also where the client has gone
+    finally:  # also after the client has gone
         turn.cancel()
 
 

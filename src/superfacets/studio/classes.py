@@ -16,7 +16,7 @@ MAX_CLASS = 65_535  # classes are uint16; 0 is none
 _MAX_NAME = 200
 
 _COLORS = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1")
-"""Those of Okabe and Ito, which color-blind people tell apart, and one more."""
+"""Eight colors: seven of Okabe and Ito, which color-blind people can tell apart, and one more."""
 
 _N_DEFAULT = 6
 
@@ -44,14 +44,14 @@ def with_new(classes: ClassList, number: int, name: str | None = None) -> ClassL
 
 
 def default_classes(names: Sequence[str] = ()) -> ClassList:
-    """Classes with these names, or some to begin with."""
+    """Classes with these names, or the default classes."""
     if names:
         return checked_class_list([new_class(i, name) for i, name in enumerate(names, 1)])
     return tuple(new_class(number) for number in range(1, _N_DEFAULT + 1))
 
 
 def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
-    """The list with those classes that cells have and it has not."""
+    """The list, completed with the classes that cells have but the list lacks."""
     known = {entry["id"] for entry in classes}
     more = sorted(number for number in used if number and number not in known)
     return (*classes, *({**new_class(number), "key": ""} for number in more))
@@ -92,7 +92,7 @@ def _checked(entry: Any, place: int) -> dict[str, Any]:
 
 
 def read_classes(path: Path) -> ClassList:
-    """Classes from a JSON list as `write_classes` writes it, or a text file with a name a line.
+    """Classes from a JSON list as in `write_classes`, or from a text file with one name per line.
 
     Raises ValueError if that is not what is in the file; OSError if it cannot be read.
     """
@@ -111,6 +111,6 @@ def read_classes(path: Path) -> ClassList:
 
 
 def write_classes(path: Path, classes: ClassList) -> None:
-    """Write classes such that the file is whole or as it was."""
+    """Write classes; the file is replaced as a whole, or not at all."""
     with atomic_outputs([path]) as (temporary,):
         temporary.write_text(json.dumps(list(classes), indent=1) + "\n", encoding="utf-8")

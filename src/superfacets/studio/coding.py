@@ -17,11 +17,11 @@ MAGIC = b"SFSTUDIO"  # the first bytes of a binary answer with several arrays
 
 CellNumbers = npt.NDArray[np.uint32]
 
-_MAX_BYTES = 5  # of a difference below 2**32, 7 bits to a byte
+_MAX_BYTES = 5  # a difference below 2**32, with 7 bits per byte
 
 
 def pack_cells(cells: CellNumbers) -> bytes:
-    """Ascending cells in few bytes: differences as varints, compressed.
+    """Pack ascending cells: differences as varints, compressed.
 
     A byte or less for each cell of a region, as near cells mostly have near numbers; a few bytes in
     all for a run of cells.
@@ -41,7 +41,7 @@ def pack_cells(cells: CellNumbers) -> bytes:
 
 
 def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
-    """Return what `pack_cells` was given; a ValueError if these are not cells below `n_cells`."""
+    """Return the cells given to `pack_cells`; a ValueError if they are not below `n_cells`."""
     data = np.frombuffer(inflated(packed, _MAX_BYTES * n_cells), np.uint8)
     if not len(data):
         return np.empty(0, np.uint32)
@@ -59,7 +59,7 @@ def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
 
 
 def inflated(packed: bytes, max_bytes: int) -> bytes:
-    """Decompressed bytes; a ValueError if they are damaged, or more than there may be."""
+    """Decompressed bytes; a ValueError if they are damaged, or more than allowed."""
     reader = zlib.decompressobj()
     try:
         data = reader.decompress(packed, max_bytes + 1)
@@ -77,7 +77,7 @@ def base64_of(array: npt.NDArray[Any] | bytes) -> str:
 
 
 def cells_from(text: object, n_cells: int) -> CellNumbers:
-    """Cells that a client sends as uint32 in base64, ascending and each once; or a ValueError."""
+    """Ascending cells without duplicates, sent by a client as uint32 in base64; or a ValueError."""
     data = bytes_from(text, "cells")
     if len(data) % 4:
         raise ValueError(f"cells must be uint32 numbers: {len(data)} bytes are no multiple of 4")
@@ -88,11 +88,11 @@ def cells_from(text: object, n_cells: int) -> CellNumbers:
 
 
 def bytes_from(text: object, name: str = "data") -> bytes:
-    """Bytes that a client sends in base64; a ValueError if they are not."""
+    """Bytes sent by a client in base64; a ValueError if they are not valid."""
     try:
         if isinstance(text, str):
             return base64.b64decode(text, validate=True)
-    except ValueError:  # as binascii.Error is
+    except ValueError:  # base class of binascii.Error
         pass
     raise ValueError(f"{name} must be base64")
 

@@ -27,7 +27,7 @@ from .splitting import split_cells
 
 
 def work_file_of(path: Path) -> Path:
-    """The usual work file of an input, beside it."""
+    """Default work file of an input, beside it."""
     return path.with_name(path.name + ".studio.jsonl")
 
 
@@ -91,7 +91,7 @@ class Document:
 
     @property
     def path(self) -> Path:
-        """The input."""
+        """The input file."""
         return self.source.path
 
     @property
@@ -133,15 +133,15 @@ class Document:
         return with_missing(self.state.class_list, used)
 
     def close(self) -> None:
-        """End the runs, and close the work file."""
+        """Stop all runs, and close the work file."""
         with self.lock:
             self.segmenter.close()
             self.journal.close()
 
-    # Operations. Each returns when it is on the disk.
+    # Operations. Each returns after its line is on the disk.
 
     def paint(self, cells: CellNumbers, wanted: Any, stroke: str | None = None) -> Change | None:
-        """Give cells (ascending) a class, 0 for none, or one class each; None if nothing changes.
+        """Give cells (ascending) one class, or one class each; 0 is none. None if nothing changes.
 
         Raises ValueError if there is no such class; JournalError if it could not be
         written; ChangedError if the input has changed.
@@ -158,7 +158,7 @@ class Document:
             return change
 
     def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
-        """Show the regions that the segmenter has found for these parameters."""
+        """Show the regions computed by the segmenter for these parameters."""
         with self.lock:
             before, partition = self.state.partition, Partition(parameters, base.digest)
             is_new = before.digest not in ("", base.digest) or bool(before.splits)
@@ -169,7 +169,7 @@ class Document:
     def split(
         self, region: int, number: object, red: CellNumbers, blue: CellNumbers
     ) -> CellNumbers:
-        """Cut a region of this revision in two by strokes; return the cells of the new region.
+        """Split a region of this revision by strokes; return the cells of the new region.
 
         The new region has the blue stroke, and the next free label.
 
@@ -225,7 +225,7 @@ class Document:
         return self._move("undo")
 
     def redo(self) -> list[Change]:
-        """Redo the last undone operation; likewise."""
+        """Redo the last undone operation, and return its changes."""
         return self._move("redo")
 
     def _move(self, name: str) -> list[Change]:

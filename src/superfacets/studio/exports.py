@@ -35,11 +35,11 @@ _OF_KIND = {
 _COLORED = ("ply", "off", "vtp", "las", "laz")
 
 MARKS = {"cells": ".classes", "vertices": ".vertex-classes", "region_classes": ".region-classes"}
-"""Marks in the names of files, before the ending, that tell them from inputs."""
+"""Parts of file names before the ending that mark exports."""
 
 
 def formats_of(kind: str) -> dict[str, list[str]]:
-    """The formats by what is exported, for a kind of cells."""
+    """The formats of each export, for a kind of cells."""
     of_triangles = ("sstk.json",) if kind == "triangles" else ()
     of_vertices = ("segs.json", "bin", "sp_label.npy")
     regions = (*_LISTS, *_OF_KIND[kind], *of_vertices, *of_triangles, "aggregation.json", "npz")
@@ -72,7 +72,7 @@ def export(document: Document, what: str, format: str, *, replace: bool = False)
 
 
 def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes]:
-    """The name and the content of the same file, which is not kept."""
+    """The name and the content of the same file, without writing it to the folder."""
     name = _name_of(document, what, _checked_ending(document, what, format))
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         path = Path(folder, name)
@@ -83,7 +83,7 @@ def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes
 def class_of_regions(
     document: Document, revision: Revision
 ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]:
-    """The class that most of the area of each region has, 0 for none, and its share of the area."""
+    """The class of most of the area of each region, 0 for none, and its share of the area."""
     classes = document.state.classes.astype(np.int32)
     areas, labels, n = document.areas, revision.labels, revision.n_regions
     winners = weighted_majority(labels, classes, areas, n)
@@ -106,7 +106,7 @@ def _name_of(document: Document, what: str, ending: str) -> str:
 
 
 def _write(document: Document, what: str, format: str, path: Path) -> None:
-    with document.lock:  # the state must not change between labels and names
+    with document.lock:  # labels and names must belong to the same state
         _WRITERS[what](document, format, path)
 
 
@@ -122,7 +122,7 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
 
 def _write_vertices(document: Document, format: str, path: Path) -> None:
     labels = vertex_labels(document.cells, document.state.classes.astype(np.int32))
-    write_labels(path, np.maximum(labels, 0))  # vertices that no cell has are of no class
+    write_labels(path, np.maximum(labels, 0))  # unused vertices have no class
 
 
 def _write_regions(document: Document, format: str, path: Path) -> None:

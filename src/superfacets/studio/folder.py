@@ -24,9 +24,9 @@ class Files:
     """The inputs of a studio, by number."""
 
     paths: list[Path]
-    work: Path | None = None  # work file of a single input, where it is not the usual one
-    n_segments: int | None = None  # of new work
-    classes: ClassList = ()  # of new work, or of all files of the folder
+    work: Path | None = None  # work file of a single input, if it is not the default
+    n_segments: int | None = None  # number of regions for new work
+    classes: ClassList = ()  # classes for new work, or for all files of the folder
     folder: Path | None = None
     _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)  # least recent first
     _users: Counter[int] = field(default_factory=Counter)  # number of blocks that use each document
@@ -90,7 +90,9 @@ class Files:
         with self._lock:
             documents = list(self._open.values())
             self._open.clear()
-        for document in documents:  # not under our lock: a user of one may wait for it
+        for (
+            document
+        ) in documents:  # not under the lock, because a user of a document may wait for it
             document.close()
 
     def _opened(self, number: int) -> Document:
@@ -133,7 +135,7 @@ class Files:
 
 
 def _told(found: tuple[Line, Line] | None) -> dict[str, Any]:
-    """Progress of the work, and the number of cells; a JournalError if they are damaged."""
+    """Progress of the work, and number of cells; a JournalError if they are damaged."""
     if found is None:
         return {"done": 0.0, "n_cells": None}
     done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")

@@ -29,14 +29,14 @@ class NothingError(LookupError):
 
 @dataclass(frozen=True)
 class Partition:
-    """The regions: the parameters that reproduce them, and the splits since."""
+    """The regions: parameters that reproduce them, and later splits."""
 
     parameters: dict[str, Any]
-    digest: str = ""  # of the labels before splits, to notice other labels; "": not known
-    splits: tuple[bytes, ...] = ()  # packed cells; each gets the next free label
+    digest: str = ""  # digest of the labels before splits, to notice other labels; "": unknown
+    splits: tuple[bytes, ...] = ()  # packed cells of each split; they get the next free label
 
     def with_split(self, packed: bytes, digest: str) -> Partition:
-        """The same with one more split, of labels with this digest."""
+        """The partition with one more split, of labels with this digest."""
         return replace(self, digest=digest, splits=(*self.splits, packed))
 
 
@@ -55,7 +55,7 @@ class Painted:
 
     cells: bytes
     n: int
-    values: bytes  # one for each cell, or one for all
+    values: bytes  # one value per cell, or one for all
 
     @classmethod
     def of(cls, cells: bytes, values: Classes) -> Painted:
@@ -68,24 +68,24 @@ class Painted:
         return np.frombuffer(zlib.decompress(self.values), np.uint16)
 
     def set(self, classes: Classes) -> None:
-        """Give the cells their classes."""
+        """Write the classes to the cells."""
         classes[unpack_cells(self.cells, len(classes))] = self.unpacked()
 
 
 @dataclass(frozen=True)
 class Change:
-    """A step that can be done and undone."""
+    """A change that can be done and undone."""
 
     kind: Literal["paint", "split", "segment", "classes"]
-    before: Any  # Painted, Partition or list of classes, by the kind
+    before: Any  # Painted, Partition or list of classes, by kind
     after: Any
-    stroke: str | None = None  # consecutive changes of the same stroke are undone together
+    stroke: str | None = None  # consecutive changes with the same name are undone together
 
     @classmethod
     def painting(
         cls, classes: Classes, cells: CellNumbers, wanted: Any, stroke: str | None = None
     ) -> Change | None:
-        """The change of those of these ascending cells that get another class; None if none does.
+        """The change of these ascending cells to their new classes; None if nothing changes.
 
         `wanted` is one class, or one for each cell.
         """
@@ -108,12 +108,12 @@ class Change:
             state.partition = self.after
 
     def cells(self, n_cells: int) -> CellNumbers:
-        """The cells whose classes it changes."""
+        """The cells whose classes change."""
         is_paint = self.kind == "paint"
         return unpack_cells(self.after.cells, n_cells) if is_paint else np.empty(0, np.uint32)
 
     def inverse(self) -> Change:
-        """The change that undoes this one."""
+        """The inverse change."""
         return replace(self, before=self.after, after=self.before)
 
     def line(self) -> Line:
@@ -123,7 +123,7 @@ class Change:
 
 
 def last_stroke(changes: list[Change]) -> list[Change]:
-    """The last changes that are one stroke, the last first."""
+    """The changes of the last stroke, the last first."""
     found: list[Change] = []
     for change in reversed(changes):
         if found and (change.stroke is None or change.stroke != found[0].stroke):
@@ -133,12 +133,12 @@ def last_stroke(changes: list[Change]) -> list[Change]:
 
 
 def _nothing(seq: int) -> None:
-    """Record no step: those of a replay are in the journal already."""
+    """Do not record a step: used in a replay, whose steps are in the journal already."""
 
 
 @dataclass
 class History:
-    """The state, and the steps that can be undone and redone.
+    """The state, and the changes that can be undone and redone.
 
     Methods that change the state take `record`, which writes the step of a given number. If it
     raises, the state is as it was.
@@ -151,7 +151,7 @@ class History:
 
     @classmethod
     def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
-        """Replay all lines; classes are those of the folder, if it has some.
+        """Replay all lines; the classes of the folder replace others, if given.
 
         Raises JournalError if a line cannot be replayed.
         """
@@ -167,13 +167,13 @@ class History:
                 f"{journal.path}: line {number} of the work file makes no sense:"
                 f" {shortened(reason)}"
             ) from None
-        if classes is not None:  # whatever the work had before the folder
+        if classes is not None:  # whatever classes the work had before
             history.state.class_list = classes
         journal.lines.clear()
         return history
 
     def replay(self, line: Line) -> None:
-        """Do the step of a line."""
+        """Apply the change of a line."""
         if line["seq"] != self.seq + 1:
             raise ValueError(f"it is number {line['seq']}, not {self.seq + 1}")
         name = str(line["op"])
@@ -191,7 +191,7 @@ class History:
         self.redo_stack.clear()
 
     def move(self, name: str, record: Callable[[int], object] = _nothing) -> list[Change]:
-        """Undo or redo the last stroke, by this name, and return its changes.
+        """Undo or redo the last stroke, and return its changes.
 
         Raises NothingError if there is nothing to undo or redo.
         """
@@ -222,7 +222,7 @@ def _first_state(header: Line, n_cells: int, classes: ClassList | None) -> State
     usual = default_parameters(n_cells)
     parameters = checked_parameters(header["parameters"], usual, n_cells)
     if classes is None:
-        own = header["classes"]  # None: of work that was begun in a folder
+        own = header["classes"]  # None: the work began in a folder
         classes = default_classes() if own is None else _class_list(own)
     return State(np.zeros(n_cells, np.uint16), classes, Partition(parameters))
 
@@ -233,7 +233,7 @@ def _class_list(value: Any) -> ClassList:
     return checked_class_list(json.loads(text))
 
 
-# Each kind of change in the journal: the entries of its line, and the change of a line.
+# For each kind of change: the entries of its line, and the change of a line.
 
 
 def _write_paint(painted: Painted) -> Line:
@@ -278,7 +278,7 @@ def _write_split(partition: Partition) -> Line:
 
 def _read_split(line: Line, state: State) -> Change:
     packed = bytes_from(line["cells"], "cells")
-    unpack_cells(packed, len(state.classes))  # raises if they are damaged
+    unpack_cells(packed, len(state.classes))  # raises an error if they are damaged
     return Change("split", state.partition, state.partition.with_split(packed, str(line["digest"])))
 
 

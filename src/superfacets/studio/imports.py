@@ -1,4 +1,4 @@
-"""Labels made with other tools, or exported before, as classes of cells."""
+"""Import labels of other tools, or earlier exports, as classes of cells."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ _DAMAGE = (ValueError, LookupError, TypeError, RecursionError)
 
 @dataclass(frozen=True)
 class Imported:
-    """Classes of cells, and the list of classes with new ones added."""
+    """Imported classes of cells, and the list of classes with new ones added."""
 
     cells: CellNumbers  # all cells that the files label, ascending
-    classes: npt.NDArray[np.uint16]  # of each of these cells
+    classes: npt.NDArray[np.uint16]  # class of each of these cells
     class_list: ClassList
 
 
 def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> Imported:
-    """Read labels from the content of files by name: one with labels, and perhaps one with groups.
+    """Read labels from the content of files by name: labels, and perhaps their groups.
 
     Labels are in ``.sstk.json`` (the first, finest, segmentation of triangles), ``.segs.json`` (of
     vertices: a cell gets the label of most of its corners), ``.npy``, ``.seg`` or ``.txt`` (of
@@ -83,7 +83,7 @@ def _told(error: Exception) -> str:
 
 
 def _labels_in(data: bytes, ending: str, cells: Cells) -> Ints:
-    """One label per cell."""
+    """One label per cell, from the content of a file."""
     n_cells = cells.n_cells
     if ending in LISTS:
         with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:

@@ -1,4 +1,4 @@
-"""The work file: one line of JSON for each operation, which is only appended to.
+"""The work file: a line of JSON for each operation, only ever appended.
 
 A line is on the disk before its operation is acknowledged. So a crash leaves at most a part of one
 line, of an operation that was not acknowledged.
@@ -23,8 +23,8 @@ VERSION = 1
 _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
 """First bytes of every work file."""
 
-_SUM = b',"crc":"%08x"}'  # end of a line: the checksum of all bytes before
-_LAST_BYTES = 1 << 12  # number of bytes in which the last line is looked for first
+_SUM = b',"crc":"%08x"}'  # end of a line: checksum of all bytes before it
+_LAST_BYTES = 1 << 12  # number of bytes at the end where the last line is searched first
 
 Line = dict[str, Any]
 
@@ -43,8 +43,8 @@ class Journal:
 
     path: Path
     header: Line  # the first line
-    lines: list[Line]  # all others as they were read; a replay removes them
-    notes: list[str]  # repairs
+    lines: list[Line]  # other lines, as read; a replay removes them
+    notes: list[str]  # notes on repairs
     _file: int = field(repr=False)
     _size: int = field(repr=False)
     _fault: str | None = None
@@ -168,7 +168,7 @@ def summary(path: Path) -> tuple[Line, Line] | None:
 
 
 def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
-    """The lines of a file, how many of its bytes are good, and a note if some are not."""
+    """The valid lines of a file, the number of their bytes, and a note if bytes are damaged."""
     lines: list[Line] = []
     size = 0
     for text in data.splitlines(keepends=True):
@@ -196,7 +196,7 @@ def _parsed(text: bytes) -> Line | None:
     body = text[: -len(_SUM % 0)]
     if text[len(body) :] != _SUM % zlib.crc32(body):
         return None
-    with contextlib.suppress(ValueError, RecursionError):  # a right checksum, but not JSON
+    with contextlib.suppress(ValueError, RecursionError):  # valid checksum, but no valid JSON
         line: Line = json.loads(text)
         return line
     return None

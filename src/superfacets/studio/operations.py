@@ -1,4 +1,4 @@
-"""Reading a document, and operations on it: each is named like its route."""
+"""Reading a document, and operations on it; each function is named like its route."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from .segmenting import levels_of, ranges
 Operation = Callable[[Document, Body], Any]
 """Work on a document, with the query or the JSON object of a request."""
 
-LARGEST = (1 << 63) - 1  # number that arrays hold
-MAX_DIGITS = 20  # of the number of a revision
-MAX_STROKE = 64  # characters in the name of a stroke
+LARGEST = (1 << 63) - 1  # largest number in arrays
+MAX_DIGITS = 20  # most digits of the number of a revision
+MAX_STROKE = 64  # most characters in the name of a stroke
 
 
 def _state(document: Document, query: Body) -> Body:
-    """State of a document for a client that begins, without arrays."""
+    """State of a document for a new client, without arrays."""
     with document.lock:
         parameters, kind = document.state.partition.parameters, document.source.kind
         return {
@@ -50,7 +50,7 @@ def _state(document: Document, query: Body) -> Body:
 
 
 def counts_of(document: Document) -> Body:
-    """The facts that every operation changes."""
+    """The part of the state that every operation changes."""
     with document.lock:
         return {
             "seq": document.history.seq,
@@ -61,7 +61,7 @@ def counts_of(document: Document) -> Body:
 
 
 def _moved(document: Document, step: Callable[[], list[Change]]) -> Body:
-    """Effect of an undo or a redo: cells with their classes now, the revision, the classes."""
+    """Effect of an undo or a redo: changed cells with their classes, the revision, the classes."""
     with document.lock:
         changes = step()
         cells = np.unique(np.concatenate([change.cells(document.n_cells) for change in changes]))

@@ -1,4 +1,4 @@
-"""Bodies of requests, and answers, also to errors."""
+"""Bodies of requests, and answers, including errors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Body = dict[str, Any]
 
 BYTES = "application/octet-stream"
 
-MAX_BODY = 1 << 29  # maximum bytes of a request; browsers have no longer strings
+MAX_BODY = 1 << 29  # maximum bytes of a request; strings of browsers are not longer
 
 
 class TooLargeError(ValueError):
@@ -29,7 +29,7 @@ class TooLargeError(ValueError):
 
 
 class JsonReply(JSONResponse):
-    """JSON in ASCII, which can hold every file name, also one that is no valid Unicode."""
+    """JSON in ASCII, which can hold every file name, including invalid Unicode."""
 
     def render(self, content: Any) -> bytes:
         """The bytes of an answer."""
@@ -54,7 +54,7 @@ STATUS_OF = (
     (MemoryError, 507),
     (ClientDisconnect, 400),  # nobody receives it
 )
-"""Status of the answer to an error: the first entry whose class fits counts."""
+"""Status of answers to errors; the first entry whose class matches counts."""
 
 
 async def answered(work: Callable[[], Any]) -> Response:

@@ -1,4 +1,4 @@
-"""Labels that clients have been shown, by number, and the similarity of their regions."""
+"""Labels that clients have seen, by number, and the similarity of their regions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Ints = npt.NDArray[np.int32]
 
 
 class GoneError(LookupError):
-    """The labels that a client refers to are not kept any more: it must ask for new ones."""
+    """The labels that a client refers to are gone: it must ask for new ones."""
 
 
 @dataclass
@@ -56,7 +56,7 @@ class Revision:
         return np.sort(np.concatenate(parts)) if parts else np.empty(0, np.uint32)
 
     def graph(self, surface: Surface) -> RegionGraph:
-        """The region graph, made when it is first asked for."""
+        """The region graph, computed on first use."""
         if self._graph is None:
             self._graph = region_graph_of(surface, self.labels, self.n_regions)
         return self._graph
@@ -85,7 +85,7 @@ class Revisions:
             return revision
 
     def get(self, number: object) -> Revision:
-        """Return the revision of a number; a GoneError if it is not there (any more)."""
+        """Return the revision of a number; a GoneError if it is gone."""
         with self._lock:
             revision = self._kept.get(number) if isinstance(number, int) else None
             if revision is None:
@@ -96,7 +96,7 @@ class Revisions:
 
 
 def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[int]:
-    """Regions of nearly the same shape as one, which is among them; size and place do not count.
+    """Regions similar in shape to a given one, which is included; size and place do not count.
 
     The tolerance is 0 (the same) to 1 (all): it is the upper bound of the distance of shapes, as a
     share of the largest.

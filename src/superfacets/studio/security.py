@@ -1,4 +1,4 @@
-"""Who may speak to the server: this machine, this address, and whoever knows the token."""
+"""Access control: only from this machine, to this address, and with the token."""
 
 from __future__ import annotations
 
@@ -29,30 +29,30 @@ MAX_PATH = 200
 """Maximum length of a path. Routes are shorter; Python refuses to parse very long numbers."""
 
 OPEN_PREFIX = "/static/"
-"""The files of the front end, which are public: scripts and styles are loaded without a token."""
+"""The files of the front end, which need no token: scripts and styles."""
 
 
 @dataclass
 class Guard:
-    """Refuses requests that are not from the page that this server has served."""
+    """Refuses requests that are not from a page of this server."""
 
     app: ASGIApp
     token: str
     port: int
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on, or answer why not; all answers get `HEADERS`."""
+        """Pass a request on, or refuse it; all answers get `HEADERS`."""
         if scope["type"] == "lifespan":
             await self.app(scope, receive, send)
             return
-        if scope["type"] != "http":  # a websocket: there are none
+        if scope["type"] != "http":  # no websockets
             return
         reason = self._reason_against(scope)
         app = self.app if reason is None else _refusal(scope["path"], *reason)
         await app(scope, receive, _with_headers(send))
 
     def _reason_against(self, scope: Scope) -> tuple[int, str] | None:
-        """The status and the message of a request that is refused; None if it is not."""
+        """Status and message for a refused request; None if it is accepted."""
         headers, path = Headers(scope=scope), scope["path"]
         if headers.get("host") not in self._hosts:
             return 403, "the studio answers at the address that it has printed, and no other"

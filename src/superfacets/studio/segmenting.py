@@ -1,4 +1,4 @@
-"""Regions of a mesh for parameters, fast enough for a slider; checks of these parameters."""
+"""Regions for parameters, fast enough for a slider, and checks of these parameters."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from ..pipeline import Prepared, segment
 from ..regions.edit import read_regions
 from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 
-MAX_KEPT = 4  # number of segmentations whose labels and merges are kept
+MAX_KEPT = 4  # number of segmentations that are kept with their merges
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
 FEWEST_OFFERED = 4  # minimum number of regions on a level below the finest
 MAX_REGIONS = 20_000  # upper end of the slider; nobody paints by hundreds of thousands of regions
@@ -54,7 +54,7 @@ def ranges(n_cells: int) -> dict[str, list[float]]:
 
 
 def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:
-    """Check the parameters that a client sends; those that it leaves out stay as they are now.
+    """Check the parameters from a client; missing ones keep their values.
 
     A level as fine as the finest becomes None. Raises ValueError or TypeError if a parameter is
     unknown, out of range or of the wrong type.
@@ -79,7 +79,7 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
 
 
 def levels_of(n_segments: int) -> list[int]:
-    """Numbers of regions that are offered as levels, the finest first."""
+    """Numbers of regions of the levels, the finest first."""
     levels = [n_segments]
     while levels[-1] // LEVEL_STEP >= FEWEST_OFFERED:
         levels.append(levels[-1] // LEVEL_STEP)
@@ -87,7 +87,7 @@ def levels_of(n_segments: int) -> list[int]:
 
 
 class Cancelled(Exception):  # noqa: N818  # no error
-    """The run was given up for a newer one, or because nobody waits for it."""
+    """The run was replaced by a newer one, or nobody waits for it."""
 
 
 @dataclass
@@ -102,24 +102,24 @@ class Turn:
         self._is_cancelled.set()
 
     def check(self) -> None:
-        """Raise `Cancelled` if the run is to end."""
+        """Raise `Cancelled` if the run was cancelled."""
         if self._is_cancelled.is_set():
             raise Cancelled
 
     def on_stage(self, stage: str) -> None:
-        """Tell that a stage begins."""
+        """Report that a stage begins."""
         self.check()
         self.tell({"stage": stage})
 
     def on_iteration(self, iteration: int, n_moved: int) -> None:
-        """Tell how many centers an iteration moved."""
+        """Report how many centers an iteration moved."""
         self.check()
         self.tell({"iteration": iteration, "moved": n_moved})
 
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """Regions as the parameters give them, before splits."""
+    """Regions for the parameters, before splits."""
 
     labels: Ints
     n_regions: int
@@ -170,11 +170,11 @@ class Segmenter:
         return self._worker.submit(self._base, parameters, turn).result()
 
     def base(self, parameters: Parameters) -> Base:
-        """Return the regions likewise, but do not disturb a run, nor be cancelled."""
+        """Return the regions as above, without cancelling a run or being cancelled."""
         return self._worker.submit(self._base, parameters, Turn()).result()
 
     def close(self) -> None:
-        """Give up the run, if there is one."""
+        """Cancel the run, if there is one."""
         if self._latest is not None:
             self._latest.cancel()
         self._worker.shutdown(wait=True, cancel_futures=True)

@@ -1,4 +1,4 @@
-"""The server: it runs until it is ended, and closes connections whose clients are silent."""
+"""The server: it runs until it is stopped, and closes connections of silent clients."""
 
 from __future__ import annotations
 
@@ -108,5 +108,5 @@ class Connection(H11Protocol):
 
     def _give_up(self) -> None:
         self._timer.cancel()
-        self.connections.discard(self)  # counted no more, though the event loop closes it later
+        self.connections.discard(self)  # no longer counted, although the event loop closes it later
         self.transport.abort()

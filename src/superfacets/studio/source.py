@@ -1,4 +1,4 @@
-"""The file that is labeled: its cells, and whether it has changed since."""
+"""The labeled file: its cells, and whether it has changed."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from .journal import Journal, JournalError
 
 
 class ChangedError(RuntimeError):
-    """The input has changed since the work was begun."""
+    """The input has changed since the work began."""
 
 
 @dataclass
 class Source:
-    """An input that was read."""
+    """An input after reading."""
 
     path: Path
     cells: Cells
     size: int  # bytes of the file
     digest: str  # SHA-256 of the file
-    _seen: tuple[int, int] | None  # see `_stamp`
+    _seen: tuple[int, int] | None  # time and size of the file when it was read, see `_stamp`
 
     @classmethod
     def read(cls, path: Path) -> Source:
-        """Read a file; a MeshError or an OSError if that cannot be done."""
+        """Read a file; a MeshError or an OSError if that fails."""
         seen = _stamp(path)
         content = read_content(path)
         try:
@@ -61,7 +61,7 @@ class Source:
         }
 
     def check(self) -> None:
-        """Raise a ChangedError if the file is not what it was when it was read."""
+        """Raise a ChangedError if the file is no longer the one that was read."""
         stamp = _stamp(self.path)
         if stamp == self._seen:
             return

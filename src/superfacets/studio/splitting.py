@@ -1,4 +1,4 @@
-"""A region cut in two by strokes: the cheapest border between them, which likes creases."""
+"""Split a region between strokes: the cheapest border, preferably in creases."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from ..cells.surface import Surface
 from .coding import CellNumbers
 
 SHARPNESS = 12.5
-"""Exponent by which a turn of pi closes an edge: exp(-12.5 / 2) = 0.002 is left of a right angle.
-It is what `hierarchy` takes (20 radii a turn, of which 1.6 count for 1/e)."""
+"""Steepness of the cost of creases: a turn of pi costs exp(-12.5), so a right angle exp(-12.5 / 2)
+= 0.002. It corresponds to `hierarchy` (20 radii per turn, of which 1.6 count for 1/e)."""
 
-RIDGE = 0.5  # weight of ridges: whoever draws strokes on both sides of one means it, too
+RIDGE = 0.5  # weight of ridges: strokes on both sides of a ridge mean the ridge
 NEARNESS = 6.0
-"""How much a cell is drawn to the nearer stroke. Without it the border would be the shortest way
-around the smaller stroke. With 3 it still is on a flat square with strokes of a tenth; with 6 these
-meet in the middle, and a crease at a quarter of the way wins all the same."""
+"""Attraction of cells to the nearer stroke. Without it the border would be the shortest path around
+the smaller stroke. With 3 this still happens on a flat square with strokes of a tenth of its side;
+with 6 the sides meet in the middle, and a crease at a quarter of the way still wins."""
 
-CAPACITY = 1 << 30  # sum of the capacities that can be cut; strokes have twice that
+CAPACITY = 1 << 30  # sum of the capacities of arcs that can be cut; strokes have twice that
 
-UNCUT = (1 << 31) - 1  # the most that flows of 32 bits hold
+UNCUT = (1 << 31) - 1  # largest 32-bit flow
 
 Floats = npt.NDArray[np.float64]
 
@@ -32,7 +32,7 @@ Floats = npt.NDArray[np.float64]
 def split_cells(
     surface: Surface, cells: CellNumbers, red: CellNumbers, blue: CellNumbers
 ) -> CellNumbers:
-    """Return the cells of a region that go with the blue stroke.
+    """Return the cells of a region on the blue side.
 
     The border between both sides is a minimum cut: its length counts, less in creases, and so does
     how far cells are from the strokes. Both sides hold together as far as their strokes do: a piece
@@ -58,13 +58,13 @@ def split_cells(
 
 @dataclass(frozen=True)
 class _Part:
-    """The cells of a region by their places in it, and the arcs between them."""
+    """The cells of a region by their indices in it, and the arcs between them."""
 
     areas: Floats
-    sources: npt.NDArray[np.int32]  # flows of old SciPy take indices of 32 bits alone
+    sources: npt.NDArray[np.int32]  # old SciPy needs 32-bit indices for flows
     targets: npt.NDArray[np.int32]
-    costs: Floats  # of cutting each arc: the length of the border that counts
-    lengths: Floats  # of the steps
+    costs: Floats  # cost of cutting each arc: length of its border, reduced in creases
+    lengths: Floats  # length of each step
 
     @property
     def n(self) -> int:
@@ -79,7 +79,7 @@ class _Part:
 
 
 def _places_in(cells: CellNumbers, stroke: CellNumbers) -> npt.NDArray[np.int64]:
-    """Where the cells of a stroke stand in the region, those that are in it."""
+    """Indices in the region of the cells of a stroke, without cells outside."""
     places = np.searchsorted(cells, stroke)
     places = np.minimum(places, len(cells) - 1)
     found: npt.NDArray[np.int64] = places[cells[places] == stroke]
@@ -87,7 +87,7 @@ def _places_in(cells: CellNumbers, stroke: CellNumbers) -> npt.NDArray[np.int64]
 
 
 def _part_of(surface: Surface, cells: CellNumbers) -> _Part:
-    """Measure what is in a region; time and memory are those of the region."""
+    """Measure a region; time and memory are proportional to the region."""
     starts = surface.offsets[cells]
     counts = surface.offsets[cells.astype(np.int64) + 1] - starts
     ends = np.cumsum(counts)
@@ -107,7 +107,7 @@ def _part_of(surface: Surface, cells: CellNumbers) -> _Part:
 
 
 def _cut(part: _Part, red: Any, blue: Any) -> npt.NDArray[np.bool_]:
-    """Which cells are on the blue side of the minimum cut."""
+    """Whether each cell is on the blue side of the minimum cut."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
@@ -131,7 +131,7 @@ def _cut(part: _Part, red: Any, blue: Any) -> npt.NDArray[np.bool_]:
 
 
 def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
-    """How much each cell is drawn to a stroke, in units of length; positive to the red one."""
+    """Attraction of each cell to a stroke, in units of length; positive toward the red one."""
     from scipy.sparse.csgraph import dijkstra
 
     steps = part.matrix(np.maximum(part.lengths, 1e-12 * part.lengths.max(initial=1.0)))
@@ -147,7 +147,7 @@ def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
 def _loose(
     part: _Part, is_side: npt.NDArray[np.bool_], stroke: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.bool_]:
-    """The cells of a side that are in a piece of it without a cell of the stroke."""
+    """The cells of a side in pieces of it without a cell of the stroke."""
     from scipy.sparse.csgraph import connected_components
 
     is_within = is_side[part.sources] == is_side[part.targets]

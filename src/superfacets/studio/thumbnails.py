@@ -1,4 +1,4 @@
-"""Small pictures of meshes for the list of files.
+"""Thumbnails of meshes for the list of files.
 
 A picture is drawn by a process of its own: whatever a driver does to it, the server goes on.
 """
@@ -15,11 +15,11 @@ from ..errors import RenderError
 
 SIZE = (320, 240)
 
-SECONDS = 120.0  # after which a picture is given up
+SECONDS = 120.0  # seconds until a thumbnail is given up
 
 
 class Thumbnails:
-    """Pictures by file, each drawn once as long as the file does not change, one at a time."""
+    """Thumbnails by file, drawn one at a time, once per version of the file."""
 
     def __init__(self) -> None:
         self._kept: dict[Path, tuple[tuple[int, int], bytes]] = {}

@@ -186,7 +186,7 @@ def _pieces_of_pair(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Pieces:
 
 
 def _on_disk(pieces: Pieces, scratch: Scratch) -> Pieces:
-    """The same, with arrays in files."""
+    """The same with arrays in files."""
 
     def moved(rows: Rows | None) -> Rows | None:
         if isinstance(rows, ConvertedRows):
