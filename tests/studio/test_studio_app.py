@@ -227,6 +227,13 @@ def test_old_revisions_are_gone(client):
     assert f"revision {first} is gone" in answer.json()["error"]
 
 
+def test_as_many_revisions_as_promised_are_kept(client):
+    first = client.state()["revision"]
+    for n in range(2, 1 + MAX_KEPT):
+        client.segment(n_segments=n)
+    assert client.get("labels", revision=first).status_code == 200
+
+
 def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
     from superfacets.studio import segmenting
 
