@@ -106,7 +106,7 @@ def _integers(values: Any, name: str) -> Ints:
     array = np.asarray(values)
     if array.ndim != 1 or array.dtype.kind not in "iu":
         raise MeshError(f"{name} must be a list of whole numbers")
-    if array.dtype.kind == "u" and array.size and array.max() > np.iinfo(np.int64).max:
+    if array.dtype.kind == "u":  # numpy's type for lists with numbers beyond int64
         raise MeshError(f"{name} has the number {array.max()}, which is too large")
     return array.astype(np.int64)
 
