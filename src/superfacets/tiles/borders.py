@@ -234,8 +234,13 @@ class _Band:
         offsets, corners = self.part.corners()
         is_touched = np.zeros(len(self.part.vertices["ids"]), bool)
         is_touched[corners[rows(offsets, cells)[1]]] = True
-        is_touched &= is_among(self.part.vertices["ids"], self.ends)
-        return np.flatnonzero(np.logical_or.reduceat(is_touched[corners], offsets[:-1]))
+        return np.flatnonzero(self._have_end(is_touched))
+
+    def _have_end(self, is_chosen: bool | Bools = True) -> Bools:
+        """Whether each face has a vertex at an end, of the chosen vertices."""
+        offsets, corners = self.part.corners()
+        is_end = is_among(self.part.vertices["ids"], self.ends) & is_chosen
+        return np.logical_or.reduceat(is_end[corners], offsets[:-1])
 
     def _is_at_edge(self) -> Bools:
         """Whether a move of each cell may read a cell outside of the band.
@@ -243,9 +248,7 @@ class _Band:
         Moves of a face read the faces around its corners; moves of a point, neighbors of neighbors.
         """
         if self.store.kind != "points":
-            offsets, corners = self.part.corners()
-            is_end = is_among(self.part.vertices["ids"], self.ends)
-            return np.logical_or.reduceat(is_end[corners], offsets[:-1])
+            return self._have_end()
         arcs = self.part.lists["arcs"]
         is_at_edge = np.zeros(len(self.part), bool)
         is_at_edge[self.ends] = True

@@ -60,8 +60,10 @@ def weld(
     return BlockRows(scratch, "representatives", size, vertices.n_rows)
 
 
-def _checked_block(vertices: Rows, block: int, size: int, name: str) -> Array:
-    """Positions in a block; a MeshError if one is not finite."""
+def _fill_buckets(
+    scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
+) -> None:
+    """Sort the vertices of a block by bucket, stable; a MeshError if one is not finite."""
     begin = block * size
     positions = vertices.read(begin, min(begin + size, vertices.n_rows))
     is_finite = np.isfinite(positions).all(axis=1)
@@ -70,14 +72,6 @@ def _checked_block(vertices: Rows, block: int, size: int, name: str) -> Array:
         raise MeshError(
             f"{name}[{begin + first}] is not finite: {positions[first].astype(np.float64).tolist()}"
         )
-    return positions
-
-
-def _fill_buckets(
-    scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
-) -> None:
-    """Sort the vertices of a block by bucket, stable."""
-    positions = _checked_block(vertices, block, size, name)
     buckets = _buckets_of(positions.astype(np.float64), n_buckets)
     order = np.argsort(buckets, kind="stable").astype(np.uint32)
     starts = np.zeros(n_buckets + 1, np.int64)

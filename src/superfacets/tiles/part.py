@@ -14,7 +14,7 @@ from .._validate import freeze
 from ..cells.cell_graph import box_diagonal
 from ..cells.surface import Surface
 from ..cells.weights import NO_NORMALS
-from ..mesh.faces import FaceMesh
+from ..mesh.faces import FaceMesh, FoundArcs, surface_of_faces
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
 from .arrays import compacted, index_near, merged, rows
@@ -263,12 +263,7 @@ def surface_of(store: TileStore, part: Part, n_threads: int) -> Surface:
         points = columns["positions"], columns["measures"], normals
         handle = _core.PointSurface(*points, order, *graph)
     else:
-        vertices, (offsets, corners) = part.vertices["points"], part.corners()
-        sides, turns = arcs.entries["sides"], np.zeros(len(graph[1]), np.uint8)
-        if store.kind == "polygons":
-            faces = vertices, offsets, corners
-            handle = _core.PolygonSurface(*faces, *graph, sides, turns, False, n_threads)
-        else:
-            triangles = corners.reshape(-1, 3)
-            handle = _core.TriangleSurface(vertices, triangles, *graph, sides, turns[:0], False)
+        turns = np.zeros(len(graph[1]), np.uint8)
+        found = FoundArcs(*graph, arcs.entries["sides"], turns, (0, 0, 0, 0))
+        handle = surface_of_faces(part.mesh(store), found, False, n_threads)
     return Surface(handle, *graph, store.bounds, box_diagonal(store.bounds), n_threads)
