@@ -45,7 +45,7 @@ def weld(
 
     `size` vertices are in memory at a time. They are split into buckets by a hash of the position;
     buckets are welded one by one, and duplicates are listed per block. A MeshError names the first
-    vertex that is not finite; `name` is the word for vertices in it.
+    vertex that is not finite as ``name[i]``.
     """
     n_blocks = -(-vertices.n_rows // size)
     n_buckets = 1 << (n_blocks - 1).bit_length()
@@ -152,19 +152,16 @@ class Chunks:
     def welded(
         cls, pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int
     ) -> Chunks:
-        """Check all positions, and weld them; chunks are as large as tiles.
-
-        A MeshError if there are too many cells, or a coordinate is not finite.
-        """
-        mesh, cells, points = ("mesh", "faces", "vertices")
-        if pieces.corners is None:
-            mesh, cells, points = ("cloud", "points", "points")
+        """Check and weld all positions; a MeshError if there are too many, or one is not finite."""
+        is_cloud = pieces.corners is None
+        whole, cells = ("cloud", "points") if is_cloud else ("mesh", "faces")
         if pieces.n_cells > MAX_CELLS:
             raise MeshError(
-                f"the {mesh} has {pieces.n_cells} {cells}; at most {MAX_CELLS} are supported"
+                f"the {whole} has {pieces.n_cells} {cells}; at most {MAX_CELLS} are supported"
             )
         size = -(-tile_cells // RANGE) * RANGE
-        lowest = weld(run, scratch, pieces.points, size, n_threads, points)
+        name = "points" if is_cloud else "vertices"
+        lowest = weld(run, scratch, pieces.points, size, n_threads, name)
         return cls(pieces, lowest, size, n_threads)
 
     @property

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
 from .mapping import Run
+from .part import Part
 from .store import TileStore, find_cells
 
 
@@ -35,10 +35,10 @@ class TiledGraph:
         """Write the coarse cell of each place, and return the graph of coarse cells."""
         store, run = self.store, self.run
         found = run.all(_divide, store, store.n_tiles, cell_size, self.n_threads)
-        positions, measures = _columns(found)
+        positions, measures = map(list, zip(*found, strict=True))
         firsts = np.append(0, np.cumsum([len(some) for some in measures]))
         found = run.all(_connect, store, store.n_tiles, firsts, self.n_threads)
-        counts, targets, lengths = _columns(found)
+        counts, targets, lengths = map(list, zip(*found, strict=True))
         graph = _core.graph_in_place(
             _in_a_row(positions),
             _in_a_row(measures),
@@ -60,10 +60,25 @@ class TiledGraph:
         return regions
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Return labels with islands joined, the number of islands, and no new centers."""
+        """Label the cells with -1; return labels, the number of islands, and no new centers.
+
+        An island gets the label of the cell nearest to any of its cells, the lowest among equals.
+        The cells of all islands are in memory.
+        """
         assert not len(groups)
-        joined, n_joined = join_islands(self.store, labels, self.run, self.n_threads)
-        return joined, n_joined, np.empty(0, np.int32)
+        store, n_islands = self.store, 0
+        if labels.min() < 0:
+            cells, positions, islands = _find_islands(store, labels, self.run)
+            squared, nearest = np.full(len(cells), np.inf), np.full(len(cells), -1, np.int32)
+            for tile in range(store.n_tiles):
+                job = (tile, labels[store.read(tile, "cells")], positions, self.n_threads)
+                gaps, found = self.run(_nearest_labeled, store, [job])[0]
+                is_better = (gaps < squared) | ((gaps == squared) & (found < nearest))
+                squared[is_better], nearest[is_better] = gaps[is_better], found[is_better]
+            firsts, n_islands = _first_of_each(islands, squared, nearest), int(islands.max()) + 1
+            labels = labels.copy()
+            labels[cells] = labels[nearest[firsts]][islands]
+        return labels, n_islands, np.empty(0, np.int32)
 
     def gathered(self, n_threads: int) -> _core.OrderedGraph:
         """Return the graph with all cells in memory."""
@@ -106,11 +121,6 @@ class TiledCoarseGraph:
         is_least = (squared == squared.min(axis=0)) & (cells >= 0)
         lowest = np.where(is_least, cells, np.iinfo(np.int32).max).min(axis=0)
         return np.asarray(lowest, np.int32)
-
-
-def _columns(rows: list[tuple[Any, ...]]) -> list[list[Array]]:
-    """Transpose rows of arrays into columns."""
-    return [list(column) for column in zip(*rows, strict=True)]
 
 
 def _in_a_row(parts: list[Array]) -> Array:
@@ -172,18 +182,6 @@ def _nearest_to_means(
 UNREACHED = np.iinfo(np.uint64).max
 
 
-class Proposals(NamedTuple):
-    """Paths that end at cells of other tiles: places, lengths and labels."""
-
-    places: Longs
-    lengths: Array  # of uint64
-    labels: Ints
-
-    def take(self, chosen: Array) -> Proposals:
-        """The chosen proposals."""
-        return Proposals(self.places[chosen], self.lengths[chosen], self.labels[chosen])
-
-
 class TiledRegions:
     """Stands in for `_core.Clustering` in the loop, for one classification.
 
@@ -227,8 +225,8 @@ class TiledRegions:
         found = self._graph.run.all(find_cells, self._store, self._store.n_tiles, cells)
         for tile, (which, at) in enumerate(found):
             places[which] = self._store.starts[tile] + at
-        waiting: dict[int, list[Proposals]] = {}
-        self._add(waiting, Proposals(places, np.zeros(len(cells), np.uint64), labels))
+        waiting: dict[int, list[Part]] = {}
+        self._add(waiting, _proposals(places, np.zeros(len(cells), np.uint64), labels))
         n_visits = 0
         for version in itertools.count(max(self._versions.values()) + 1):
             if not waiting:
@@ -238,7 +236,7 @@ class TiledRegions:
             tiles = sorted(waiting) if self._graph.is_parallel else [next(iter(waiting))]
             jobs = []
             for tile in tiles:
-                here = Proposals(*map(np.concatenate, zip(*waiting.pop(tile), strict=True)))
+                here = Part.joined(waiting.pop(tile))
                 jobs.append((tile, self._versions[tile], version, here, self._graph.n_threads))
             found = self._graph.run(
                 _improve, self._store, jobs, n_before=n_visits, n_after=len(waiting)
@@ -249,11 +247,16 @@ class TiledRegions:
                 self._versions[tile] = version
                 self._add(waiting, proposals)
 
-    def _add(self, waiting: dict[int, list[Proposals]], proposals: Proposals) -> None:
+    def _add(self, waiting: dict[int, list[Part]], proposals: Part) -> None:
         """Group proposals by tile."""
-        tiles = self._store.tiles_of(proposals.places)
+        tiles = self._store.tiles_of(proposals.columns["places"])
         for tile in np.unique(tiles).tolist():
-            waiting.setdefault(tile, []).append(proposals.take(tiles == tile))
+            waiting.setdefault(tile, []).append(proposals.take(np.flatnonzero(tiles == tile)))
+
+
+def _proposals(places: Longs, lengths: Array, labels: Ints) -> Part:
+    """Paths that end at cells of other tiles; lengths are of type uint64."""
+    return Part({"places": places, "lengths": lengths, "labels": labels})
 
 
 def _paths_of(store: TileStore, tile: int, version: int) -> tuple[Array, Ints]:
@@ -267,47 +270,27 @@ def _paths_of(store: TileStore, tile: int, version: int) -> tuple[Array, Ints]:
 
 
 def _improve(
-    store: TileStore, tile: int, version: int, next_version: int, proposals: Proposals,
-    n_threads: int,
-) -> Proposals:  # fmt: skip
+    store: TileStore, tile: int, version: int, next_version: int, proposals: Part, n_threads: int
+) -> Part:
     """Apply proposals to a tile, expand, and return its proposals to other tiles.
 
     Paths are written under a new name, so that the job can be repeated if its worker is killed.
     """
     n_own, ghosts = store.size(tile), store.read(tile, "ghosts")
-    known = _paths_of(store, tile, version)
+    known, found = _paths_of(store, tile, version), proposals.columns
     lengths, labels = _core.improve_paths(
         *store.arcs(tile),
         *known,
-        (proposals.places - store.starts[tile]).astype(np.int32),
-        *proposals[1:],
+        (found["places"] - store.starts[tile]).astype(np.int32),
+        found["lengths"],
+        found["labels"],
         n_threads,
     )
     # One array, so that it is written whole or not at all.
     store.write(tile, f"paths{next_version}", np.concatenate([lengths.view(np.int32), labels]))
     is_better = (lengths[n_own:] != known[0][n_own:]) | (labels[n_own:] != known[1][n_own:])
-    return Proposals(ghosts, lengths[n_own:], labels[n_own:]).take(is_better)
-
-
-def join_islands(store: TileStore, labels: Ints, run: Run, n_threads: int) -> tuple[Ints, int]:
-    """Label the cells with -1, and return all labels and the number of islands.
-
-    An island gets the label of the cell nearest to any of its cells, the lowest among equals. The
-    cells of all islands are in memory.
-    """
-    if labels.min() >= 0:
-        return labels, 0
-    cells, positions, islands = _find_islands(store, labels, run)
-    squared, nearest = np.full(len(cells), np.inf), np.full(len(cells), -1, np.int32)
-    for tile in range(store.n_tiles):
-        job = (tile, labels[store.read(tile, "cells")], positions, n_threads)
-        found = run(_nearest_labeled, store, [job])[0]
-        is_better = (found[0] < squared) | ((found[0] == squared) & (found[1] < nearest))
-        squared[is_better], nearest[is_better] = found[0][is_better], found[1][is_better]
-    firsts = _first_of_each(islands, squared, nearest)
-    joined = labels.copy()
-    joined[cells] = labels[nearest[firsts]][islands]
-    return joined, len(firsts)
+    every = _proposals(ghosts, lengths[n_own:], labels[n_own:])
+    return every.take(np.flatnonzero(is_better))
 
 
 def _first_of_each(islands: Ints, *keys: Array) -> Longs:
