@@ -22,9 +22,12 @@ Triangles need two steps for the distance between two vertices."""
 
 MOST_STEPS = 160
 
-OF_CLOUD = ("cells", "positions", "measures")
-OF_FACES = ("cells", "corners", "corners/vertices")
-"""Arrays of the band."""
+
+def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
+    """Names of the arrays of the band, with some of arcs."""
+    of_faces, of_points = ("corners", "corners/vertices"), ("positions", "measures")
+    columns = of_points if store.kind == "points" else of_faces
+    return "cells", *columns, *(f"arcs/{name}" for name in arcs)
 
 
 @dataclass(frozen=True)
@@ -115,11 +118,11 @@ def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
 
 def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
     """Mark the given cells that are in a tile."""
-    steps, front = store.read(tile, "steps").copy(), find_cells(store, tile, cells)[1]
-    return _spread(store, tile, steps, front, np.uint8(n_steps))
+    places = store.starts[tile] + find_cells(store, tile, cells)[1]
+    return _mark_places(store, tile, places, np.uint8(n_steps))
 
 
-def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes) -> Bytes:
+def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.uint8) -> Bytes:
     """Mark cells of a tile that steps from other tiles have reached."""
     steps = store.read(tile, "steps").copy()
     return _spread(store, tile, steps, places - store.starts[tile], marks)
@@ -152,9 +155,7 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
     """Write the marked cells of a tile with their arcs; return their places and cells."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
-    names = OF_CLOUD if store.kind == "points" else OF_FACES
-    arcs = "arcs/targets", "arcs/sides", f"arcs/{lengths}"
-    part = Part.of_tile(store, tile, (*names, *arcs)).take(chosen)
+    part = Part.of_tile(store, tile, _names(store, "targets", "sides", lengths)).take(chosen)
     entries = part.lists["arcs"].entries
     own = np.arange(store.starts[tile], store.starts[tile] + n_own, dtype=np.int32)
     around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
@@ -166,9 +167,8 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
 
 def _load_band(store: TileStore, ends: str, tile: int) -> Part:
     """The cells of the band that are in a tile."""
-    names = OF_CLOUD if store.kind == "points" else OF_FACES
-    arcs = f"arcs/{ends}", "arcs/sides", "arcs/lengths"
-    return Part.load(store.scratch, f"tile{tile}/band", ("places", *names, *arcs))
+    names = "places", *_names(store, ends, "sides", "lengths")
+    return Part.load(store.scratch, f"tile{tile}/band", names)
 
 
 def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
@@ -234,8 +234,13 @@ class _Band:
         offsets, corners = self.part.corners()
         is_touched = np.zeros(len(self.part.vertices["ids"]), bool)
         is_touched[corners[rows(offsets, cells)[1]]] = True
-        is_touched &= is_among(self.part.vertices["ids"], self.ends)
-        return np.flatnonzero(np.logical_or.reduceat(is_touched[corners], offsets[:-1]))
+        return np.flatnonzero(self._have_end(is_touched))
+
+    def _have_end(self, is_chosen: bool | Bools = True) -> Bools:
+        """Whether each face has a vertex at an end, of the chosen vertices."""
+        offsets, corners = self.part.corners()
+        is_end = is_among(self.part.vertices["ids"], self.ends) & is_chosen
+        return np.logical_or.reduceat(is_end[corners], offsets[:-1])
 
     def _is_at_edge(self) -> Bools:
         """Whether a move of each cell may read a cell outside of the band.
@@ -243,9 +248,7 @@ class _Band:
         Moves of a face read the faces around its corners; moves of a point, neighbors of neighbors.
         """
         if self.store.kind != "points":
-            offsets, corners = self.part.corners()
-            is_end = is_among(self.part.vertices["ids"], self.ends)
-            return np.logical_or.reduceat(is_end[corners], offsets[:-1])
+            return self._have_end()
         arcs = self.part.lists["arcs"]
         is_at_edge = np.zeros(len(self.part), bool)
         is_at_edge[self.ends] = True

@@ -45,7 +45,7 @@ def weld(
 
     `size` vertices are in memory at a time. They are split into buckets by a hash of the position;
     buckets are welded one by one, and duplicates are listed per block. A MeshError names the first
-    vertex that is not finite; `name` is the word for vertices in it.
+    vertex that is not finite as ``name[i]``.
     """
     n_blocks = -(-vertices.n_rows // size)
     n_buckets = 1 << (n_blocks - 1).bit_length()
@@ -60,8 +60,10 @@ def weld(
     return BlockRows(scratch, "representatives", size, vertices.n_rows)
 
 
-def _checked_block(vertices: Rows, block: int, size: int, name: str) -> Array:
-    """Positions in a block; a MeshError if one is not finite."""
+def _fill_buckets(
+    scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
+) -> None:
+    """Sort the vertices of a block by bucket, stable; a MeshError if one is not finite."""
     begin = block * size
     positions = vertices.read(begin, min(begin + size, vertices.n_rows))
     is_finite = np.isfinite(positions).all(axis=1)
@@ -70,14 +72,6 @@ def _checked_block(vertices: Rows, block: int, size: int, name: str) -> Array:
         raise MeshError(
             f"{name}[{begin + first}] is not finite: {positions[first].astype(np.float64).tolist()}"
         )
-    return positions
-
-
-def _fill_buckets(
-    scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
-) -> None:
-    """Sort the vertices of a block by bucket, stable."""
-    positions = _checked_block(vertices, block, size, name)
     buckets = _buckets_of(positions.astype(np.float64), n_buckets)
     order = np.argsort(buckets, kind="stable").astype(np.uint32)
     starts = np.zeros(n_buckets + 1, np.int64)
@@ -158,19 +152,16 @@ class Chunks:
     def welded(
         cls, pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int
     ) -> Chunks:
-        """Check all positions, and weld them; chunks are as large as tiles.
-
-        A MeshError if there are too many cells, or a coordinate is not finite.
-        """
-        mesh, cells, points = ("mesh", "faces", "vertices")
-        if pieces.corners is None:
-            mesh, cells, points = ("cloud", "points", "points")
+        """Check and weld all positions; a MeshError if there are too many, or one is not finite."""
+        is_cloud = pieces.corners is None
+        whole, cells = ("cloud", "points") if is_cloud else ("mesh", "faces")
         if pieces.n_cells > MAX_CELLS:
             raise MeshError(
-                f"the {mesh} has {pieces.n_cells} {cells}; at most {MAX_CELLS} are supported"
+                f"the {whole} has {pieces.n_cells} {cells}; at most {MAX_CELLS} are supported"
             )
         size = -(-tile_cells // RANGE) * RANGE
-        lowest = weld(run, scratch, pieces.points, size, n_threads, points)
+        name = "points" if is_cloud else "vertices"
+        lowest = weld(run, scratch, pieces.points, size, n_threads, name)
         return cls(pieces, lowest, size, n_threads)
 
     @property

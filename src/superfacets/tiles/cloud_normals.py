@@ -23,15 +23,11 @@ def turn_normals(store: TileStore) -> None:
     similar normals, tile by tile; then all others by cost. The tree is held in this process, 5
     bytes a point. Sums over components are added in the order of places.
     """
-    tiles = range(store.n_tiles)
     sets = _core.TurnedSets(store.n_cells)
-    for tile in tiles:
+    for tile in range(store.n_tiles):
         sets.join_alike(*_normal_tile(store, tile))
     _join_others(store, sets)
-    components = _Components(store, sets)
-    for step in (components.add_areas, components.add_volumes, components.turn_outwards):
-        for tile in tiles:
-            step(tile)
+    _turn_outwards(store, sets)
 
 
 def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]:
@@ -73,57 +69,51 @@ def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
     store.remove_from_all(*OF_PAIRS)
 
 
-class _Components:
-    """Components of the tree: area, moment, and three times the enclosed volume of each."""
-
-    def __init__(self, store: TileStore, sets: _core.TurnedSets) -> None:
-        self._store = store
-        self._sets = sets
-        self._roots = np.concatenate([self._roots_of(tile) for tile in range(store.n_tiles)])
-        self._areas = np.zeros(len(self._roots))
-        self._moments = np.zeros((len(self._roots), 3))
-        self._volumes = np.zeros(len(self._roots))
-
-    def _roots_of(self, tile: int) -> Ints:
-        begin, end = self._store.starts[tile : tile + 2]
-        places = np.arange(begin, end, dtype=np.int32)
-        is_root = self._sets.roots(begin, end)[0] == places
-        return np.asarray(places[is_root & (self._store.read(tile, "lowest") == NOT_COPIED)])
-
-    def _read(self, tile: int) -> tuple[Longs, Bools, list[Array]]:
-        """Of each point that is no copy: component, turned or not; [area, position, normal]."""
-        store = self._store
-        roots, is_turned = self._sets.roots(*store.starts[tile : tile + 2])
-        at = np.flatnonzero(store.read(tile, "lowest") == NOT_COPIED)
-        components = np.searchsorted(self._roots, roots[at]).astype(np.int64)
-        arrays = [store.read(tile, name)[at] for name in ("areas", "positions", "estimated")]
-        return components, is_turned[at] != 0, arrays
-
-    def add_areas(self, tile: int) -> None:
-        """Add up areas and moments, and turn normals towards that of the root."""
-        components, is_turned, (areas, positions, normals) = self._read(tile)
-        np.add.at(self._areas, components, areas)
+def _turn_outwards(store: TileStore, sets: _core.TurnedSets) -> None:
+    """Turn the normals of each component of the tree so that they enclose a positive volume."""
+    tiles = range(store.n_tiles)
+    roots = np.concatenate([_roots_of(store, tile, sets) for tile in tiles])
+    areas, moments, volumes = np.zeros(len(roots)), np.zeros((len(roots), 3)), np.zeros(len(roots))
+    for tile in tiles:
+        own, is_turned, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
+        np.add.at(areas, own, measures)
         for axis in range(3):
-            np.add.at(self._moments[:, axis], components, areas * positions[:, axis])
-        normals[is_turned] *= -1.0
-        self._write(tile, normals)
+            np.add.at(moments[:, axis], own, measures * positions[:, axis])
+        normals[is_turned] *= -1.0  # as that of the root
+        _write_normals(store, tile, normals)
+    scales = np.divide(1.0, areas, out=np.zeros_like(areas), where=areas > 0)
+    centers = scales[:, None] * moments
+    for tile in tiles:  # three times the volumes of cones from the centroids of components
+        own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
+        has_area = areas[own] > 0
+        x, y, z = (normals * (positions - centers[own])).T
+        np.add.at(volumes, own[has_area], (measures * (x + y + z))[has_area])
+    for tile in tiles:
+        own, _, (_, _, normals) = _read_apart(store, tile, sets, roots)
+        normals[volumes[own] < 0] *= -1.0
+        _write_normals(store, tile, normals)
 
-    def add_volumes(self, tile: int) -> None:
-        """Add up volumes of cones from the centroid of each component."""
-        components, _, (areas, positions, normals) = self._read(tile)
-        has_area = self._areas[components] > 0
-        scales = np.divide(1.0, self._areas, out=np.zeros_like(self._areas), where=self._areas > 0)
-        centers = scales[:, None] * self._moments
-        x, y, z = (normals * (positions - centers[components])).T
-        np.add.at(self._volumes, components[has_area], (areas * (x + y + z))[has_area])
 
-    def turn_outwards(self, tile: int) -> None:
-        """Turn the normals of components with a negative volume."""
-        components, _, (_, _, normals) = self._read(tile)
-        normals[self._volumes[components] < 0] *= -1.0
-        self._write(tile, normals)
+def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
+    """The points of a tile that are roots of components."""
+    begin, end = store.starts[tile : tile + 2]
+    places = np.arange(begin, end, dtype=np.int32)
+    is_root = sets.roots(begin, end)[0] == places
+    return np.asarray(places[is_root & (store.read(tile, "lowest") == NOT_COPIED)])
 
-    def _write(self, tile: int, normals: Floats) -> None:
-        every = np.zeros((self._store.size(tile), 3))
-        every[self._store.read(tile, "lowest") == NOT_COPIED] = normals
-        self._store.write(tile, "estimated", every)
+
+def _read_apart(
+    store: TileStore, tile: int, sets: _core.TurnedSets, roots: Ints
+) -> tuple[Longs, Bools, list[Array]]:
+    """Of each point that is no copy: component, turned or not; [area, position, normal]."""
+    root_of, is_turned = sets.roots(*store.starts[tile : tile + 2])
+    at = np.flatnonzero(store.read(tile, "lowest") == NOT_COPIED)
+    components = np.searchsorted(roots, root_of[at]).astype(np.int64)
+    arrays = [store.read(tile, name)[at] for name in ("areas", "positions", "estimated")]
+    return components, is_turned[at] != 0, arrays
+
+
+def _write_normals(store: TileStore, tile: int, normals: Floats) -> None:
+    every = np.zeros((store.size(tile), 3))
+    every[store.read(tile, "lowest") == NOT_COPIED] = normals
+    store.write(tile, "estimated", every)

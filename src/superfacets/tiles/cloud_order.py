@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -34,16 +33,6 @@ class _Ordered(NamedTuple):
     n_apart: int
 
 
-@dataclass(frozen=True)
-class _Numbering:
-    """Numbers of cells: those that are no copies by place, then copies as in the input."""
-
-    size: int  # points of a chunk
-    n_apart: int
-    copies_before: Longs  # number of copies in the chunks before each
-    n_threads: int
-
-
 def sort_cloud(
     pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int
 ) -> tuple[TileStore, Floats]:
@@ -53,19 +42,10 @@ def sort_cloud(
     their position on the curve, with the copies of a code last. The others of a code are ordered
     as in memory, by halving the box around them. Points of one code can be ordered only together.
     So the sorted points are first cut into blocks of whole codes; each block is ordered, and tiles
-    are cut from the blocks. Per tile there are
-
-    ========= =============== =====================================================
-    cells     (n,) int32      number in the order that `segment` works in: that of
-                              places, with all copies at the end
-    numbers   (n,) int32      number in the input
-    lowest    (n,) int32      of copies: place of the lowest point at the position
-    positions (n, 3) float64
-    normals   (n, 3) float64  if they are given
-    ========= =============== =====================================================
-
-    Returned are the tiles, whose total measure is not yet known, and the boxes around each range of
-    `RANGE` places, without copies, (R, 2, 3).
+    are cut from the blocks. Tiles get ``cells``, ``numbers``, ``positions``, given ``normals`` and,
+    for copies, ``lowest``: the place of the lowest point at the position. Returned are the tiles,
+    whose total measure is not yet known, and the boxes around each range of `RANGE` places, without
+    copies, (R, 2, 3).
 
     Raises
     ------
@@ -78,17 +58,18 @@ def sort_cloud(
     bounds = joined_boxes(run.all(_box_of_chunk, scratch, chunks.n_chunks, chunks))
     check_spread(bounds)
     found = run.all(_sort_chunk, scratch, chunks.n_chunks, chunks, bounds)
-    copies_before = np.append(0, np.cumsum([n_copies for _, n_copies in found]))
     scratch.remove_folder("representatives")
     starts = tile_starts(n_points, chunks.n_chunks)
     cuts = _block_cuts(scratch, np.stack([some for some, _ in found]), np.array(starts), size)
     scratch.save("blocks", cuts)
-    numbering = _Numbering(size, n_points - int(copies_before[-1]), copies_before, n_threads)
-    blocks = run.all(_order_block, scratch, len(cuts) - 1, numbering)
+    copies_before = np.append(0, np.cumsum([n_copies for _, n_copies in found]))
+    n_copies = int(copies_before[-1])
+    first_copies = (n_points - n_copies + copies_before).astype(np.int32)
+    blocks = run.all(_order_block, scratch, len(cuts) - 1, chunks, first_copies)
     scratch.remove_folder("runs")
     store = TileStore(scratch, "points", starts, bounds, 0.0)
     parts = [part for block in blocks for part in block]
-    if numbering.n_apart < n_points:
+    if n_copies:
         _find_lowest(scratch, blocks)
     boxes = run.all(_write_tile, store, store.n_tiles, parts)
     scratch.remove_folder("ordered")
@@ -148,42 +129,50 @@ def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Lon
     return found[at[[*kept, len(firsts) - 1]]]
 
 
-def _order_block(scratch: Scratch, block: int, numbering: _Numbering) -> list[_Ordered]:
-    """Write the points of a block in their final order; a large block becomes several parts."""
+def _order_block(
+    scratch: Scratch, block: int, chunks: Chunks, first_copies: Ints
+) -> list[_Ordered]:
+    """Write the points of a block in their final order; a large block becomes several parts.
+
+    `first_copies` are the numbers of the first copy of each chunk: copies are numbered last.
+    """
     cuts = scratch.load("blocks", block, block + 2)
-    if int((cuts[1] - cuts[0]).sum()) > 2 * numbering.size:  # all have the same code
-        return _order_in_parts(scratch, block, cuts, numbering)
+    if int((cuts[1] - cuts[0]).sum()) > 2 * chunks.size:  # all have the same code
+        return _order_in_parts(scratch, block, cuts, chunks, first_copies)
     points = read_cut(scratch, cuts, COLUMNS)
     codes, is_copy = points.columns.pop("codes"), points.columns["lowest"] != NOT_COPIED
     apart, copies = np.flatnonzero(~is_copy), np.flatnonzero(is_copy)
     positions = points.columns["positions"][apart]
-    refined = _core.order_within_steps(positions, codes[apart], numbering.n_threads)
+    refined = _core.order_within_steps(positions, codes[apart], chunks.n_threads)
     order = np.concatenate([apart[refined], copies])
     if len(copies):
         order = order[np.argsort(codes[order], kind="stable")]
-    return [_write_ordered(scratch, f"{block}", points.take(order), numbering)]
+    points = points.take(order)
+    return [_write_ordered(scratch, f"{block}", points, chunks.size, first_copies)]
 
 
 def _order_in_parts(
-    scratch: Scratch, block: int, cuts: Longs, numbering: _Numbering
+    scratch: Scratch, block: int, cuts: Longs, chunks: Chunks, first_copies: Ints
 ) -> list[_Ordered]:
     """The same for points of one code; no more than `size` of them are in memory at a time."""
-    copies, apart = list[_Ordered](), list[str]()
+    copies, apart, size = list[_Ordered](), list[str](), chunks.size
     for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
         begin, end = cuts[:, chunk].tolist()
         points = Part.load(scratch, f"runs/{chunk}", COLUMNS, begin=begin, end=end)
         is_copy = points.columns["lowest"] != NOT_COPIED
         if is_copy.any():
             some = points.take(np.flatnonzero(is_copy))
-            copies.append(_write_ordered(scratch, f"{block}-copies{chunk}", some, numbering))
+            name = f"{block}-copies{chunk}"
+            copies.append(_write_ordered(scratch, name, some, size, first_copies))
         if not is_copy.all():
             apart.append(f"halves/{block}-{chunk}")
             points.take(np.flatnonzero(~is_copy)).save(scratch, apart[-1])
     parts = []
-    for place, points in enumerate(in_halves(scratch, apart, numbering.size)):
+    for place, points in enumerate(in_halves(scratch, apart, size)):
         codes = np.zeros(len(points), np.uint32)
-        order = _core.order_within_steps(points.columns["positions"], codes, numbering.n_threads)
-        parts.append(_write_ordered(scratch, f"{block}-{place}", points.take(order), numbering))
+        order = _core.order_within_steps(points.columns["positions"], codes, chunks.n_threads)
+        some = points.take(order)
+        parts.append(_write_ordered(scratch, f"{block}-{place}", some, size, first_copies))
     return parts + copies
 
 
@@ -206,12 +195,13 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
         begin = int(starts[-1])
 
 
-def _write_ordered(scratch: Scratch, name: str, points: Part, numbering: _Numbering) -> _Ordered:
+def _write_ordered(
+    scratch: Scratch, name: str, points: Part, size: int, first_copies: Ints
+) -> _Ordered:
     """Write points in their final order, with the ``cells`` of copies; others begin at 0 here."""
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
-    behind = numbering.copies_before[points.columns["numbers"][is_copy] // numbering.size]
-    cells[is_copy] += (numbering.n_apart + behind).astype(np.int32)
+    cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]
     cells[~is_copy] = np.arange(n_apart)
     points.save(scratch, f"ordered/{name}")
     return _Ordered(name, len(points), n_apart)
@@ -232,14 +222,13 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
         first, n_before = last, n_before + part.n_apart
     points = Part.joined(found)
     points.save(store.scratch, f"tile{tile}")
-    return np.stack([_box_of_range(points, at) for at in range(0, end - begin, RANGE)])
-
-
-def _box_of_range(points: Part, first: int) -> Floats:
-    """The box around the points of a range that are no copies; infinitely far if there are none."""
-    is_apart = points.columns["lowest"][first : first + RANGE] == NOT_COPIED
-    positions = points.columns["positions"][first : first + RANGE][is_apart]
-    return box_of(positions) if len(positions) else np.array([[np.inf] * 3, [-np.inf] * 3])
+    boxes = []
+    for at in range(0, end - begin, RANGE):
+        is_apart = points.columns["lowest"][at : at + RANGE] == NOT_COPIED
+        positions = points.columns["positions"][at : at + RANGE][is_apart]
+        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # infinitely far: all are copies
+        boxes.append(box_of(positions) if len(positions) else nowhere)
+    return np.stack(boxes)
 
 
 def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Part]:

@@ -28,14 +28,6 @@ def make_cloud_tiles(
 ) -> TileStore:
     """Write a cloud as tiles, with the results of `build_point_graph` bit for bit.
 
-    Besides ``cells``, ``numbers`` and ``positions`` (see `sort_cloud`) there are, per tile,
-
-    ========= =============== =========================================================
-    measures  (n,) float64    areas
-    normals   (n, 3) float64  of length 1, or zero
-    neighbors lists           the places ``targets`` of all neighbors, ascending
-    ========= =============== =========================================================
-
     Tiles have at most `tile_cells` points, rounded up to a multiple of `RANGE`. The core has
     `n_threads` for each. Errors are those of `sort_cloud`.
     """
@@ -130,7 +122,7 @@ def _find_nearest(
     points, nearest boxes first: points found there shorten the reach, and rule out farther boxes.
     """
     n_nearest = N_AROUND if wants_normals else N_NEIGHBORS
-    own = _read_apart(store, tile)
+    own = _read_apart(store, *store.starts[tile : tile + 2])
     places, squared = _nearest(own, np.ones(len(own), bool), n_nearest, n_threads)
     known = own  # and the points of other tiles found so far
     members = _by_range(store, tile, own)
@@ -140,7 +132,8 @@ def _find_nearest(
         is_open = _is_in_reach(own, members, squared[:, -1], boxes[batch])
         if not is_open.any():
             continue
-        others = [_read_range(store, place) for place in np.sort(batch).tolist()]
+        begins = (RANGE * np.sort(batch)).tolist()
+        others = [_read_apart(store, at, min(at + RANGE, store.n_cells)) for at in begins]
         every = Part.joined([known, *others], "numbers")
         is_wanted = is_among(every.columns["numbers"], own.columns["numbers"][is_open])
         places[is_open], squared[is_open] = _nearest(every, is_wanted, n_nearest, n_threads)
@@ -158,20 +151,13 @@ def _find_nearest(
         _write_directions(store, tile, own, places, known, n_threads)
 
 
-def _read_apart(store: TileStore, tile: int, begin: int = 0, end: int | None = None) -> Part:
-    """Points of a tile that are no copies, in the order of their numbers."""
-    names = ("numbers", "lowest", "positions")
-    points = Part.of_tile(store, tile, names, begin=begin, end=end)
+def _read_apart(store: TileStore, begin: int, end: int) -> Part:
+    """Points of one tile, places begin to end - 1, that are no copies, sorted by number."""
+    tile = int(store.tiles_of(np.array([begin]))[0])
+    names, first = ("numbers", "lowest", "positions"), store.starts[tile]
+    points = Part.of_tile(store, tile, names, begin - first, end - first)
     is_apart = points.columns.pop("lowest") == NOT_COPIED
     return Part.joined([points.take(np.flatnonzero(is_apart))], "numbers")
-
-
-def _read_range(store: TileStore, place: int) -> Part:
-    """Points of a range of the curve that are no copies, in the order of their numbers."""
-    first = place * RANGE
-    tile = int(store.tiles_of(np.array([first]))[0])
-    begin = first - store.starts[tile]
-    return _read_apart(store, tile, begin, min(begin + RANGE, store.size(tile)))
 
 
 def _nearest(points: Part, is_wanted: Bools, n: int, n_threads: int) -> tuple[Ints, Floats]:
@@ -256,7 +242,11 @@ def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) 
 
 
 def _cut_off(store: TileStore, tile: int) -> None:
-    """Drop neighbors too far away for the areas of both ends; write the areas of the rest."""
+    """Drop neighbors too far away for the areas of both ends; write the areas of the rest.
+
+    ``near`` (n, 6) are places of the nearest points, nearest first, -1 where there is none. Copies
+    have no neighbors and no area.
+    """
     found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))
     areas = store.read(tile, "all_areas")
     others = np.zeros(found.shape)

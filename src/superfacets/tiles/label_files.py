@@ -33,14 +33,14 @@ def label_files(source: TiledSource, out: StrPath) -> list[Path]:
         if Path(out).suffix != ".npy":
             raise ValueError(f"out must end in .npy, got {Path(out).name!r}")
         files = [Path(out)]
-    else:
-        if not isinstance(source, (str, os.PathLike)) or not Path(source).is_dir():
-            raise ValueError(
-                f"out must end in .npy, got {os.fspath(out)!r}: a folder takes the labels of a"
-                " folder of files"
-            )
+    elif isinstance(source, (str, os.PathLike)) and Path(source).is_dir():
         files = [Path(out, name) for name in label_names(Path(source))]
         writable_folder(Path(out))
+    else:
+        raise ValueError(
+            f"out must end in .npy, got {os.fspath(out)!r}: a folder takes the labels"
+            " of a folder of files"
+        )
     checked_targets(files)
     if isinstance(source, (str, os.PathLike)) and Path(source).exists():
         inputs = {path.resolve() for path in files_of(Path(source))}

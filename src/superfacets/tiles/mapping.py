@@ -52,10 +52,9 @@ def open_run(
 ) -> Iterator[Run]:  # fmt: skip
     """Yield a `Run` on `n_threads` threads of this process, on `workers` processes, or on Dask.
 
-    One worker is this process itself; with the address of a scheduler, `workers` has no effect.
-    Each thread has one piece at a time, on one thread of the core. If a worker is killed, its piece
-    is run again: so work may only read the store, and write arrays of its own piece. All workers
-    must see `folder`, an absolute path.
+    One worker is this process itself; with the address of a scheduler, `workers` has no effect. If
+    a worker is killed, its piece is run again: so work may only read the store, and write arrays of
+    its own piece. All workers must see `folder`, an absolute path.
 
     Raises
     ------

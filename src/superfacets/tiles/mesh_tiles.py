@@ -55,17 +55,12 @@ def make_mesh_tiles(
 
     This is an external merge sort. At most about `tile_cells` faces, or as many vertices, are in
     memory at a time. The input is read three times: to weld vertices, to find the box of all
-    centroids, and to write each chunk of faces as a run sorted by code. Chunks that fit into the
-    cache are not read for the third time.
-    Counts of codes tell where each tile begins in each run; then each tile is merged. All passes
-    but the counting run on all workers, with `n_threads` threads of the core each.
+    centroids, and to write each chunk of faces that left the cache as a run sorted by code. Counts
+    of codes tell where each tile begins in each run; then each tile is merged. Tiles have at most
+    `tile_cells` faces, rounded up to a multiple of `RANGE`. The core has `n_threads` for each.
 
-    Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`.
-
-    Raises
-    ------
-    MeshError
-        Names the first wrong coordinate or index, as `Mesh` does; or if there are too many faces.
+    A MeshError names the first wrong coordinate or index, as `Mesh` does, or tells that there are
+    too many faces.
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
     chunks = chunks if welds else replace(chunks, lowest=None)

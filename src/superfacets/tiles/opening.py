@@ -85,8 +85,8 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
 
     Binary PLY files of triangles or points and ``.npy`` files of points are read in place. OBJ
     files are converted block by block to tables in the scratch folder; other formats are read whole
-    first. The meshes, or the clouds, of a folder are joined in the order of their names. With
-    `for_workers` arrays are written to the scratch folder, for other processes to read.
+    first. Files of a folder are joined in the order of their names. With `for_workers` arrays are
+    written to the scratch folder, for other processes to read.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def _checked_points(array: Array, name: str, count: str) -> Array:
 
 
 def _pieces_of_pair(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Pieces:
-    """The arrays as they are: they may be maps of files that are larger than memory."""
+    """The arrays without a copy: they may be memory maps of files larger than memory."""
     points = _checked_points(np.asanyarray(vertices), "vertices", "V")
     corners = np.asanyarray(faces)
     if corners.shape[1] < 3 or corners.dtype.kind not in "iu":
@@ -205,10 +205,9 @@ def _on_disk(pieces: Pieces, scratch: Scratch) -> Pieces:
 
 
 def _ply_pieces(path: Path) -> Pieces | None:
-    """What a binary PLY file holds, or None if that has to be read whole.
+    """The tables of a binary PLY file, or None if rows differ in size, so that it is read whole.
 
-    So it is where rows are of unequal size: in a text, with polygons, with lists of other things.
-    A MeshError if a mesh is cut.
+    A MeshError if the file of a mesh ends too early.
     """
     header, content = read_header(path)
     is_cloud, n_bytes = holds_cloud(content, ".ply"), path.stat().st_size
@@ -247,7 +246,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
 
 
 def _npy_pieces(path: Path) -> Pieces | None:
-    """The points of a .npy file of shape (N, 3), or None if that has to be read whole."""
+    """The points of a .npy file of shape (N, 3), or None if the file must be read whole."""
     with path.open("rb") as file:
         shape, dtype, is_fortran, begin = npy_header(file.read(2 * MAX_NPY_HEADER))
     if len(shape) != 2 or shape[1] != 3 or is_fortran or dtype.kind not in "fiu" or not shape[0]:

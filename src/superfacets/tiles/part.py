@@ -14,7 +14,7 @@ from .._validate import freeze
 from ..cells.cell_graph import box_diagonal
 from ..cells.surface import Surface
 from ..cells.weights import NO_NORMALS
-from ..mesh.faces import FaceMesh
+from ..mesh.faces import FaceMesh, FoundArcs, surface_of_faces
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
 from .arrays import compacted, index_near, merged, rows
@@ -165,32 +165,26 @@ class Part:
     @classmethod
     def joined_from(cls, load: Callable[[int], Part], n_parts: int, key: str | None) -> Part:
         """As `joined`. Each part is loaded twice, so that only one at a time is in memory."""
-        keys, ids, counts = [], [], list[dict[str, Longs]]()
+        keys, ids, counts = [], [], dict[str, list[Longs]]()
         for place in range(n_parts):
             part = load(place)
             keys.append(part.columns[key] if key else np.zeros(len(part), np.int8))
-            counts.append({name: np.diff(found.offsets) for name, found in part.lists.items()})
-            ids.append(part.vertices["ids"] if part.vertices else np.empty(0, np.int64))
-        at, vertex_ids = _ranks(keys), merged(ids)
-        whole = cls._empty_like(part, at, counts, len(vertex_ids))
+            ids.append(part.vertices.get("ids", np.empty(0, np.int64)))
+            for name, found in part.lists.items():
+                counts.setdefault(name, []).append(np.diff(found.offsets))
+        order = np.argsort(np.concatenate(keys), kind="stable")
+        ranks = np.empty(len(order), np.int64)
+        ranks[order] = np.arange(len(order))
+        at, vertex_ids = np.split(ranks, np.cumsum(list(map(len, keys)))[:-1]), merged(ids)
+        lists = {}
+        for name, found in part.lists.items():
+            offsets = np.append(0, np.cumsum(np.concatenate(counts[name])[order]))
+            lists[name] = Lists(offsets, _empty(found.entries, int(offsets[-1])))
+        vertices = _empty(part.vertices, len(vertex_ids))
+        whole = cls(_empty(part.columns, len(order)), lists, vertices)
         for place in range(n_parts):
             whole._fill(load(place), at[place], vertex_ids)
         return whole
-
-    @classmethod
-    def _empty_like(
-        cls, part: Part, at: list[Longs], counts: list[dict[str, Longs]], n_vertices: int
-    ) -> Part:
-        """Uninitialized arrays for all cells of parts like this one."""
-        n_cells = sum(map(len, at))
-        lists = {}
-        for name, found in part.lists.items():
-            offsets = np.zeros(n_cells + 1, np.int64)
-            for rows_of_part, some in zip(at, counts, strict=True):
-                offsets[1:][rows_of_part] = some[name]
-            np.cumsum(offsets, out=offsets)
-            lists[name] = Lists(offsets, _empty(found.entries, int(offsets[-1])))
-        return cls(_empty(part.columns, n_cells), lists, _empty(part.vertices, n_vertices))
 
     def _fill(self, part: Part, at: Longs, vertex_ids: Longs) -> None:
         """Copy a part into the rows `at`."""
@@ -205,14 +199,6 @@ class Part:
             _, entries = rows(self.lists[name].offsets, at)
             for entry, column in found.entries.items():
                 self.lists[name].entries[entry][entries] = column
-
-
-def _ranks(keys: Sequence[Array]) -> list[Longs]:
-    """The rank of each key among all."""
-    every = np.concatenate(keys)
-    ranks = np.empty(len(every), np.int64)
-    ranks[np.argsort(every, kind="stable")] = np.arange(len(every))
-    return np.split(ranks, np.cumsum([len(some) for some in keys])[:-1])
 
 
 def _empty(columns: Columns, n_rows: int) -> Columns:
@@ -263,12 +249,7 @@ def surface_of(store: TileStore, part: Part, n_threads: int) -> Surface:
         points = columns["positions"], columns["measures"], normals
         handle = _core.PointSurface(*points, order, *graph)
     else:
-        vertices, (offsets, corners) = part.vertices["points"], part.corners()
-        sides, turns = arcs.entries["sides"], np.zeros(len(graph[1]), np.uint8)
-        if store.kind == "polygons":
-            faces = vertices, offsets, corners
-            handle = _core.PolygonSurface(*faces, *graph, sides, turns, False, n_threads)
-        else:
-            triangles = corners.reshape(-1, 3)
-            handle = _core.TriangleSurface(vertices, triangles, *graph, sides, turns[:0], False)
+        turns = np.zeros(len(graph[1]), np.uint8)
+        found = FoundArcs(*graph, arcs.entries["sides"], turns, (0, 0, 0, 0))
+        handle = surface_of_faces(part.mesh(store), found, False, n_threads)
     return Surface(handle, *graph, store.bounds, box_diagonal(store.bounds), n_threads)

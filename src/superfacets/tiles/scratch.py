@@ -28,7 +28,7 @@ MARK = ".superfacets-tiles-"
 _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 
 LOCK = ".lock"
-"""A file that the run keeps locked: a folder where it is not locked is left from a killed run."""
+"""A file that the run keeps locked. Where it is not locked, the run was killed."""
 
 _HEADER_SIZE = 128
 """Bytes of the header of our files. NumPy pads short headers to this size."""
@@ -38,8 +38,8 @@ _HEADER_SIZE = 128
 def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
     """Make a folder below `parent`, removed at the end of the block, also on errors and Ctrl-C.
 
-    Folders that killed runs have left there are removed first. `cache` is as for `Scratch`. An
-    OSError if the folder cannot be made.
+    Folders left there by killed runs are removed first. `cache` is as for `Scratch`. An OSError if
+    the folder cannot be made.
     """
     writable_folder(parent)
     _remove_leftovers(parent)
@@ -53,7 +53,7 @@ def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
 
 
 def check_room(parent: Path, needed: int) -> None:
-    """Raise an OSError if so many bytes are not free on the disk of a folder."""
+    """Raise an OSError if fewer bytes than needed are free on the disk of a folder."""
     free = shutil.disk_usage(parent).free
     if free < needed:
         unit, name = (1e9, "GB") if needed >= 1e9 else (1e6, "MB")
@@ -67,7 +67,7 @@ def check_room(parent: Path, needed: int) -> None:
 
 
 def _remove_leftovers(parent: Path) -> None:
-    """Remove scratch folders that no run holds; nothing else, whatever its name."""
+    """Remove scratch folders that no run has locked, and nothing else."""
     for folder in parent.glob(f"{MARK}*"):
         is_ours = _FOLDER.fullmatch(folder.name) and not folder.is_symlink()
         if is_ours and is_left_behind(folder / LOCK):
@@ -77,16 +77,9 @@ def _remove_leftovers(parent: Path) -> None:
 class Scratch:
     """Named arrays in a folder, which several processes write and read.
 
-    An array appears whole or not at all, and to write it again replaces it: a piece of work that
-    was cut short is simply done again.
-
-    Parameters
-    ----------
-    folder : Path
-        Exists.
-    cache : int, default 0
-        Bytes of arrays that stay in memory instead, as long as there is room for them when they are
-        saved. Only for a run in one process: others do not see them.
+    An array appears whole or not at all, and to write it again replaces it: so interrupted work is
+    repeated. Arrays stay in memory while they fit into `cache` bytes; other processes do not see
+    these.
     """
 
     def __init__(self, folder: Path, cache: int = 0) -> None:
@@ -99,10 +92,7 @@ class Scratch:
         return Scratch, (self.folder,)
 
     def save(self, name: str, array: Array) -> None:
-        """Write an array under a name, in which slashes make folders.
-
-        It may stay in memory as it is, and is read-only from then on.
-        """
+        """Write an array, or cache it read-only. Slashes in its name make folders."""
         if self.keep(name, array):
             return
         for parent in reversed(Path(name).parents[:-1]):  # not the folder itself: it may be gone
@@ -136,10 +126,7 @@ class Scratch:
         return is_kept
 
     def load(self, name: str, begin: int = 0, end: int | None = None) -> Array:
-        """Rows of an array, read into memory; not to be written to.
-
-        Not a memory map: that would count as memory where the address space is limited.
-        """
+        """Rows of an array, read-only; a memory map would count where addresses are limited."""
         kept = self._kept.get(name)
         if kept is not None:
             return kept[begin:end]
@@ -181,10 +168,7 @@ class Scratch:
 
 
 def write_array(path: Path, array: Array) -> None:
-    """Write an array as .npy.
-
-    Not `numpy.save`, which does not tell why it failed: on a full disk that has to be known.
-    """
+    """Write an array as .npy. `numpy.save` would not tell that the disk is full."""
     with path.open("wb") as file:
         write_npy(file, np.ascontiguousarray(array))
 
@@ -212,7 +196,7 @@ class RowFile:
         self.n_rows += len(rows)
 
     def rows(self, width: int = 1) -> RecordRows:
-        """The table; of single numbers, so many as one row."""
+        """The table. Of single numbers, `width` are one row."""
         assert self._row is not None
         row = self._row if width == 1 else (self._row, (width,))
         record = np.dtype([("row", row)])

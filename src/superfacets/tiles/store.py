@@ -23,17 +23,19 @@ class TileStore:
     """A mesh or a cloud as tiles, and arrays of each tile by name.
 
     Cells are sorted by the code of their position on the curve over the box of all positions, then
-    by number; their *place* is the index in this order. From the start there are, per tile of
-    faces (for points see `SortedCloud`),
+    by number; their *place* is the index in this order. From stage 1 on there are, per tile,
 
-    ========= ================= =====================================================
-    cells     (n,) int32        number of each face in the input
-    positions (n, 3) float64    centroids
-    measures  (n,) float64      areas
-    corners   (n, 3) int32      of triangles: rows of the vertices; of polygons lists
-                                with ``vertices``
-    vertices  ids, points       numbers of vertices, welded, ascending; positions
-    ========= ================= =====================================================
+    ========= ============== ==================================================================
+    cells     (n,) int32     number in the order of `segment`: of faces that of the input, of
+                             points that of places, with all copies of lower points at the end
+    positions (n, 3) float64 centroids, or points
+    measures  (n,) float64   areas
+    corners   (n, 3) int32   of triangles: rows of the vertices; of polygons lists ``vertices``
+    vertices  ids, points    of faces: numbers of vertices, welded, ascending; and positions
+    numbers   (n,) int32     of points: number in the input
+    normals   (n, 3) float64 of points: of length 1, or zero
+    neighbors lists          of points: the places ``targets`` of all neighbors, ascending
+    ========= ============== ==================================================================
 
     Array `name` of tile t is ``tile{t}/{name}`` in the scratch folder; `Part` reads several.
     """

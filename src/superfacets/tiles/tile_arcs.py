@@ -208,17 +208,14 @@ def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
     following[offsets[1:] - 1] = offsets[:-1]
     is_crossed = np.zeros(len(corners), bool)
     is_crossed[np.repeat(offsets[:-1], np.diff(arc_offsets)) + sides] = True
-    open_sides = np.flatnonzero(~is_crossed)
-    open_sides = open_sides[corners[open_sides] != corners[following[open_sides]]]
-    if not len(open_sides):
+    is_open = ~is_crossed & (corners != corners[following])
+    if not is_open.any():
         return False
-
-    def edges(some: Longs) -> set[tuple[int, int, int]]:
-        """(face, lower vertex, higher vertex) of each side."""
-        face = np.searchsorted(offsets, some, side="right") - 1
-        ends = np.sort(np.stack([corners[some], corners[following[some]]]), axis=0)
-        return set(zip(face.tolist(), *ends.tolist(), strict=True))
-
     # If a face has an edge twice, its arcs cross the first of the two sides.
-    all_sides = rows(offsets, np.unique(np.searchsorted(offsets, open_sides, side="right") - 1))[1]
-    return not edges(open_sides) <= edges(all_sides[is_crossed[all_sides]])
+    faces = np.unique(np.searchsorted(offsets, np.flatnonzero(is_open), side="right") - 1)
+    starts, at = rows(offsets, faces)
+    low, high = np.sort([corners[at], corners[following[at]]], axis=0)
+    edges = np.stack([np.repeat(faces, np.diff(starts)), low, high])
+    order = np.lexsort(edges)
+    firsts = np.flatnonzero(np.diff(edges[:, order], axis=1, prepend=-1).any(axis=0))
+    return bool(np.logical_and.reduceat(is_open[at[order]], firsts).any())
