@@ -1,13 +1,19 @@
 """Labels as a file for each file of a folder."""
 
-import errno
-
 import numpy as np
 import pytest
 from shapes import bumpy_sheet
+from tiled_checks import largest_file
 
-from superfacets import Mesh, MeshError, PointCloud, segment, segment_tiled, write_mesh
-from superfacets.tiles import label_files
+from superfacets import (
+    Mesh,
+    MeshError,
+    PointCloud,
+    read_mesh,
+    segment,
+    segment_tiled,
+    write_mesh,
+)
 
 
 def named(folder):
@@ -108,34 +114,30 @@ def test_a_name_that_may_be_a_file_or_a_folder_is_refused(city, tmp_path):
         segment_tiled(tmp_path / "out", 12, out=tmp_path / "out")
 
 
-def test_a_run_that_fails_leaves_what_was_there(city, tmp_path, monkeypatch):
+def test_a_run_that_fails_leaves_what_was_there(city, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / "b.2.npy").write_text("old")
-    write = label_files.write_array
-
-    def fail_at_last(path, array):
-        if path.name.startswith(".c.npy"):
-            raise OSError(errno.ENOSPC, "No space left on device")
-        write(path, array)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(label_files, "write_array", fail_at_last)
-        with pytest.raises(OSError, match="No space left") as caught:
-            segment_tiled(city, 12, scratch=tmp_path, out=out)
-    assert caught.value.filename == str(out / "c.npy")
-    (city / "c.obj").write_text("v 0 0\n")
+    for path in (city / "a.off", city / "c.obj"):  # only PLY files need no tables on the disk
+        write_mesh(path.with_suffix(".ply"), read_mesh(path))
+        path.unlink()
+    # The 200 labels of the first file fit into 1,000 bytes; the 500 of the second do not.
+    with largest_file(1_000), pytest.raises(OSError, match="File too large") as caught:
+        segment_tiled(city, 12, scratch=tmp_path, cache=1 << 30, out=out)
+    assert caught.value.filename == str(out / "b.2.npy")
+    (city / "d.obj").write_text("v 0 0\n")
     with pytest.raises(MeshError, match="line 1"):
         segment_tiled(city, 12, scratch=tmp_path, out=out)
     assert named(out) == ["b.2.npy"]
     assert (out / "b.2.npy").read_text() == "old"
 
 
-def test_a_folder_that_changes_while_the_run_begins(city, tmp_path, monkeypatch):
-    found = label_files.label_names(city)
-    monkeypatch.setattr(label_files, "label_names", lambda folder: found[:2])
-    with pytest.raises(OSError, match="held 2 files when the run began, and holds 3 now"):
-        segment_tiled(city, 12, scratch=tmp_path, out=tmp_path / "out")
+def test_a_folder_that_changes_while_the_run_begins(city, tmp_path):
+    def remove(_):
+        (city / "c.obj").unlink(missing_ok=True)
+
+    with pytest.raises(OSError, match="held 3 files when the run began, and holds 2 now"):
+        segment_tiled(city, 12, scratch=tmp_path, out=tmp_path / "out", on_stage=remove)
     assert named(tmp_path / "out") == []
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tiled_checks import largest_file
 
-from superfacets.tiles import scratch
 from superfacets.tiles.scratch import check_room, scratch_folder
 
 
@@ -106,13 +106,10 @@ def test_arrays_in_memory_cannot_be_changed(tmp_path):
         assert made.load("part").base.nbytes == 80  # not the whole of which it was a part
 
 
-def test_a_full_disk_is_told_as_such_and_leaves_nothing(folder, monkeypatch):
-    def full(file, array):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(scratch, "write_npy", full)
-    with pytest.raises(OSError, match=r"No space left on device: '.*a\.npy'"):
-        folder.save("a", np.arange(5))
+def test_a_file_that_cannot_be_written_is_named_and_leaves_nothing(folder):
+    with largest_file(1_000), pytest.raises(OSError, match=r"File too large: '.*a\.npy'") as caught:
+        folder.save("a", np.arange(500))
+    assert caught.value.errno == errno.EFBIG
     assert [path.name for path in folder.folder.iterdir()] == [".lock"]
 
 

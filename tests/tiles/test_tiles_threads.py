@@ -24,17 +24,9 @@ def bear():
     return sf.sample_mesh(20_000)
 
 
-@pytest.fixture
-def many_threads(monkeypatch):
-    """As on a machine with many cores and enough memory."""
-    monkeypatch.setattr(Place, "tiles_at_once", lambda self, loop: loop.n_threads)
-
-
-@pytest.mark.usefixtures("many_threads")
 @pytest.mark.parametrize("cache", [0, 1 << 20, 1 << 30])
 @pytest.mark.parametrize("n_threads", [1, 2, 8])
-def test_labels_do_not_depend_on_threads(bear, tmp_path, monkeypatch, n_threads, cache):
-    monkeypatch.setattr("superfacets._validate.usable_cores", lambda: 8)
+def test_labels_do_not_depend_on_threads(bear, tmp_path, n_threads, cache):
     cloud = PointCloud(bear.vertices)
     for cells in (bear, cloud):
         options = {"tile_size": 4096, "scratch": tmp_path, "cache": cache}

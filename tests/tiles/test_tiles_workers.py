@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from dask_cluster import started
 from local_workers import worker_processes
+from tiled_checks import largest_file
 from tiled_meshes import as_ply
 
 import superfacets as sf
 from superfacets.batches import cluster
-from superfacets.tiles import scratch
 from superfacets.tiles.mapping import open_run
 from superfacets.tiles.segmenting import segment_tiled
 from superfacets.workers import calls
@@ -133,19 +133,10 @@ def test_a_tile_that_kills_workers_and_a_full_disk_are_one_line(tmp_path, monkey
             run.all(full_disk, None, 1)
 
 
-def test_a_full_disk_leaves_no_scratch_and_no_labels(mesh, tmp_path, monkeypatch):
-    whole = scratch.write_npy
-    written = []
-
-    def write(file, array):
-        written.append(array.nbytes)
-        if sum(written) > 4 << 20:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        whole(file, array)
-
-    monkeypatch.setattr(scratch, "write_npy", write)
+def test_a_scratch_array_that_cannot_be_written_leaves_no_scratch_and_no_labels(mesh, tmp_path):
     (tmp_path / "labels.npy").write_text("of before")
-    with pytest.raises(OSError, match="No space left on device"):
-        segment_tiled(mesh, scratch=tmp_path, cache=0, out=tmp_path / "labels.npy", **OPTIONS)
+    options = {"scratch": tmp_path, "cache": 0, "out": tmp_path / "labels.npy", **OPTIONS}
+    with largest_file(1 << 18), pytest.raises(OSError, match="File too large"):
+        segment_tiled(mesh, **options)
     assert left_in(tmp_path) == []
     assert (tmp_path / "labels.npy").read_text() == "of before"

@@ -1,5 +1,7 @@
 """The check that most tests of tiles make."""
 
+import contextlib
+
 import numpy as np
 import pytest
 
@@ -20,6 +22,18 @@ def check(cells, n_segments, tmp_path, tile_sizes=(1 << 14, 4096), **options):
         compare(found, wanted)
     assert not list(tmp_path.glob(".superfacets*"))
     return wanted
+
+
+@contextlib.contextmanager
+def largest_file(n_bytes):
+    """Let the system refuse to write more than `n_bytes` to any file, much like a full disk."""
+    resource = pytest.importorskip("resource")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def compare(found, wanted):
