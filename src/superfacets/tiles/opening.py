@@ -57,18 +57,15 @@ class Pieces:
     @property
     def n_cells(self) -> int:
         """Number of faces or points."""
-        if self.offsets is not None:
-            return self.offsets.n_rows - 1
-        return self._cells.n_rows
+        return self.starts[-1]
 
     @property
     def starts(self) -> tuple[int, ...]:
         """The first face, or point, of each file of a source, and the end of the last."""
-        return self._cells.starts if isinstance(self._cells, JoinedRows) else (0, self.n_cells)
-
-    @property
-    def _cells(self) -> Rows:
-        return self.points if self.corners is None else self.corners
+        if self.offsets is not None:
+            return 0, self.offsets.n_rows - 1
+        cells = self.points if self.corners is None else self.corners
+        return cells.starts if isinstance(cells, JoinedRows) else (0, cells.n_rows)
 
     def corners_of(self, begin: int, end: int) -> tuple[Longs, Longs | None]:
         """Corners of faces begin to end - 1 in a row; where each begins, or None if all have 3."""
@@ -235,11 +232,13 @@ def _ply_pieces(path: Path) -> Pieces | None:
     points = rows("vertex", AXES)
     if is_cloud and points is not None:
         names = [stored.name for stored in found["vertex"][1].properties]
+        if len(set(names)) < len(names):
+            return None
         normals = rows("vertex", NORMALS)
-        return None if len(set(names)) < len(names) else Pieces(
+        return Pieces(
             ConvertedRows(points, _as_doubles),
             normals=None if normals is None else ConvertedRows(normals, _as_normals),
-        )  # fmt: skip
+        )
     tables = [rows("face", (name,), f"number of {name}") for name in INDEX_NAMES]
     corners = next((table for table in tables if table is not None), None)
     return Pieces(points, corners) if points and corners and begin == n_bytes else None

@@ -138,10 +138,6 @@ class Scratch:
                 fill(rows.reshape(-1).view(np.uint8), file)
         return rows
 
-    def new_file(self) -> Path:
-        """The path of a file that is not there yet."""
-        return self.folder / secrets.token_hex(6)
-
     def has(self, name: str) -> bool:
         """Whether there is such an array."""
         return name in self._kept or self._path(name).exists()
@@ -177,7 +173,7 @@ class RowFile:
     """A table in the scratch folder that grows; a context that closes it."""
 
     def __init__(self, scratch: Scratch) -> None:
-        self._path = scratch.new_file()
+        self._path = scratch.folder / secrets.token_hex(6)
         self._file = self._path.open("wb")
         self._row: np.dtype[Any] | None = None
         self.n_rows = 0
