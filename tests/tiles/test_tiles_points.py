@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from shapes import bumpy_sheet, dumbbell
-from tiled_checks import check
+from tiled_checks import check, check_number_of_tiles
 
 import superfacets as sf
 from superfacets import MeshError, PointCloud, segment_tiled
@@ -75,16 +75,7 @@ def test_given_normals(ball, tmp_path, options):
     ids=str,
 )
 def test_2_and_7_and_64_tiles(tmp_path, n_points, n_tiles, options):
-    cloud = PointCloud(sampled(n_points))
-    passes = set()
-    wanted = sf.segment(cloud, 30, **options)
-    found = segment_tiled(
-        cloud, 30, **options, tile_size=4096, scratch=tmp_path, cache=0,
-        on_tile=lambda _, n: passes.add(n),
-    )  # fmt: skip
-    assert n_tiles in passes
-    assert np.array_equal(found.labels, wanted.labels)
-    assert np.array_equal(found.centers, wanted.centers)
+    check_number_of_tiles(PointCloud(sampled(n_points)), 30, tmp_path, n_tiles, **options)
 
 
 @pytest.mark.parametrize("options", [{}, {"tol": 0.0, "max_num_iter": 2}], ids=str)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from cut_mesh import cut_mesh, run_serially
 from shapes import bowl, bumpy_sheet, gears, soup, together
-from tiled_checks import check, compare
+from tiled_checks import check, check_number_of_tiles, compare
 from tiled_meshes import as_ply, random_polygons
 
 import superfacets as sf
@@ -122,15 +122,7 @@ def test_a_radius(bear, tmp_path):
 @pytest.mark.parametrize(("tile_size", "n_tiles"), [(1 << 14, 2), (4096, 7)])
 def test_2_and_7_tiles(bear, tmp_path, tile_size, n_tiles, options):
     mesh = together([bear, Mesh(bear.vertices[:, [1, 0, 2]] + 3.0, bear.faces[:8_000])])
-    wanted = sf.segment(mesh, 20, **options)
-    passes = set()
-    found = segment_tiled(
-        mesh, 20, tile_size=tile_size, scratch=tmp_path, cache=0,
-        on_tile=lambda _, n: passes.add(n), **options,
-    )  # fmt: skip
-    assert n_tiles in passes
-    assert np.array_equal(found.labels, wanted.labels)
-    assert np.array_equal(found.centers, wanted.centers)
+    check_number_of_tiles(mesh, 20, tmp_path, n_tiles, tile_size, **options)
 
 
 def test_64_tiles(tmp_path):

@@ -9,9 +9,9 @@ import superfacets as sf
 
 
 def check(cells, n_segments, tmp_path, tile_sizes=(1 << 14, 4096), **options):
-    """Compare the results of tiles with that in memory, and return that.
+    """Compare the result of each size of tiles with the result in memory; return the latter.
 
-    With the first size of tiles, some arrays stay in memory; with others all go to the disk.
+    With the first size, some arrays are cached in memory; with others, all are on the disk.
     """
     wanted = sf.segment(cells, n_segments, **options)
     for tile_size in tile_sizes:
@@ -22,6 +22,17 @@ def check(cells, n_segments, tmp_path, tile_sizes=(1 << 14, 4096), **options):
         compare(found, wanted)
     assert not list(tmp_path.glob(".superfacets*"))
     return wanted
+
+
+def check_number_of_tiles(cells, n_segments, tmp_path, n_tiles, tile_size=4096, **options):
+    """Compare the result of `n_tiles` tiles, all on the disk, with the result in memory."""
+    passes = set()
+    found = sf.segment_tiled(
+        cells, n_segments, tile_size=tile_size, scratch=tmp_path, cache=0,
+        on_tile=lambda _, n: passes.add(n), **options,
+    )  # fmt: skip
+    assert n_tiles in passes
+    compare(found, sf.segment(cells, n_segments, **options))
 
 
 @contextlib.contextmanager
