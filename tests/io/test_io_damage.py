@@ -82,12 +82,23 @@ for path in sys.argv[1:]:
 raised another kind of error."""
 
 
-@pytest.mark.skipif("san.so" in os.environ.get("LD_PRELOAD", ""), reason="a sanitizer needs more")
-def test_files_that_once_crashed_are_refused():
+def check_that_all_are_refused(folder):
     pytest.importorskip("lazrs")
     pytest.importorskip("pye57")
-    paths = sorted(map(str, Path(__file__).with_name("crashes").iterdir()))
+    paths = sorted(map(str, folder.iterdir()))
     assert len(paths) > 5
     command = [sys.executable, "-c", READ_CRASHES, *paths]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert (done.returncode, done.stdout) == (0, ""), done.stderr
+
+
+@pytest.mark.skipif("san.so" in os.environ.get("LD_PRELOAD", ""), reason="a sanitizer needs more")
+def test_files_that_once_crashed_are_refused():
+    check_that_all_are_refused(Path(__file__).with_name("crashes"))
+
+
+@pytest.mark.skipif("san.so" in os.environ.get("LD_PRELOAD", ""), reason="a sanitizer needs more")
+def test_files_of_an_attacker_are_refused(data_dir):
+    if not (data_dir / "attack").is_dir():
+        pytest.skip("the data have no folder `attack`")
+    check_that_all_are_refused(data_dir / "attack")
