@@ -5,10 +5,10 @@
 
 namespace superfacets {
 
-// While an object lives, glibc keeps up to this many freed bytes for later allocations, and serves
+// While an object lives, glibc keeps up to n_kept freed bytes for later allocations, and serves
 // arrays of up to 32 MB from them. Without it, glibc returns each large array to the kernel, which
 // fills new pages with zeros for the next one. No effect with other C libraries. The setting is
-// global to the process: when two objects overlap, the end of the first ends it for both. glibc
+// global to the process: if two objects overlap, it ends for both when either is destroyed. glibc
 // does not adapt its thresholds any more afterwards. Settings in the environment take precedence:
 // nothing is done then.
 class HeapScope {

@@ -20,8 +20,9 @@ namespace {
 constexpr std::size_t kPage = 1 << 16;      // whole pages of every system
 constexpr std::size_t kHugePage = 1 << 21;  // of most systems
 
-// Memory that is kept when it is returned: the amount that a mesh of some hundred thousand faces
-// needs, plus this fraction of the memory in use. More would raise the peak.
+// Returned memory is kept up to kAlwaysKept, as much as a mesh of some hundred thousand faces
+// needs, or up to 1 / kKeptPart of the memory in use, if that is more. Keeping more would raise the
+// peak.
 constexpr std::size_t kAlwaysKept = 32 << 20;
 constexpr std::size_t kKeptPart = 8;
 

@@ -13,8 +13,8 @@ inline constexpr std::size_t kLargeMemory = 1 << 16;  // bytes
 // supported. Throws std::bad_alloc. May be called on any thread, and after a fork.
 void* take_memory(std::size_t n_bytes);
 
-// Returns memory from take_memory, of the same size. A small part is kept for later calls, the rest
-// is returned to the system.
+// Takes back memory from take_memory; n_bytes is the number it was taken with. A limited amount is
+// kept for later calls, the rest is returned to the system.
 void return_memory(void* memory, std::size_t n_bytes) noexcept;
 
 }  // namespace superfacets

@@ -27,7 +27,8 @@ struct Kept {
 
 thread_local Kept kept;
 
-// The team that this thread keeps. In a forked process it is of no use, and has no threads to end.
+// The team that this thread keeps, or null if there is none of n_threads threads. A team from
+// before a fork is dropped without its destructor: its threads do not exist in this process.
 std::unique_ptr<ThreadTeam> take_kept(int n_threads) {
   if (kept.team != nullptr && kept.process != process_id()) {
     const ThreadTeam* const lost = kept.team.release();

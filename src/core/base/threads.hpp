@@ -92,7 +92,7 @@ class ThreadTeam {
     });
   }
 
-  // Fills an array. Each thread touches its part first, so pages are near it.
+  // Fills an array. All threads touch parts of it first, so that its pages are not all near one.
   template <typename T>
   void fill(std::span<T> values, T value) {
     for_each_block(static_cast<std::int64_t>(values.size()),

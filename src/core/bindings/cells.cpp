@@ -182,8 +182,8 @@ Buffer<double> weights_of_points(const PointSurface& surface, double alpha, doub
   return weights;
 }
 
-// A ray visits about a hundred tree nodes, and counts as a hundred elements for the number of
-// threads.
+// The number of threads is chosen as if the rays of a start took as long as a hundred faces of the
+// tree.
 auto thickness(Points vertices, Triangles faces, Points starts, Points axes, int n_rays,
                double least_distance, bool inside_out, int n_threads) {
   const RayOptions options{n_rays, least_distance, inside_out};

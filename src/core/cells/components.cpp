@@ -24,8 +24,8 @@ Components find_components(const OrderedGraph& graph, std::span<const Label> lab
   Components components = components_of(labels, [&](Place place, const auto& take) {
     for (const Arc& arc : graph.arcs_of(place)) take(arc.to);
   });
-  std::vector<Cell> ranks(components.n_components,
-                          kNoComponent);  // by lowest cell, not by lowest place
+  // Components are numbered by lowest cell, not by lowest place.
+  std::vector<Cell> ranks(components.n_components, kNoComponent);
   Cell n_ranked = 0;
   for (const Place place : graph.place_of) {
     Cell& rank = ranks[components.of[place]];

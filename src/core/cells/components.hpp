@@ -56,8 +56,8 @@ class DisjointSets {
 // Two cells are in one component if they have the same label and a chain of arcs between cells of
 // that label joins them, in whichever direction each arc leads (weakly connected). If all labels
 // are equal, these are the components of the graph. Labels are any integers.
-// for_each_neighbor(cell, take) calls take(neighbor) for each arc that leaves a cell. Time O((N +
-// M) log N) at worst, O(N + M) in practice; memory: the result.
+// for_each_neighbor(cell, take) calls take(neighbor) for each arc that leaves a cell. Time
+// O((N + M) log N) at worst, O(N + M) in practice; memory: the result.
 template <typename ForEachNeighbor>
 Components components_of(std::span<const Label> labels, const ForEachNeighbor& for_each_neighbor) {
   DisjointSets sets(labels.size());
@@ -71,7 +71,8 @@ Components components_of(std::span<const Label> labels, const ForEachNeighbor& f
 
 Components find_components(const Arcs& arcs, std::span<const Label> labels);
 
-// Labels and components are indexed by place; components are numbered by lowest cells.
+// Labels and the result are indexed by place; components are numbered in the order of their lowest
+// cells.
 Components find_components(const OrderedGraph& graph, std::span<const Label> labels);
 
 }  // namespace superfacets

@@ -7,8 +7,8 @@
 
 namespace superfacets {
 
-// The largest number of arcs that is built. More than 2^24 arcs (half a gigabyte) are accepted only
-// on meshes with as many faces, not because of a few edges with thousands of faces.
+// The largest number of arcs that is built: 2^24 (half a gigabyte), or 16 per face if that is more.
+// So a large mesh is accepted, but not a small one with thousands of faces on a few edges.
 inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
 inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
 

@@ -59,8 +59,8 @@ class PointSurface final : public Surface {
   double open_length(Cell) const override { return 0.0; }
 
  private:
-  // Total border length per crowded point. Cached, because each arc of a point needs it, and a
-  // point with a million duplicates has a million arcs.
+  // pi a / (sum of arc lengths) of a point; see border_length. Cached for points with many arcs:
+  // each arc needs it, and a point with a million duplicates has a million arcs.
   static constexpr std::size_t kMostInARow = 32;
   double border_per_arc(Cell point) const {
     const bool is_crowded = arcs().neighbors(point).size() > kMostInARow;

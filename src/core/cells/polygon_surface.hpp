@@ -35,8 +35,8 @@ class PolygonSurface final : public Surface {
   int side(Cell, std::int64_t arc) const override { return sides_[arc]; }
   double open_length(Cell face) const override;
 
-  // Corners are vertices. If faces meet at several vertices of one position, each represents the
-  // corner.
+  // Corners are vertices. If faces meet at several vertices of one position, any of these may stand
+  // for the corner.
   bool has_corners() const override { return true; }
   int n_sides(Cell face) const override { return faces_.n_sides(face); }
   Corner corner_between(Cell face, int first_side, int second_side) const override;

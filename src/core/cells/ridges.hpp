@@ -12,7 +12,8 @@
 
 namespace superfacets {
 
-// A little more than the cosine of kSharpAngle: normals with a larger cosine have no sharp edge.
+// A little more than the cosine of kSharpAngle: an edge between normals with a larger cosine is not
+// sharp.
 inline constexpr double kSharpCosine = 0.7661;
 
 // An edge that bends by less than this fraction of a ridge counts as flat beside it.
@@ -21,8 +22,8 @@ inline constexpr double kFlatShare = 0.3;
 // Of two similar edges, the duller bends by at least this fraction of the sharper.
 inline constexpr double kAlikeShare = 0.7;
 
-// Compare the angle `bend` of an edge with the angle `turn` of another: much flatter, or about as
-// sharp, as edges at the corner of a box are.
+// Compare the angle `bend` of an edge with the angle `turn` of a ridge. An edge that is none of the
+// three is about as sharp as the ridge, like the edges at the corner of a box.
 inline bool is_flat(double bend, double turn) {
   return bend < kFlatShare * turn;
 }
@@ -54,7 +55,7 @@ class CrowdedFaces {
       return {first, last};
     }
 
-    // The angles from the first one that fails a condition; all later ones must fail it, too.
+    // The number of angles that fail a condition. All angles after the first that fails must fail.
     template <typename Holds>
     std::int64_t n_after(const Holds& holds) const {
       return bends.end() - std::partition_point(bends.begin(), bends.end(), holds);

@@ -22,7 +22,7 @@ struct ListedSide {
   SideKey key;
   Cell cell;
   std::int32_t side;
-  bool ascending;  // the direction of the side in the cell
+  bool ascending;  // one of the two directions in which a cell may traverse a side
 };
 
 // The sides of all cells, grouped by their lowest vertex, and sorted by key, cell and side.
@@ -63,10 +63,9 @@ struct SideTally {
   }
 };
 
-// Cells must provide
-// Cells::n_cells() and Cells::n_vertices();
-// Cells::first_place(cell): the index of its first side among all sides; for n_cells, the total;
-// Cells::for_each_side(cell, visit): calls visit(side, lowest vertex, key, ascending).
+// Cells provide n_cells() and n_vertices(). first_place(cell) is the index of the first side of a
+// cell among all sides, and for n_cells() their total number. for_each_side(cell, visit) calls
+// visit(side, lowest vertex, key, ascending).
 template <typename Cells>
 SideList list_sides(const Cells& cells, ThreadTeam& team) {
   Buffer<std::int64_t> ends(cells.n_vertices() + 1);  // counts, then write cursors, then ends

@@ -80,8 +80,8 @@ class Surface {
     }
   }
 
-  // The angle between the cells of an arc, -pi to pi: 0 where the surface is flat, positive where
-  // it is concave; 0 if a cell has no normal.
+  // The angle between the normals of the cells of an arc, -pi to pi: 0 where the surface is flat,
+  // positive where it is concave; 0 if a cell has no normal.
   virtual double angle(Cell from, std::int64_t arc) const = 0;
 
   // The side that an arc leaves its cell by, >= 0. The arcs of a cell are sorted by side; if

@@ -91,8 +91,8 @@ class TriangleSurface final : public Surface {
     prefetch(sides_.data() + arc);  // the face may have no arc
   }
 
-  // Corners are vertices. If faces meet at several vertices of one position, each represents the
-  // corner.
+  // Corners are vertices. If faces meet at several vertices of one position, any of these may stand
+  // for the corner.
   bool has_corners() const override { return true; }
   int n_sides(Cell) const override { return 3; }
   Corner corner_between(Cell face, int first_side, int second_side) const override;

@@ -1,4 +1,4 @@
-// Consistent orientation of the normals of points.
+// Orients the normals of points consistently.
 #pragma once
 
 #include <tuple>

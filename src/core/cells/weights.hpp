@@ -28,7 +28,7 @@ struct WeightOptions {
   double crease_length = 0.0;  // replaces |e| in eq. 2; 0: the length of each edge
   double diagonal = 1.0;       // d, of the bounding box of the vertices that faces use
   double ridges = 0.0;         // eta of ridges (ridges.hpp), if larger than eta_convex
-  double evened = 0.0;  // decrease of eta for smooth concave edges, and eta of smooth convex edges
+  double evened = 0.0;         // taken from eta of smooth concave edges; least eta of smooth convex
 
   // eta of an edge that bends by theta and is not a ridge; concave if rise > 0. Smooth edges bend
   // by less than kSharpAngle.
@@ -50,9 +50,9 @@ struct WeightOptions {
 };
 
 // Net outward turn of a surface: the sum over edges of theta times length, negative for concave
-// edges, without ridges. That is twice the total mean curvature. An edge is counted with its lower
-// face. Each term is rounded to a whole number of units, so that sums over parts add up exactly, in
-// any order.
+// edges. Ridges are left out if the options have them. The sum is twice the total mean curvature of
+// the rest. An edge is counted with its lower face. Each term is rounded to a whole number of
+// units, so that sums over parts add up exactly, in any order.
 class NetTurn {
  public:
   NetTurn() = default;
@@ -61,10 +61,10 @@ class NetTurn {
     SUPERFACETS_ASSERT(diagonal > 0.0);
   }
 
-  // Rounds to a whole number of units. An edge turns by at most pi, and is not longer than the
+  // A turn in units, rounded to an integer. An edge turns by at most pi, and is not longer than the
   // diagonal: sums of 2^19 terms are exact in a double, sums of 2^29 terms fit into 64 bits.
   SUPERFACETS_ALWAYS_INLINE double rounded(double turn) const {
-    constexpr double kNoFraction = 0x1.8p52;  // as in round_weights, for either sign
+    constexpr double kNoFraction = 0x1.8p52;  // no fraction bits near it, for either sign of turn
     return (turn * units_ + kNoFraction) - kNoFraction;
   }
   // Whether edges between a face and higher faces are counted.
@@ -98,7 +98,7 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0;
 // crease_length replaces |e| if given. theta is in [0, pi], and 0 if a face has no normal. The two
 // arcs of a pair get the same bits. Ridges may cost more than other convex edges. Returns the net
-// turn of the counted arcs, in units; 0 if it is not needed.
+// turn in units (see NetTurn); 0 if net_turn is null.
 std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                                 const WeightOptions& options, const NetTurn* net_turn,
                                 ThreadTeam& team, std::span<double> weights);

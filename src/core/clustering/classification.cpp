@@ -19,7 +19,7 @@ void Classification::classify(std::span<const Place> centers) {
   SUPERFACETS_ASSERT(!centers.empty() && all_below(centers, graph_.n_cells()));
   centers_.assign(centers.begin(), centers.end());
   // If arcs have no reverse arc of the same length, the path from the new center to the old one
-  // does not bound by how much paths become longer.
+  // is no upper bound of the increase of path lengths.
   if (started_.empty() || centers.size() < started_.size() || !graph_.is_symmetric) {
     start_all();
   } else {

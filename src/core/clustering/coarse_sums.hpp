@@ -16,9 +16,10 @@ struct CrossingOptions {
 };
 
 // For arcs between coarse cells: the sum of conductance times step over all fine arcs from one to
-// the other. As in CreaseConductance, but with the distance of the centroids as the step, which
-// needs no mesh. If fine cells are small compared with regions, that changes kappa by less than a
-// thousandth. `areas` are by fine cell. Symmetric, bit for bit.
+// the other. The formula is that of CreaseConductance, but the step is the straight distance
+// between the positions of fine cells, which needs no mesh. If fine cells are small compared with
+// regions, that changes kappa by less than a thousandth. `areas` are by fine cell. Symmetric, bit
+// for bit.
 Buffer<double> crossing_conductances(const CoarseGraph& coarse, std::span<const double> areas,
                                      const CrossingOptions& options, ThreadTeam& team);
 

@@ -47,7 +47,8 @@ class LabeledCells {
     if (!groups_.empty()) find_ranges();
   }
 
-  // Improves the best candidate found from other cells of the same island, which has this group.
+  // Searches the labeled cell nearest to a cell of an island with this group. `best` is the best
+  // candidate for other cells of the island, and is replaced by a better one.
   void search(Point target, Place place, Label group, Candidate& best) const {
     // The nearest cell along the curve is usually near in space; boxes farther away are skipped.
     const auto next = std::lower_bound(places_.begin(), places_.end(), place) - places_.begin();
@@ -115,8 +116,8 @@ class LabeledCells {
   std::vector<Label> labels_;
   std::vector<Label> groups_;  // empty: no groups
   BoxTree tree_;
-  std::vector<std::vector<Cell>> lowest_;   // lowest cell of each group in each node of the tree
-  std::vector<std::vector<Range>> ranges_;  // groups in each node of the tree
+  std::vector<std::vector<Cell>> lowest_;   // by level and node of the tree: its lowest cell
+  std::vector<std::vector<Range>> ranges_;  // likewise: its groups; empty: no groups
 };
 
 // The cells without a label, grouped by island.

@@ -22,7 +22,7 @@ struct JoinedIslands {
   std::vector<Cell> new_centers;  // the lowest cell of each island that became one
 };
 
-// Group of a cell that may share a region with any other.
+// Group of an island that may join any region.
 inline constexpr Label kAnyGroup = -1;
 
 // Labels each island, a connected piece of cells with kNoLabel, like the labeled cell nearest

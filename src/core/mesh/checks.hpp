@@ -32,7 +32,7 @@ struct NumberFindings {
   double largest = 0.0;  // valid only if all are valid
 };
 
-// Checks numbers that are areas or weights.
+// Checks whether numbers can be areas or weights.
 NumberFindings check_numbers(std::span<const double> numbers, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -33,10 +33,11 @@ struct PolygonMeasures {
 Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners);
 
 // The area is the area of the polygon projected along its normal: the area of the fan where the
-// corners lie in a plane, with flipped triangles counted as negative. The centroid is computed
-// likewise and clamped to the box around the corners, which self-intersecting polygons may leave;
-// the mean of the corners if there is no normal. There is no normal if there is no area beyond
-// rounding errors. For triangles, the results equal those of mesh/geometry.hpp bit for bit.
+// corners lie in a plane, with flipped triangles counted as negative. The centroid is that of the
+// fan, likewise. It is clamped to the box around the corners, because that of a self-intersecting
+// polygon may be outside; it is the mean of the corners if there is no normal. There is no normal
+// if there is no area beyond rounding errors. For triangles, the results equal those of
+// mesh/geometry.hpp bit for bit.
 PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners);
 
 void measure_polygons(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,

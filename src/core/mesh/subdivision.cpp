@@ -306,7 +306,8 @@ class Cutter {
 
   // Adds an edge from a midpoint to the corner opposite to it.
   std::int32_t add_inner_edge(Vertex middle, Vertex opposite) {
-    // A short edge writes nothing, even if next_point is past the last vertex.
+    // By address, not by index: next_point_ may be past the last vertex. Then the edge is short,
+    // and nothing is written.
     Point* place = parts_.vertices.data() + next_point_;
     write_points(point(middle), point(opposite), limit_, place);
     return add_edge(middle, opposite, next_point_);

@@ -10,7 +10,7 @@ namespace superfacets {
 
 struct VertexGraph {
   Buffer<std::int64_t> offsets;  // (V + 1,) arcs of vertex i: offsets[i] .. offsets[i+1]-1
-  Buffer<Vertex> neighbors;      // ascending for each vertex, without duplicates
+  Buffer<Vertex> neighbors;      // (M,) ascending for each vertex, without duplicates
   Buffer<double> lengths;        // (M,) of the edges
 };
 

@@ -61,7 +61,7 @@ class BucketQueue {
     return taken_;
   }
 
-  // Removes and returns all places, in any order.
+  // Removes all places, and calls visit(place) for each, in any order.
   template <typename Visit>
   void drain(const Visit& visit) {
     for (auto& bucket : ring_) {

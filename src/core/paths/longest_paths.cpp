@@ -32,9 +32,9 @@ bool LongestPaths::reach_all() const {
 }
 
 // Paths only become shorter, so an earlier maximum of a block, (length, lowest cell), remains an
-// upper bound. The block with the highest bound is searched again, until a search confirms its
-// bound: that is the maximum of all blocks. If all paths are equally long, one block is searched,
-// not all.
+// upper bound, ties included: no path becomes longer. The block with the highest bound is searched
+// again, until a search confirms its bound: that is the maximum of all blocks. If all paths are
+// equally long, one block is searched, not all.
 Place LongestPaths::farthest() {
   while (true) {
     std::pop_heap(bounds_.begin(), bounds_.end());

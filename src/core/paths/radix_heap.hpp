@@ -59,7 +59,7 @@ class RadixHeap {
   }
 
   std::array<std::vector<Entry>, 65> buckets_;
-  PathLength last_ = 0;   // lower bound of all keys in the heap
+  PathLength last_ = 0;   // no key in the heap, or pushed later, is lower
   std::size_t size_ = 0;  // entries in all buckets
 };
 

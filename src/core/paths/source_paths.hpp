@@ -14,7 +14,7 @@
 
 namespace superfacets {
 
-// Expands one source after another by label correction, and by Dijkstra's algorithm if that takes
+// Expands one source after another by label correction, and switches to Dijkstra's algorithm after
 // too many steps. Memory: 8 bytes per cell.
 class SourcePaths {
  public:

@@ -19,7 +19,8 @@ struct Crossing {
   double cost;
 };
 
-// Sides that are collected before their lengths are added up.
+// Cells per block. The lengths of the sides in a block are listed first, and added up in order
+// later.
 constexpr std::int64_t kBlock = 1 << 14;
 
 struct RegionLength {

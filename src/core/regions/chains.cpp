@@ -167,8 +167,8 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, double le
     const double travel = regions_.travel_to(taken.cell, to);
     taken.travel = static_cast<float>(travel);
     if (travel > options_.max_distance || would_join_patches(taken.cell, from, to)) continue;
-    if (chain_.empty() || regions_.may_leave(taken.cell))
-      return taken;  // the first cell was tested before
+    // The first cell of a chain was tested before.
+    if (chain_.empty() || regions_.may_leave(taken.cell)) return taken;
   }
   return {};
 }

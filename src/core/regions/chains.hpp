@@ -14,7 +14,8 @@
 
 namespace superfacets {
 
-// Changing labels, and data of the cells near borders. Memory of all other cells is never touched.
+// The labels of all cells, which change, and data of the cells near borders, such as costs. Memory
+// for such data of other cells is never touched.
 class MovingRegions {
  public:
   MovingRegions(const Surface& surface, const BorderCost& cost, std::span<const Label> first_labels,

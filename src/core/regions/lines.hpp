@@ -13,9 +13,8 @@ using SegmentEnd = std::int64_t;
 inline constexpr SegmentEnd kNoEnd = -1;
 
 struct Lines {
-  std::vector<std::int64_t> offsets;  // (L + 1,) line i: entries[offsets[i]] .. [offsets[i+1]-1]
-  std::vector<SegmentEnd>
-      entries;  // (S,) the end by which each segment is entered, along the lines
+  std::vector<std::int64_t> offsets;     // (L + 1,) line i: entries[offsets[i]] .. [offsets[i+1]-1]
+  std::vector<SegmentEnd> entries;       // (S,) the ends by which lines enter their segments
   std::vector<std::uint8_t> are_closed;  // (L,)
 };
 

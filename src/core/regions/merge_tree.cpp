@@ -64,8 +64,8 @@ class MergingGroups {
     while (!queue_.empty()) {
       const Candidate next = queue_.top();
       queue_.pop();
-      if (slots_[next.low] == kNoLabel || slots_[next.high] == kNoLabel)
-        continue;  // one of them has merged before
+      // Skips a pair of which one has merged before.
+      if (slots_[next.low] == kNoLabel || slots_[next.high] == kNoLabel) continue;
       tree_.children.insert(tree_.children.end(), {next.low, next.high});
       tree_.costs.push_back(next.cost);
       merge(slots_[next.low], slots_[next.high]);
@@ -109,7 +109,8 @@ class MergingGroups {
     largest_queue_ = kMostOutdated * (queue_.size() + 1);
   }
 
-  // Adds the measures of the second slot to the first.
+  // Sets the area of the first slot to the sum of both, and its position and features to the means
+  // weighted by area.
   void mix(Label first, Label second) {
     const double area = areas_[first] + areas_[second];
     const double share = area > 0.0 ? areas_[second] / area : 0.5;
@@ -170,7 +171,7 @@ class MergingGroups {
     return std::cbrt(0.75 * area / std::numbers::pi);
   }
 
-  static constexpr std::size_t kMostOutdated = 8;  // outdated candidates per current one
+  static constexpr std::size_t kMostOutdated = 8;  // growth of the queue until it is rebuilt
 
   const MergeRule rule_;
   const std::size_t n_features_;
@@ -181,7 +182,7 @@ class MergingGroups {
   std::vector<Label> nodes_;  // node in each slot
   std::vector<Label> slots_;  // slot of each node; kNoLabel after it has merged
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
-  std::size_t largest_queue_ = 0;  // size at which it is rebuilt
+  std::size_t largest_queue_ = 0;  // a larger queue is rebuilt
   MergeTree tree_;
 };
 

@@ -43,9 +43,8 @@ struct MergeTree {
 // for areas a and b, positions p and q, and the radius r of a disk (or a ball) of their total area:
 // it is low for small, near regions with a long common border outside creases. A gap counts as a
 // border of length r (of area r^2) with cost 0. With features f and g the cost is a b / (a + b) *
-// |f - g|^2 (Ward), and the cost above breaks ties.
-// Remaining ties go to the lower nodes. Means are weighted by area (plain means without areas), and
-// borders are added.
+// |f - g|^2 (Ward), and the cost above breaks ties. Remaining ties go to the lower nodes. Means of
+// two nodes are weighted by area (equally if both areas are 0), and borders are added.
 //
 // Merging regions with m neighbors in all takes O(m log K) time; memory is O(K + borders).
 MergeTree merge_tree(const MergeRegions& regions, const MergeRule& rule);

@@ -185,7 +185,7 @@ class CrossingFinder {
     }
   }
 
-  // The number of cells on the side that are in a region.
+  // The number of cells on the side with this label.
   double count(Label label) const {
     if (on_side_.empty()) return 1.0;
     const auto range = std::equal_range(on_side_.begin(), on_side_.end(), label);
@@ -194,7 +194,7 @@ class CrossingFinder {
 
   const Surface& surface_;
   const std::span<const Label> labels_;
-  std::vector<Label> on_side_;  // sorted; empty if one cell is on either side
+  std::vector<Label> on_side_;  // labels on the side, sorted; empty if it has two cells
   std::vector<Crossing> found_;
 };
 

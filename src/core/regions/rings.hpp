@@ -23,8 +23,8 @@ struct CellCorners {
 };
 
 // Spreads ring numbers from vertex to vertex: each vertex of a cell gets at least the largest
-// number of the cell's vertices minus one. After starting with n, every cell within n rings has a
-// vertex of 1 or more. Time O(N max(rings)).
+// number of the cell's vertices minus one. So a vertex with number n gives each cell within n rings
+// around it a vertex with a number of 1 or more. Time O(N max(rings)).
 void spread_rings(const CellCorners& cells, std::span<std::uint8_t> rings);
 
 }  // namespace superfacets

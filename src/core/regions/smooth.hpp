@@ -17,10 +17,10 @@ struct SmoothOptions {
 
 // Moves chains of cells at borders between regions, as long as that lowers the cost of borders.
 //
-// Regions are grouped in patches (see make_patches). Patches of one color move their cells in
-// parallel: no cell that one of them reads or moves is adjacent to another, and moves that would
-// change that are forbidden. Within a patch, cells are tried in ascending order. The result is the
-// same for any number of threads.
+// Regions are grouped in patches (see make_patches), which are processed color by color. Patches of
+// one color move their cells in parallel: no cell that one of them reads or moves is adjacent to
+// another of that color, and moves that would change that are forbidden. Within a patch, cells are
+// tried in ascending order. The result is the same for any number of threads.
 //
 // Invariants: connected cells of a region stay connected, no region loses its last cell, cells in
 // `fixed` stay, and a cell moves only to a region whose first border is within max_distance, on a

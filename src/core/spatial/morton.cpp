@@ -11,8 +11,7 @@ namespace superfacets {
 namespace {
 
 constexpr int kBitsPerAxis = 10;
-constexpr int kDigitBits =
-    10;  // three digits per code; their tables fit into the first-level cache
+constexpr int kDigitBits = 10;  // the tables of one digit fit into the first-level cache
 static_assert(kCodeBits == 3 * kBitsPerAxis && kCodeBits == 3 * kDigitBits);
 constexpr std::uint32_t kDigits = 1U << kDigitBits;
 

@@ -19,7 +19,7 @@ constexpr std::size_t kShapesPerLeaf = 2;
 // near.
 constexpr std::int64_t kQueriesPerTask = 1 << 11;
 
-constexpr std::size_t kQueriesTogether = 64;  // fewer queries are not worth sorting
+constexpr std::size_t kQueriesTogether = 64;  // so many of one code are not worth sorting
 
 // The best result so far. Initially, `squared` is the limit and the cell is above all cells, so
 // that a cell at exactly the limit is accepted.
@@ -51,8 +51,8 @@ class ShapeSearch {
     tree_ = BoxTree(shapes_.size(), kShapesPerLeaf, take_place, team);
   }
 
-  // The nearest shape within a squared distance. `start`, the result of another query, makes this
-  // one fast if both are near, and does not change it.
+  // The nearest shape within a squared distance. `hint` is the result of another query. It makes
+  // this one fast if the two queries are near each other, and does not affect the result.
   Answer nearest_to(const Point& p, double max_squared, const Answer& hint) const {
     Answer best{max_squared};
     if (hint.is_found()) offer(p, hint.place, best);

@@ -27,7 +27,7 @@ inline bool operator<(const Neighbor& a, const Neighbor& b) {
 // the curve, as in a cloud with a far outlier, are ordered by halving their box.
 class NeighborSearch {
  public:
-  // For points of a cloud with different positions, ascending.
+  // For some points of a cloud, given by ascending indices. They have different positions.
   NeighborSearch(std::span<const Point> positions, std::span<const Cell> points, ThreadTeam& team);
 
   Place n_points() const { return static_cast<Place>(points_.size()); }
@@ -48,7 +48,7 @@ class NeighborSearch {
     for_each_wanted(n_nearest, [](Place) { return true; }, take, team);
   }
 
-  // The same for given places.
+  // The same for the places for which is_wanted(place) holds.
   template <typename IsWanted, typename Take>
   void for_each_wanted(std::size_t n_nearest, const IsWanted& is_wanted, const Take& take,
                        ThreadTeam& team) const {
@@ -75,7 +75,7 @@ class NeighborSearch {
  private:
   static constexpr std::int64_t kLeavesPerTask = 64;
 
-  // Number of nearest leaves that are compared before the others are looked up.
+  // Number of nearest leaves that are scanned first, to exclude most of the others by distance.
   static constexpr std::size_t kFirstLeaves = 12;
 
   // A leaf that may hold neighbors of the points of another.

@@ -6,9 +6,9 @@
 namespace superfacets {
 namespace {
 
-// A normal exists if the product of the differences between its variance and the other two exceeds
-// this fraction of the squared largest variance: points in a strip a thousand times as long as wide
-// still have one.
+// Points with variances a <= b <= c along the principal axes have a normal if (b - a) (c - a) is
+// greater than about this fraction of (a + b + c)^2: points in a strip a thousand times as long as
+// wide still have one.
 constexpr double kLeastDifference = 1e-7;
 
 // Newton's method for the smallest root converges from below; the last steps double the digits.

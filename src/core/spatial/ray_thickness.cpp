@@ -408,7 +408,7 @@ double deviation_of(std::span<const Length> lengths) {
   return std::sqrt(squares / static_cast<double>(lengths.size()));
 }
 
-// The mean length of rays without outliers.
+// The weighted mean length of the rays, without outliers.
 double typical_length(std::vector<Length>& lengths) {
   std::sort(lengths.begin(), lengths.end(),
             [](const Length& a, const Length& b) { return a.length < b.length; });
@@ -421,8 +421,8 @@ double typical_length(std::vector<Length>& lengths) {
     sum += ray.weight * ray.length;
     weights += ray.weight;
   }
-  return weights > 0.0 ? sum / weights
-                       : median;  // if there are two groups of lengths, none is near the median
+  // With two groups of lengths, none may be near the median.
+  return weights > 0.0 ? sum / weights : median;
 }
 
 }  // namespace

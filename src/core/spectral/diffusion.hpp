@@ -14,7 +14,7 @@ inline constexpr double kLeastConductance = 1e-6;
 struct ConductanceOptions {
   double diagonal = 1.0;     // d, the unit of the weights
   double crease_unit = 1.0;  // length that a concave turn by pi adds to an arc
-  double steepness = 20.0;   // of the conductance across creases
+  double steepness = 20.0;   // rate at which conductance decreases with kappa
 };
 
 struct Conductances {

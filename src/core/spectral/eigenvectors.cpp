@@ -118,7 +118,7 @@ class Subspace {
     remove_constants();
   }
 
-  // Returns the change of the first eigenvalues.
+  // Returns the largest relative change of the first n_wanted eigenvalues.
   double iterate(std::size_t n_wanted) {
     for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
       for (double& value : row(cell)) value *= measures_[cell];

@@ -32,7 +32,7 @@ class SparseFactor {
 
   struct Elimination {
     Cell cell;
-    Cell neighbor;  // whose row is updated
+    Cell neighbor;  // the row of this cell is updated
   };
   static void subtract(const Row& pivot_row, double factor, const Elimination& step, Row& row,
                        Row& merged);

@@ -19,8 +19,8 @@ std::int64_t find(std::string_view text, std::int64_t begin, std::int64_t end, c
   return place == nullptr ? end : static_cast<const char*>(place) - text.data();
 }
 
-// The start of the first line at or behind byte `place` and before `end`, if a line begins at
-// `begin`; else some place at or behind `end`.
+// The start of the first line that starts at byte `place` or later, given that a line starts at
+// `begin`. If no line starts before `end`, the result is some place not before `end`.
 std::int64_t next_line(std::string_view text, std::int64_t begin, std::int64_t place,
                        std::int64_t end) {
   return place <= begin ? begin : find(text, place - 1, end, '\n') + 1;

@@ -20,8 +20,7 @@ inline bool is_blank(char c) {
 // Lines of a text with at least one token each, in their order.
 struct TextLines {
   Buffer<std::int64_t> starts;  // first byte of the first token
-  Buffer<std::int64_t>
-      ends;  // one past the last byte of the line: a newline, a comment, or the end
+  Buffer<std::int64_t> ends;    // one past the last byte: at a newline, a comment or the end
   Buffer<std::int32_t> counts;  // tokens
 };
 
