@@ -12,7 +12,7 @@ import type { Session } from "./session";
 interface Kinds {
   class: number;
   selection: ReadonlySet<number>;
-  hover: number; // a cell; -1 for none
+  hover: number; // cell under the pointer; -1 for none
 }
 
 const nameOf = (regions: readonly number[]): string =>
@@ -22,9 +22,9 @@ export class Desk {
   readonly events = new Events<Kinds>();
   picker!: Picker;
   currentClass = 0;
-  cursor = -1; // a region
+  cursor = -1; // region of the keyboard's cursor; -1 for none
   hoveredCell = -1;
-  tolerance = 0.15; // of "similar"
+  tolerance = 0.15; // tolerance of the operation "similar", 0 to 1
   readonly selection = new Set<number>();
   private isPainted = false; // the last stroke painted the selection
   private order: number[] = []; // order of regions for next and previous
@@ -84,7 +84,7 @@ export class Desk {
     this.events.emit("hover", cell);
   }
 
-  /** The region that keys work on: under the pointer, or else under the cursor. */
+  /** The region that keys act on: the one under the pointer, or else under the cursor. */
   get activeRegion(): number {
     const hovered = this.regionOf(this.hoveredCell);
     return hovered >= 0 ? hovered : this.cursor;

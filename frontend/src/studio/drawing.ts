@@ -26,8 +26,8 @@ export class Drawing {
   private readonly surface: Surface;
   private readonly cellsProgram: Program;
   private readonly imageProgram: Program;
-  private readonly regions: Table; // region of each cell
-  private readonly regionColors: Table; // alpha: selected
+  private readonly regions: Table; // the region of each cell
+  private readonly regionColors: Table; // color of each region; alpha is 255 if it is selected
   private readonly classColors: Table;
   private readonly frames: [Frame, Frame]; // framebuffers of the first pass, by stride
   private frame: Frame | null = null; // frame of the latest first pass
@@ -40,7 +40,7 @@ export class Drawing {
   private isStale = false; // the first pass is out of date
   private scheduled = 0;
   private refining = 0;
-  private viewMs = 0; // time of a first pass for this mesh; 0: not measured
+  private viewMs = 0; // milliseconds of a first pass for this mesh; 0: not measured
 
   constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
     const gpu = (this.gpu = new Gpu(canvas, true));
@@ -51,7 +51,7 @@ export class Drawing {
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
     canvas.addEventListener("webglcontextlost", (event) => {
-      event.preventDefault(); // or the context is never restored
+      event.preventDefault(); // otherwise the browser never restores the context
       failed("The graphics card was lost.");
     });
     canvas.addEventListener("webglcontextrestored", () => this.restore());
@@ -107,7 +107,7 @@ export class Drawing {
     this.redraw();
   }
 
-  /** Show which regions are selected. */
+  /** Highlight these regions as selected, or remove the highlight. */
   select(regions: Iterable<number>, on: boolean): void {
     for (const region of regions) {
       this.regionColors.texels[4 * region + 3] = on ? 255 : 0;
@@ -125,7 +125,7 @@ export class Drawing {
     this.redraw();
   }
 
-  /** Regions under the pointer and under the keyboard's cursor; -1 for none. */
+  /** Mark the regions under the pointer and under the keyboard's cursor; -1 for none. */
   mark({ hovered, cursor }: { hovered?: number; cursor?: number }): void {
     const before = [this.hovered, this.cursor];
     if (hovered !== undefined) this.hovered = hovered >>> 0; // -1 becomes NONE
@@ -164,7 +164,7 @@ export class Drawing {
     this.refining = window.setTimeout(() => this.refine(), REFINE_MS);
   }
 
-  /** Draw smooth lines; `always`: even if it takes long. */
+  /** Draw antialiased, unless the view is slow (`always`: then too) or the canvas very large. */
   refine(always = false): void {
     const { width, height } = this.canvas;
     if (!this.hasSize || !this.mesh || !this.frame) return;
@@ -175,7 +175,7 @@ export class Drawing {
     this.draw(2);
   }
 
-  /** Milliseconds that the first pass takes; tables have been sent before. */
+  /** Milliseconds that the first pass takes. Its tables must have been uploaded. */
   private timeView(): number {
     this.stride = 1;
     this.gpu.read(0, 0, 1, 1); // waits until drawing has finished
@@ -185,7 +185,7 @@ export class Drawing {
     return performance.now() - start;
   }
 
-  /** Draw now, with this number of samples per pixel along each side, at most the stride. */
+  /** Draw now, with `samples` x `samples` samples per pixel, or `stride` x `stride` if that is fewer. */
   draw(samples: number): void {
     if (!this.hasSize || !this.mesh || !this.classColors.bytes) return;
     const { gl } = this.gpu;
@@ -246,5 +246,5 @@ export interface Seen {
   cells: Uint32Array;
   width: number;
   height: number;
-  scale: number; // number of these pixels per pixel of the page
+  scale: number; // pixels of this picture per pixel of the page
 }

@@ -19,7 +19,7 @@ export class Groups {
     for (let i = 0; i < values.length; i++) if (values[i] >= 0) this.members[next[values[i]]++] = i;
   }
 
-  /** Indices of one group, ascending. */
+  /** Indices in a group, ascending. */
   of(group: number): Uint32Array {
     return this.members.subarray(this.starts[group], this.starts[group + 1]);
   }
@@ -29,7 +29,7 @@ export function addTo(sums: Map<number, number>, key: number, value: number): vo
   sums.set(key, (sums.get(key) ?? 0) + value);
 }
 
-/** The numbers of several arrays, one after the other. */
+/** Several arrays concatenated into one. */
 export function joined(parts: Uint32Array[]): Uint32Array {
   const all = new Uint32Array(parts.reduce((sum, part) => sum + part.length, 0));
   let at = 0;
@@ -57,7 +57,7 @@ export class Neighbors {
     return this.lists[region] ?? [];
   }
 
-  /** Regions around a set that are not in it. */
+  /** Neighbors of the regions of a set that are not in the set themselves. */
   ringAround(regions: ReadonlySet<number>): number[] {
     const ring = new Set<number>();
     for (const region of regions) {
@@ -66,12 +66,12 @@ export class Neighbors {
     return [...ring];
   }
 
-  /** Regions of a set with a neighbor outside it, or at the boundary of the surface. */
+  /** Regions of a set that have a neighbor outside it. */
   outerRing(regions: ReadonlySet<number>): number[] {
     return [...regions].filter((region) => this.of(region).some((other) => !regions.has(other)));
   }
 
-  /** All regions, piece by piece, each breadth first. */
+  /** All regions, one connected component after the other, each in breadth-first order. */
   walk(): number[] {
     const order: number[] = [];
     const seen = new Uint8Array(this.lists.length);
@@ -91,14 +91,14 @@ export class Neighbors {
   }
 }
 
-/** Cells of each region, one after the other. */
+/** The region of each cell, the cells of each region, and the neighbors of regions. */
 export class Regions {
   readonly count: number;
   readonly areas: Float64Array;
   readonly neighbors: Neighbors;
   private readonly groups: Groups;
 
-  /** `areas`: of cells; `graph`: the server's packet of arcs between regions. */
+  /** `areas`: area of each cell; `graph`: the server's packet of pairs of neighboring regions. */
   constructor(
     readonly labels: Int32Array, areas: Float32Array, graph: ArrayBuffer, readonly revision: number,
   ) {
@@ -147,14 +147,14 @@ export class Classes {
     return total > 0 ? Math.min(1, Math.max(0, 1 - (this.areaOf.get(0) ?? 0) / total)) : 0;
   }
 
-  /** Area without a class among some cells. */
+  /** Total area of those of the given cells that have no class. */
   bareArea(cells: Uint32Array): number {
     let sum = 0;
     for (const cell of cells) if (this.of[cell] === 0) sum += this.areas[cell];
     return sum;
   }
 
-  /** The class with the largest area among some cells. */
+  /** The class that covers the largest area of the given cells. */
   mainClass(cells: Uint32Array): number {
     const sums = new Map<number, number>();
     for (const cell of cells) addTo(sums, this.of[cell], this.areas[cell]);

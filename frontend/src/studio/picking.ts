@@ -8,7 +8,7 @@ import { Groups } from "./labeling";
 import type { Mesh } from "./mesh";
 
 const SLABS = 1024; // number of slabs across the longest side of the mesh
-const NEAR = 8; // distance of neighbors of a point, in diameters of points
+const NEAR = 8; // radius of a point's neighborhood, in diameters of a drawn point
 
 export class Picker {
   private known: Surroundings | null = null;
@@ -50,10 +50,10 @@ export class Picker {
 
 /** Neighbors of a cell, and cells within a distance of a place. */
 class Surroundings {
-  private readonly corners: Groups | null; // of triangles, at each vertex
-  private readonly triangles: Groups | null; // of each cell; null where triangle i is cell i
-  private readonly slabs: Groups; // of vertices
-  private axis = 0; // of the longest side
+  private readonly corners: Groups | null; // triangle corners at each vertex; null for a cloud
+  private readonly triangles: Groups | null; // triangles of each cell; null if triangle i is cell i
+  private readonly slabs: Groups; // vertices in each slab
+  private axis = 0; // axis of the longest side, along which slabs are stacked
   private low = 0;
   private extent = 0;
 
@@ -82,7 +82,7 @@ class Surroundings {
     return Math.max(0, Math.min(SLABS - 1, Math.floor(SLABS * share)));
   }
 
-  /** Cells that have a vertex in a sphere; points in a sphere. */
+  /** Cells that have a vertex in this sphere; for a cloud, the points in it. */
   within(middle: Vector, radius: number): Set<number> {
     const { values } = this.mesh.shape.positions;
     const [x, y, z] = middle;
@@ -97,7 +97,7 @@ class Surroundings {
     return this.corners ? this.cellsAt(vertices, this.corners) : new Set(vertices);
   }
 
-  /** Cells with a common vertex; points nearby. */
+  /** Cells that share a vertex with this one, itself included; for a cloud, the points nearby. */
   around(cell: number): Set<number> {
     const { mesh, corners } = this;
     const { triangles, facts } = mesh.shape;
@@ -115,7 +115,7 @@ class Surroundings {
   }
 }
 
-/** Places from one to another, at most `step` pixels apart, without the first. */
+/** Places on the line between two places, at most `step` pixels apart; the first is left out. */
 export function placesBetween(from: Place, to: Place, step: number): Place[] {
   const count = Math.max(1, Math.ceil(Math.hypot(to.x - from.x, to.y - from.y) / step));
   return Array.from({ length: count }, (_, i) => ({

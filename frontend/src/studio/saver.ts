@@ -1,4 +1,4 @@
-// Queue of strokes for the server, in order; each is kept until the server has it.
+// Queue of strokes for the server, in order; each waits until the server has saved or refused it.
 
 import { type Api, ServerGone, type ServerError } from "./api";
 import { fromBase64, toBase64 } from "../shared/arrays";
@@ -19,10 +19,13 @@ interface Listener {
   gone(): void;
 }
 
-// Most characters of waiting strokes in the browser's store.
+// Maximum length of the text of waiting strokes that is stored in the browser.
 const MAX_KEPT = 4_000_000;
 
-/** Waiting strokes are also kept in the browser's store, so that closing the page loses nothing. */
+/**
+ * Sends strokes to the server. When the server stops answering, the waiting strokes are also stored
+ * in the browser, up to `MAX_KEPT` characters, so that the page can be closed and opened again.
+ */
 export class Saver {
   private waiting: Stroke[] = [];
   private running: Promise<void> | null = null;
@@ -81,7 +84,7 @@ export class Saver {
     if (!this.waiting.length) this.forget();
   }
 
-  /** Keep strokes back while an operation runs that they must not overtake. */
+  /** Send no strokes until `release`, because they must not overtake a running operation. */
   hold(): void {
     this.isHeld = true;
   }
@@ -91,7 +94,7 @@ export class Saver {
     void this.flush();
   }
 
-  /** Number of waiting parts that belong to the first stroke. */
+  /** Number of parts at the front of the queue that belong to the same stroke. */
   private joinable(): number {
     const end = this.waiting.findIndex(({ stroke }) => stroke !== this.waiting[0].stroke);
     return end < 0 ? this.waiting.length : end;
@@ -103,7 +106,7 @@ export class Saver {
     try {
       if (text.length <= MAX_KEPT) localStorage.setItem(this.key, text);
     } catch {
-      // The store is full or switched off: the strokes stay in this page.
+      // The browser's storage is full or switched off: the strokes are only in this page.
     }
   }
 
@@ -122,7 +125,7 @@ export class Saver {
     try {
       localStorage.removeItem(this.key);
     } catch {
-      // Nothing was kept.
+      // Storage is switched off, so nothing was stored.
     }
   }
 }

@@ -16,37 +16,37 @@ export abstract class Tool {
 
   constructor(protected readonly desk: Desk) {}
 
-  /** A stroke begins here; `isOther`: with Shift. */
+  /** Begin a stroke at this place; `isOther` if Shift is held: erase, or the blue stroke. */
   abstract begin(place: Place, isOther: boolean): void;
   abstract move(place: Place): void;
   abstract end(): void;
   enter(): void {}
   leave(): void {}
 
-  /** The key Enter. */
+  /** The key Enter was pressed. */
   confirm(): void {
     this.desk.paintActive(this.desk.currentClass);
   }
 
-  /** The key Delete. */
+  /** The key Delete was pressed. */
   erase(): void {
     this.desk.paintActive(0);
   }
 
-  /** An arrow key: to the right and up. */
+  /** An arrow key was pressed: x is 1 for right, -1 for left; y is 1 for up, -1 for down. */
   arrow(x: number, y: number): void {
     this.desk.drawing.camera.orbit(TURN * x, -TURN * y);
   }
 
-  /** The keys + and -. */
+  /** The key + (`isUp`) or - was pressed. */
   resize(isUp: boolean): void {
     if (isUp) this.desk.grow();
     else this.desk.shrink();
   }
 }
 
-const TURN = 0.15; // radians
-const STEP = 6; // pixels
+const TURN = 0.15; // angle in radians by which an arrow key turns the view
+const STEP = 6; // pixels between the places of a stroke at which cells are looked up
 
 /** A stroke of one class; `touched` are the regions or cells that it has painted. */
 abstract class Brush extends Tool {
@@ -243,7 +243,7 @@ export class Lasso extends Tool {
   }
 }
 
-/** Where a closed line crosses a row, from left to right. */
+/** The x at which a closed line crosses a row of pixels, ascending. */
 export function crossingsOf(places: Place[], y: number): number[] {
   const found: number[] = [];
   places.forEach((a, i) => {

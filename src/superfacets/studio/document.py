@@ -138,7 +138,8 @@ class Document:
             self.segmenter.close()
             self.journal.close()
 
-    # Operations. Each returns after its line is on the disk.
+    # Operations. Each returns after its line of the journal is on the disk. In a folder,
+    # `set_classes` writes no line: it writes the list that all files of the folder share.
 
     def paint(self, cells: CellNumbers, wanted: Any, stroke: str | None = None) -> Change | None:
         """Give cells (ascending) one class, or one class each; 0 is none. None if nothing changes.

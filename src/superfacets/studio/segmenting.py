@@ -64,7 +64,7 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
         raise ValueError(f"there is no parameter {unknown[0]}")
     merged = {**usual, **given}
     if "level" not in given and given.get("n_segments") not in (None, usual["n_segments"]):
-        merged["level"] = None  # the level belongs to other regions
+        merged["level"] = None  # the kept level was chosen for another number of regions
     n_segments = checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
     level = merged["level"]
     if level is not None:

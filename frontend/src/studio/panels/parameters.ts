@@ -41,7 +41,7 @@ export class ParametersPanel {
   private readonly outputs = new Map<Name, HTMLOutputElement>();
   private readonly smooth = make("input", { type: "checkbox", id: "smooth" });
   private ranges: Record<string, Range> = {};
-  private readonly moved = new Set<Slider>(); // since the last full segmentation
+  private readonly moved = new Set<Slider>(); // sliders moved since the last full segmentation
 
   constructor(private readonly session: Session) {
     for (const slider of SLIDERS) this.addSlider(slider);
@@ -77,7 +77,7 @@ export class ParametersPanel {
   private setValue(slider: Slider, value: number): void {
     const { name } = slider;
     this.showValue(name, value);
-    if (this.valueOf(slider) === value) return; // several positions have this number: do not move
+    if (this.valueOf(slider) === value) return; // several positions mean this value: keep the slider in place
     const at = Math.round(STEPS * slider.share(value, this.ranges[name]));
     this.fields.get(name)!.value = String(Math.min(STEPS, Math.max(0, at || 0)));
   }
@@ -88,7 +88,10 @@ export class ParametersPanel {
     this.fields.get(name)!.setAttribute("aria-valuetext", text);
   }
 
-  /** Send only moved sliders: the steps of the others would round their values. */
+  /**
+   * Send the values of moved sliders only: a slider has few positions, so reading an unmoved one
+   * would round its value.
+   */
   private send(preview: boolean): void {
     const parameters: Partial<Parameters> = { smooth: this.smooth.checked };
     for (const slider of this.moved) parameters[slider.name] = this.valueOf(slider);
@@ -112,7 +115,7 @@ export class ParametersPanel {
     part<HTMLButtonElement>("coarser").disabled = at >= levels.length - 1;
   }
 
-  /** Index among the levels, which go from fine to coarse. */
+  /** Index of a level in the list of levels, which is ordered from fine to coarse. */
   private levelIndex(): number {
     const { parameters, levels } = this.session.state;
     return parameters.level === null ? 0 : levels.indexOf(parameters.level);
