@@ -6,7 +6,7 @@ import { NONE, type ShapeFacts } from "../shared/shape";
 const NO_VALUE = 65535;
 
 interface LabelingFacts {
-  ids: number[] | null; // names of regions in the input; null: their numbers
+  ids: number[] | null; // labels of regions in the input; null: regions are labeled 0, 1, ...
   n_left_out: number;
   mean_area: number;
 }
@@ -33,7 +33,7 @@ export interface Facts extends ShapeFacts {
 export interface Labeling extends LabelingFacts {
   name: string;
   colors: Numbers;
-  counts: Numbers; // cells of each region
+  counts: Numbers; // number of cells of each region
   sizes: Numbers; // area or volume of each region
 }
 

@@ -10,7 +10,7 @@ import { NONE, type Shape } from "../shared/shape";
 import { Surface } from "../shared/surface";
 import { BORDER, INK, PICK, SHADE } from "./shaders";
 
-const SAMPLES = 4; // per pixel
+const SAMPLES = 4; // samples per pixel, for antialiasing
 const SLOW_MS = 40; // frame time from which a moving view is drawn coarsely
 const COARSE = 0.5; // resolution of a coarse view, relative to the screen
 const REST_MS = 150; // pause after which the view is drawn finely again
@@ -80,7 +80,7 @@ export class Drawing {
     this.request();
   }
 
-  /** The group of each cell, the color of each group (three bytes), and the color of cells without. */
+  /** The group of each cell, the color of each group (three bytes), and of ungrouped cells. */
   setGroups(groups: Numbers, colors: Numbers, missing: Rgb): void {
     const texels = new Uint8Array((colors.length / 3) * 4).fill(255);
     for (let i = 0; i < colors.length / 3; i++) texels.set(colors.subarray(3 * i, 3 * i + 3), 4 * i);
@@ -107,7 +107,7 @@ export class Drawing {
     });
   }
 
-  /** Mean time of fine frames, without the first, which compiles shaders. */
+  /** Mean milliseconds of fine frames, without the first, which compiles shaders. */
   private noteFrame(ms: number): void {
     if (this.isCoarse) return;
     this.frameMs = this.frameMs === undefined ? 0 : (this.frameMs + ms) / 2;
@@ -184,7 +184,7 @@ export class Drawing {
   }
 }
 
-/** A multisampled framebuffer. */
+/** A multisampled framebuffer, for antialiasing. */
 class Samples {
   private readonly target: WebGLFramebuffer;
   private readonly buffers: WebGLRenderbuffer[];
@@ -196,7 +196,7 @@ class Samples {
     this.buffers = [gl.createRenderbuffer(), gl.createRenderbuffer()];
   }
 
-  /** Make it the target of drawing. */
+  /** Make this framebuffer the target of drawing. */
   begin(width: number, height: number): void {
     const { gl } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);

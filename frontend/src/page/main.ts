@@ -21,7 +21,7 @@ async function open(): Promise<Panel> {
   const facts = JSON.parse(part("facts").textContent) as Facts;
   const element = part("payload");
   const buffer = await inflate(fromBase64(element.textContent.trim()));
-  element.remove(); // frees its text, which is as large as the mesh
+  element.remove(); // frees the text of the element, which is as large as the mesh
   const panel = new Panel(facts, decodeArrays(buffer, 0, facts.arrays));
   new Controls(panel);
   return panel;

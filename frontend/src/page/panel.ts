@@ -34,7 +34,7 @@ export class Panel {
     const canvas = part<HTMLCanvasElement>("canvas");
     this.content = new Content(facts, arrays);
     this.drawing = new Drawing(canvas, shapeOf(facts, arrays), arrays.edges);
-    for (const name of ["triangles", "edges", "normals"]) delete arrays[name]; // they are on the graphics card
+    for (const name of ["triangles", "edges", "normals"]) delete arrays[name]; // copies are on the graphics card
     this.drawing.lineWidth = (pixels, height) => this.lineWidth(pixels, height);
     this.coloring = this.content.colorings[0];
     this.fillControls();
@@ -48,7 +48,7 @@ export class Panel {
     return this.content.levels[this.level] ?? this.content.truth;
   }
 
-  /** CSS pixels: 2 % of the diameter of a mean region, but at least a solid line. */
+  /** Width of borders in CSS pixels: 2 % of the diameter of a mean region, within limits. */
   private lineWidth(pixels: number, height: number): number {
     const area = this.labeling?.mean_area ?? 0;
     const diameter = Math.sqrt((4 * area) / Math.PI) * pixels;
@@ -190,7 +190,7 @@ export class Panel {
     return this.tell(this.drawing.cellAt(place), place);
   }
 
-  /** For the keyboard and screen readers. */
+  /** Announce the cell in the middle of the canvas, for keyboard users and screen readers. */
   tellMiddle(): void {
     const { clientWidth, clientHeight } = this.drawing.canvas;
     const lines = this.tellAt({ x: clientWidth / 2, y: clientHeight / 2 });

@@ -3,9 +3,9 @@
 import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
 
 export const SHADE = `${HEAD}${LIGHT}
-uniform usampler2D groups;  // of each cell
-uniform sampler2D colors;  // of each group
-uniform usampler2D regions;  // of each cell
+uniform usampler2D groups;  // the group of each cell
+uniform sampler2D colors;  // the color of each group
+uniform usampler2D regions;  // the region of each cell
 uniform vec3 missing;  // color of cells without a group
 uniform uint marked;  // region under the pointer
 out vec4 color;

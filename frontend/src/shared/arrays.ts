@@ -3,7 +3,7 @@
 const TYPES = {
   uint8: Uint8Array, uint16: Uint16Array, uint32: Uint32Array, int32: Int32Array, float32: Float32Array,
 };
-const WORDS = [Uint8Array, Uint8Array, Uint16Array, Uint16Array, Uint32Array]; // by number of bytes
+const WORDS = [Uint8Array, Uint8Array, Uint16Array, Uint16Array, Uint32Array]; // type of a word, by its number of bytes
 
 export type Numbers = InstanceType<(typeof TYPES)[keyof typeof TYPES]>;
 
@@ -67,7 +67,7 @@ function numbersOfCodes(words: Uint8Array | Uint16Array | Uint32Array): void {
   }
 }
 
-const CHUNK = 0x8000; // arguments of one call
+const CHUNK = 0x8000; // bytes per call: the number of arguments is limited
 
 interface Decoder {
   fromBase64?: (text: string) => Uint8Array<ArrayBuffer>; // not in all browsers yet

@@ -64,7 +64,7 @@ export class Camera {
     this.changed();
   }
 
-  /** From the eye to its target. */
+  /** Distance from the eye to its target. */
   get distance(): number {
     if (!this.fitted && this.positions) this.fit(this.positions);
     return this.fitted / this.zoom;
@@ -91,7 +91,7 @@ export class Camera {
     this.size = Math.sqrt(size);
   }
 
-  /** Right, up and toward the viewer. */
+  /** Axes of the view: right, up and toward the viewer. */
   directions(): [Vector, Vector, Vector] {
     const [right, up, front] = this.facts!.axes;
     const [s, c] = [Math.sin(this.azimuth), Math.cos(this.azimuth)];
@@ -188,7 +188,7 @@ export class Camera {
     move(start);
   }
 
-  /** Azimuth and elevation that face a surface with this normal, limited to STEEP. */
+  /** Azimuth and elevation from which the eye faces this normal; elevation is limited to STEEP. */
   private anglesToward(normal: Vector): [number, number] {
     if (lengthOf(normal) === 0) return [this.azimuth, this.elevation];
     const [right, up, front] = this.facts!.axes;

@@ -1,4 +1,4 @@
-// Parts of the page by their ids.
+// Look up elements of the page by their ids, and create elements.
 
 export function part<T extends Element = HTMLElement>(id: string): T {
   const found = document.getElementById(id);

@@ -2,7 +2,7 @@
 
 export const WIDTH = 2048; // width of tables: every WebGL 2 supports it
 
-/** A texture unit that keeps its texture. */
+/** A texture bound to a texture unit of its own. */
 export interface Lookup {
   readonly unit: number;
 }
@@ -34,7 +34,7 @@ export class Gpu {
   private begin(): boolean {
     const { gl } = this;
     gl.enable(gl.DEPTH_TEST);
-    gl.disable(gl.DITHER); // pixels are numbers
+    gl.disable(gl.DITHER); // pixels hold numbers, which dithering would change
     gl.clearColor(0, 0, 0, 0);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     this.noBuffers = gl.createVertexArray();
@@ -58,7 +58,7 @@ export class Gpu {
     return this.nUnits++;
   }
 
-  /** A texture without filtering, at its own unit. */
+  /** Create a texture without filtering, bound to a texture unit of its own. */
   texture(unit: number): WebGLTexture {
     const { gl } = this;
     const texture = gl.createTexture();
@@ -76,7 +76,7 @@ export class Gpu {
     this.gl.drawArrays(this.gl.TRIANGLES, 0, count);
   }
 
-  /** Pixels of a rectangle; (x, y) is its lower left corner. */
+  /** Read the pixels of a rectangle; (x, y) is its lower left corner. */
   read(x: number, y: number, width: number, height: number): Uint8Array<ArrayBuffer> {
     const { gl } = this;
     const bytes = new Uint8Array(4 * width * height);
@@ -261,7 +261,7 @@ export class Frame implements Held {
     Object.assign(this, { width, height });
   }
 
-  /** Clear it, and make it the target of drawing. */
+  /** Clear the framebuffer, and make it the target of drawing. */
   begin(width: number, height: number): void {
     const { gl } = this.gpu;
     if (this.width !== width || this.height !== height) this.resize(width, height);
@@ -270,7 +270,7 @@ export class Frame implements Held {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   }
 
-  /** Make it the target of drawing and reading. */
+  /** Make the framebuffer the target of drawing and reading. */
   bind(): void {
     this.gpu.gl.bindFramebuffer(this.gpu.gl.FRAMEBUFFER, this.target);
   }

@@ -2,7 +2,7 @@
 
 import type { Positions } from "./shape";
 
-export const NO_NORMAL = 0; // vertex in a crease: triangles have their own normals
+export const NO_NORMAL = 0; // code of a vertex in a crease: triangles use their own normals
 const DOWNWARD = 0xfefe; // second code of the direction whose first code is 0
 const SMOOTH = 0.9; // least cosine between the normals of a vertex and of its triangles
 
@@ -17,7 +17,7 @@ function packDirection(x: number, y: number, z: number): number {
   return Math.round((a + 1) * 127) | (Math.round((b + 1) * 127) << 8) || DOWNWARD;
 }
 
-/** Packed mean normal of the triangles at each vertex; `NO_NORMAL` if they differ much. */
+/** Packed mean normal of the triangles at each vertex; `NO_NORMAL` if their normals differ much. */
 export function vertexNormals(positions: Positions, triangles: Uint32Array): Uint16Array {
   const sums = new Float32Array(positions.values.length);
   const normal = new Float32Array(3);

@@ -14,7 +14,7 @@ ivec2 place(uint i) { return ivec2(int(i % ${WIDTH}u), int(i / ${WIDTH}u)); }
 `;
 
 export const EYE = `
-uniform usampler2D vertices;  // x, y, z; packed normal
+uniform usampler2D vertices;  // per vertex: x, y, z, packed normal
 uniform bool has_floats;  // x, y, z are bits of floats, not steps
 uniform vec3 low;
 uniform vec3 step_;
@@ -30,11 +30,11 @@ vec3 seen(uvec4 texel) {
 
 /** Vertex shader of the surface, or of points. */
 export const SURFACE = `${HEAD}${EYE}
-in uvec2 vertex;  // number; triangle whose first corner it is
-uniform usampler2D sources;  // cell of each triangle, where triangles are not the cells
+in uvec2 vertex;  // index of the vertex; triangle whose first corner it is
+uniform usampler2D sources;  // cell of each triangle, if triangles are not the cells
 uniform bool has_sources;
 uniform bool is_cloud;
-uniform float point_size;  // pixels at distance 1
+uniform float point_size;  // size of a point at distance 1, in pixels
 flat out uint cell;
 out vec3 at;
 out vec3 normal;  // (0, 0, 0) in a crease

@@ -25,9 +25,9 @@ export interface ShapeFacts {
 export interface Shape {
   facts: ShapeFacts;
   positions: Positions;
-  triangles: Uint32Array | null; // three vertices each; null: the points are the cells
+  triangles: Uint32Array | null; // vertex indices, three each; null: the points are the cells
   sources: Uint32Array | null; // cell of each triangle; null: triangle i is cell i
-  normals: Uint16Array | null; // of points, packed
+  normals: Uint16Array | null; // packed normal of each point
 }
 
 export function shapeOf(facts: ShapeFacts, arrays: Arrays): Shape {

@@ -66,7 +66,7 @@ export class Surface {
     return { ...eye, vertices, has_floats: hasFloats, low: facts.low, step_: facts.step };
   }
 
-  /** Draw all; `pixels` is the size of a length of 1 at distance 1. */
+  /** Draw the whole mesh; `pixels` is the size in pixels of a length of 1 at distance 1. */
   draw(program: Program, eye: Eye, pixels: number, others: Values): void {
     const { gl } = this.gpu;
     program.use({

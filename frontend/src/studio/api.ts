@@ -2,7 +2,7 @@
 
 import { type Arrays, decodeArrays, type Entry } from "../shared/arrays";
 
-/** The server refused a request: message and status. */
+/** The server refused a request; has the message and HTTP status of its answer. */
 export class ServerError extends Error {
   constructor(message: string, readonly status: number) {
     super(message);
@@ -58,7 +58,7 @@ export class Api {
     try {
       return await response.arrayBuffer();
     } catch {
-      throw new ServerGone(); // the connection broke within the answer
+      throw new ServerGone(); // the connection broke in the middle of the answer
     }
   }
 
@@ -83,7 +83,7 @@ export class Api {
 
 const MAGIC = "SFSTUDIO";
 
-/** A magic word, the length of a header, the header in JSON, and arrays. */
+/** Binary answer: a magic word, the length of the header, the header in JSON, and arrays. */
 export function readPacket<Header>(buffer: ArrayBuffer): { header: Header; arrays: Arrays } {
   const textOf = (start: number, length: number): string =>
     new TextDecoder().decode(new Uint8Array(buffer, start, length));

@@ -36,7 +36,7 @@ export class CellCursor {
     this.desk.drawing.redraw();
   }
 
-  /** Go to the neighbor on the right (x = 1), left, above (y = 1) or below; first to a start cell. */
+  /** Go to the neighbor at the right (x = 1), left, top (y = 1) or bottom; at first, to a start cell. */
   move(x: number, y: number): void {
     const isFirst = this.cell < 0 || this.desk.isHidden(this.cell);
     const next = isFirst ? this.start() : this.next(x, y);

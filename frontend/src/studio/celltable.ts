@@ -2,12 +2,12 @@
 
 import { type Gpu, Table } from "../shared/gl";
 
-export const MARK_RED = 1; // strokes of split mode
+export const MARK_RED = 1; // cells of the red stroke in split mode
 export const MARK_BLUE = 2;
 export const MARK_HIDDEN = 4;
-export const MARK_CURSOR = 8; // the keyboard's, on one cell
+export const MARK_CURSOR = 8; // the cell of the keyboard's cursor
 
-/** Per cell: class in two bytes, bits of marks. */
+/** A texture with four bytes per cell: two bytes of its class, and the bits of its marks. */
 export class CellTable {
   readonly table: Table;
   hasHidden = false;

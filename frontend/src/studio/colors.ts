@@ -1,4 +1,4 @@
-// Colors of regions, different for neighbors, and of classes.
+// Colors of regions (neighbors get different colors), and colors of classes.
 
 import type { Neighbors } from "./labeling";
 
@@ -20,7 +20,7 @@ export function parseColor(text: string): Rgb {
   return [value >> 16, (value >> 8) & 255, value & 255];
 }
 
-/** For each region the least used color of the palette that no neighbor has, if there is one. */
+/** Gives each region the least used color of the palette that no neighbor has, if there is any. */
 // Greedy in the order of labels, so that a split, whose new region comes last, leaves nearly all colors
 // as they were. Python's region_colors tells colors apart better, but a split can change most of them.
 export function regionColors(neighbors: Neighbors, count: number, palette: Rgb[]): Rgb[] {

@@ -185,7 +185,10 @@ export class Drawing {
     return performance.now() - start;
   }
 
-  /** Draw now, with `samples` x `samples` samples per pixel, or `stride` x `stride` if that is fewer. */
+  /**
+   * Draw now, with `samples` x `samples` samples per pixel, or `stride` x `stride` if that is
+   * fewer.
+   */
   draw(samples: number): void {
     if (!this.hasSize || !this.mesh || !this.classColors.bytes) return;
     const { gl } = this.gpu;

@@ -5,7 +5,7 @@ import type { Modes } from "./modes";
 import { make, part } from "../shared/dom";
 
 interface Key {
-  names: string[]; // as `nameOf` makes them
+  names: string[]; // names of keys, as returned by `nameOf`
   shown?: string;
   what: string;
   run: () => void;

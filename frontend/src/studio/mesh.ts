@@ -11,10 +11,10 @@ interface Header extends ShapeFacts {
   kind: Kind;
   n_cells: number;
   measure: "area" | "volume";
-  palette: Rgb[]; // of regions
+  palette: Rgb[]; // colors of regions
 }
 
-// Singular and plural.
+// Nouns for a cell, singular and plural.
 const CELL_NAMES: Record<Kind, [string, string]> = {
   triangles: ["triangle", "triangles"],
   polygons: ["face", "faces"],
@@ -25,12 +25,12 @@ const CELL_NAMES: Record<Kind, [string, string]> = {
 export class Mesh {
   readonly shape: Shape;
   readonly nCells: number;
-  readonly areas: Float32Array; // of cells; volumes of tetrahedra
+  readonly areas: Float32Array; // area of each cell; of a tetrahedron, its volume
   readonly measure: "area" | "volume";
   readonly palette: Rgb[];
   readonly oneCell: string; // noun for a cell
   readonly cellName: string; // plural of the noun
-  private readonly firstTriangle: Int32Array | null; // of each cell; -1: none is visible from outside
+  private readonly firstTriangle: Int32Array | null; // first triangle of each cell; -1: the cell is inside the body
 
   constructor(buffer: ArrayBuffer) {
     const { header, arrays } = readPacket<Header>(buffer);

@@ -1,4 +1,4 @@
-// The current tool of the left button, which the bar shows.
+// The current tool of the left mouse button, and the toolbar that shows it.
 
 import { CellCursor } from "./cellcursor";
 import type { Desk } from "./desk";

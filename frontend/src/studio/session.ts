@@ -13,7 +13,7 @@ import { Saver } from "./saver";
 interface Kinds {
   file: Mesh;
   regions: Regions;
-  cells: Uint32Array | null; // whose classes changed; null: any
+  cells: Uint32Array | null; // cells whose classes changed; null: any cell's may have
   classes: ClassEntry[];
   state: State;
   segmenting: SegmentLine | null; // null: no segmentation is running
@@ -33,14 +33,14 @@ function strangerLine(error: unknown): string {
 
 let nStrokes = 0;
 
-/** A name that no other stroke has. */
+/** A unique name for a stroke. */
 export function newStroke(): string {
   return `${Date.now().toString(36)}-${nStrokes++}`;
 }
 
 const RETRY_MS = 1000;
 const BEAT_MS = 5000;
-// A preview that takes longer is aborted by the next one; the next one waits for a shorter one.
+// The next preview aborts the running one if previews take longer than this, and else waits for it.
 const SHORT_SECONDS = 0.4;
 
 export class Session {

@@ -27,19 +27,19 @@ export const IMAGE = `${HEAD}
 uniform sampler2D ids;
 uniform sampler2D lights;
 uniform sampler2D depths;
-uniform usampler2D regions;  // of each cell
+uniform usampler2D regions;  // the region of each cell
 uniform usampler2D cells;
-uniform sampler2D region_colors;  // alpha: selected
+uniform sampler2D region_colors;  // color of each region; alpha is 1 if it is selected
 uniform sampler2D class_colors;
 uniform int stride;  // pixels of the first pass per pixel of this one, along each side
-uniform int samples;  // of these, along each side, that are looked up
+uniform int samples;  // number of these pixels that are looked up, along each side
 uniform int line;  // width of borders, in pixels of the first pass
-uniform uint hovered;  // a region
+uniform uint hovered;  // region under the pointer
 uniform uint cursor;
 uniform bool has_borders;
 uniform bool is_cloud;
 uniform vec2 near_far;
-uniform vec3 high;  // of the background
+uniform vec3 high;  // color at the top of the background
 uniform vec3 low;
 uniform vec3 accent;
 uniform float height;

@@ -1,4 +1,4 @@
-// The files of a folder: pictures, progress, next and previous.
+// Panel with the files of a folder: thumbnails, progress, and steps to the next or previous file.
 
 import { ServerError } from "../api";
 import type { FileEntry } from "../contract";
@@ -51,7 +51,7 @@ export class FilesPanel {
     row.bar.title = percent(this.session.classes.progress);
   }
 
-  /** Open the file this number of places further down the list. */
+  /** Open the file `steps` places further down the list. */
   go(steps: number): void {
     const { files } = this.session;
     const at = files.findIndex(({ id }) => id === this.asked) + steps;
@@ -62,7 +62,7 @@ export class FilesPanel {
     this.open(files[at].id);
   }
 
-  /** The first file that can be read; an error if none can. */
+  /** Open the first file that can be read; throws an error if none can. */
   async openFirst(): Promise<void> {
     const damaged: string[] = [];
     for (const { id } of this.session.files) {

@@ -77,7 +77,7 @@ export class ParametersPanel {
   private setValue(slider: Slider, value: number): void {
     const { name } = slider;
     this.showValue(name, value);
-    if (this.valueOf(slider) === value) return; // several positions mean this value: keep the slider in place
+    if (this.valueOf(slider) === value) return; // several positions have this value: do not move
     const at = Math.round(STEPS * slider.share(value, this.ranges[name]));
     this.fields.get(name)!.value = String(Math.min(STEPS, Math.max(0, at || 0)));
   }

@@ -6,7 +6,7 @@ precision highp usampler2D;
 const uint NONE = ${m}u;
 ivec2 place(uint i) { return ivec2(int(i % ${A}u), int(i / ${A}u)); }
 `,B=`
-uniform usampler2D vertices;  // x, y, z; packed normal
+uniform usampler2D vertices;  // per vertex: x, y, z, packed normal
 uniform bool has_floats;  // x, y, z are bits of floats, not steps
 uniform vec3 low;
 uniform vec3 step_;
@@ -19,11 +19,11 @@ vec3 seen(uvec4 texel) {
   return turn * (low + step_ * steps - target) - vec3(0.0, 0.0, distance_);
 }
 `,V=`${z}${B}
-in uvec2 vertex;  // number; triangle whose first corner it is
-uniform usampler2D sources;  // cell of each triangle, where triangles are not the cells
+in uvec2 vertex;  // index of the vertex; triangle whose first corner it is
+uniform usampler2D sources;  // cell of each triangle, if triangles are not the cells
 uniform bool has_sources;
 uniform bool is_cloud;
-uniform float point_size;  // pixels at distance 1
+uniform float point_size;  // size of a point at distance 1, in pixels
 flat out uint cell;
 out vec3 at;
 out vec3 normal;  // (0, 0, 0) in a crease
@@ -66,9 +66,9 @@ vec4 codeOf(uint cell) {
   return vec4(uvec4(number, number >> 8, number >> 16, number >> 24) & 255u) / 255.0;
 }
 `,W=class{gpu;vertices;bufferBytes=0;nCorners=0;sources;hasSources=!1;hasFloats=!1;isCloud=!1;facts;state=null;buffers=[];constructor(e){this.gpu=e,this.vertices=new M(e),this.sources=new M(e)}show({facts:e,positions:t,triangles:n,sources:r,normals:i}){this.facts=e,this.isCloud=n===null,this.hasSources=r!==null,this.hasFloats=t.values instanceof Float32Array;let a=n?L(t,n):i;this.vertices.fill(this.hasFloats?`rgba32`:`rgba16`,ae(t,a)),this.sources.fill(`r32`,r??new Uint32Array(1)),this.sendCorners(n,t.values.length/3)}sendCorners(e,t){let{gl:n,tellsFirst:r}=this.gpu,{vertices:i,corners:a}=e?K(e,t):G(t);for(let e=0;!r&&e<a.length;e+=3)a.set([a[e+1],a[e+2],a[e]],e);this.nCorners=e?a.length:t,this.bufferBytes=i.byteLength+a.byteLength,n.deleteVertexArray(this.state);for(let e of this.buffers.splice(0))n.deleteBuffer(e);this.state=n.createVertexArray(),n.bindVertexArray(this.state),this.sendBuffer(n.ARRAY_BUFFER,i),n.enableVertexAttribArray(0),n.vertexAttribIPointer(0,2,n.UNSIGNED_INT,0,0),this.sendBuffer(n.ELEMENT_ARRAY_BUFFER,a)}sendBuffer(e,t){let{gl:n}=this.gpu,r=n.createBuffer();this.buffers.push(r),n.bindBuffer(e,r),n.bufferData(e,t,n.STATIC_DRAW)}placing(e){let{facts:t,vertices:n,hasFloats:r}=this;return{...e,vertices:n,has_floats:r,low:t.low,step_:t.step}}draw(e,t,n,r){let{gl:i}=this.gpu;e.use({...this.placing(t),sources:this.sources,has_sources:this.hasSources,is_cloud:this.isCloud,point_size:n*this.facts.point_size,...r}),i.bindVertexArray(this.state),this.isCloud?i.drawArrays(i.POINTS,0,this.nCorners):i.drawElements(i.TRIANGLES,this.nCorners,i.UNSIGNED_INT,0)}get bytes(){return this.bufferBytes+this.vertices.bytes+this.sources.bytes}};function G(e){let t=new Uint32Array(2*e);for(let n=0;n<e;n++)t[2*n]=n;return{vertices:t,corners:new Uint32Array}}function K(e,t){let n=e.length/3,r=new Uint32Array(e.length),i=new Uint32Array(t+n).fill(m),a=new Uint32Array(n),o=0;for(let s=0;s<n;s++){let n=0;for(;n<3&&i[e[3*s+n]]!==4294967295;)n++;let c=n===3;c&&(n=0);for(let t=0;t<3;t++)r[3*s+t]=e[3*s+(n+t)%3];c&&(a[o]=r[3*s],r[3*s]=t+o++),i[r[3*s]]=s}let s=new Uint32Array(2*(t+o));for(let e=0;e<t+o;e++)s[2*e]=e<t?e:a[e-t],s[2*e+1]=i[e];return{vertices:s,corners:r}}function ae({values:e},t){let n=e instanceof Float32Array,r=n?new Uint32Array(e.buffer,e.byteOffset,e.length):e,i=new(n?Uint32Array:Uint16Array)(4*e.length/3);for(let e=0;e<t.length;e++){for(let t=0;t<3;t++)i[4*e+t]=r[3*e+t];i[4*e+3]=t[e]}return i}var q=`${z}${H}
-uniform usampler2D groups;  // of each cell
-uniform sampler2D colors;  // of each group
-uniform usampler2D regions;  // of each cell
+uniform usampler2D groups;  // the group of each cell
+uniform sampler2D colors;  // the color of each group
+uniform usampler2D regions;  // the region of each cell
 uniform vec3 missing;  // color of cells without a group
 uniform uint marked;  // region under the pointer
 out vec4 color;

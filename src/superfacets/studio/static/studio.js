@@ -7,7 +7,7 @@ precision highp usampler2D;
 const uint NONE = ${D}u;
 ivec2 place(uint i) { return ivec2(int(i % ${b}u), int(i / ${b}u)); }
 `,ke=`${R}
-uniform usampler2D vertices;  // x, y, z; packed normal
+uniform usampler2D vertices;  // per vertex: x, y, z, packed normal
 uniform bool has_floats;  // x, y, z are bits of floats, not steps
 uniform vec3 low;
 uniform vec3 step_;
@@ -20,11 +20,11 @@ vec3 seen(uvec4 texel) {
   return turn * (low + step_ * steps - target) - vec3(0.0, 0.0, distance_);
 }
 
-in uvec2 vertex;  // number; triangle whose first corner it is
-uniform usampler2D sources;  // cell of each triangle, where triangles are not the cells
+in uvec2 vertex;  // index of the vertex; triangle whose first corner it is
+uniform usampler2D sources;  // cell of each triangle, if triangles are not the cells
 uniform bool has_sources;
 uniform bool is_cloud;
-uniform float point_size;  // pixels at distance 1
+uniform float point_size;  // size of a point at distance 1, in pixels
 flat out uint cell;
 out vec3 at;
 out vec3 normal;  // (0, 0, 0) in a crease
@@ -84,19 +84,19 @@ void main() {
 uniform sampler2D ids;
 uniform sampler2D lights;
 uniform sampler2D depths;
-uniform usampler2D regions;  // of each cell
+uniform usampler2D regions;  // the region of each cell
 uniform usampler2D cells;
-uniform sampler2D region_colors;  // alpha: selected
+uniform sampler2D region_colors;  // color of each region; alpha is 1 if it is selected
 uniform sampler2D class_colors;
 uniform int stride;  // pixels of the first pass per pixel of this one, along each side
-uniform int samples;  // of these, along each side, that are looked up
+uniform int samples;  // number of these pixels that are looked up, along each side
 uniform int line;  // width of borders, in pixels of the first pass
-uniform uint hovered;  // a region
+uniform uint hovered;  // region under the pointer
 uniform uint cursor;
 uniform bool has_borders;
 uniform bool is_cloud;
 uniform vec2 near_far;
-uniform vec3 high;  // of the background
+uniform vec3 high;  // color at the top of the background
 uniform vec3 low;
 uniform vec3 accent;
 uniform float height;
