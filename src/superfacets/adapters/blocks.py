@@ -15,8 +15,7 @@ from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 
 _TETS = ("tetra", "tetra10")
-"""meshio's names of tetrahedra. The first four nodes are corners, further nodes lie on the edges.
-"""
+"""meshio's names of tetrahedra. The first four nodes are corners, others lie on the edges."""
 
 _FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "polygon": None}
 """Number of corners of each type of face; None if it varies. Corners precede nodes on edges."""

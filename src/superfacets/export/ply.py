@@ -20,8 +20,7 @@ OWN_NAMES = {
     "vertex": ("x", "y", "z", "label"),
     "face": (*INDEX_NAMES, "label", "quality", "red", "green", "blue", "alpha"),
 }
-"""Names of properties that a file with labels itself has: attributes with these names are left out.
-"""
+"""Names of a file's own properties if it has labels; attributes with these names are left out."""
 
 
 def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:

@@ -16,8 +16,7 @@ from ..errors import MeshError
 from .text import write_list
 
 MAX_ID = 1 << 24
-"""Upper bound of ids: some readers store them as float32, which does not hold all larger integers.
-"""
+"""Upper bound of ids: some readers store them as float32, which skips larger integers."""
 
 NO_CLASS = "unknown"
 """Label of a group without a class, as in the labeling tool."""

@@ -145,9 +145,9 @@ def write_labels(path: StrPath, labels: npt.ArrayLike) -> None:
 
     Raises
     ------
-    If the ending, the shape or the dtype is wrong, a label is negative where the format does not
-    allow it, an id for ``.segs.json`` is 2**24 or more, or levels are not nested.
-        for ``.segs.json`` is 2**24 or more, or levels are not nested.
+    ValueError
+        If the ending, the shape or the dtype is wrong, a label is negative where the format does
+        not allow it, an id for ``.segs.json`` is 2**24 or more, or levels are not nested.
     OSError
         If the file cannot be written.
 

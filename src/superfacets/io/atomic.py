@@ -146,7 +146,7 @@ def _create(temporary: Path, target: Path) -> None:
 
 
 def open_own(path: Path, flags: int) -> int:
-    """Open one of our own files; return its descriptor, or raise an OSError if it is not regular.
+    """Open one of our own files; return its descriptor. An OSError if it is no regular file.
 
     Links are refused: the folder may come from somebody else, with a link to any file of the user.
     """

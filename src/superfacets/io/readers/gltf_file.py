@@ -48,7 +48,7 @@ class Gltf:
 
     document: dict[str, Any]  # the JSON
     buffers: list[memoryview]  # content of each buffer, at least as long as the document declares
-    n_bytes: int  # size of the file and of all other files that it refers to
+    n_bytes: int  # size of the file and of the files that it refers to, each counted once
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
         """Object `index` in the list `kind` of the document; a MeshError if there is none."""

@@ -20,8 +20,7 @@ _FLAT = (*range(10), 21, 22, 23, 28, 30, 34, 35, 36)
 """VTK's types of cells without a volume."""
 
 _SIZES = {1: 1, 3: 2, 5: 3, 9: 4}
-"""Number of corners of flat cells, by VTK type, to detect files that end within their last block.
-"""
+"""Corners of flat cells, by VTK type, to detect files that end within their last block."""
 
 _NAMES = {
     1: "vertex", 3: "line", 5: "triangle", 7: "polygon", 9: "quad", 10: "tetra", 11: "voxel",

@@ -54,7 +54,7 @@ class _Block:
     """Vertices and faces in a block of lines."""
 
     vertices: Floats  # (V, 3) of the `v` lines
-    corners: Array  # (C,) vertex index of each corner, from 0; negative if there is no such vertex
+    corners: Array  # (C,) vertex index of each corner, from 0; negative if below the first
     lengths: Ints  # (F,) corners of each `f` line
 
 
