@@ -15,6 +15,6 @@ Singles: TypeAlias = npt.NDArray[np.float32]
 Ints: TypeAlias = npt.NDArray[np.int32]
 """Indices of cells and vertices, and labels."""
 Longs: TypeAlias = npt.NDArray[np.int64]
-"""Offsets."""
+"""Offsets into concatenated lists."""
 ArcLists: TypeAlias = tuple[Longs, Ints]
 """Arcs in CSR form: offsets, (N + 1,), and neighbors, (M,)."""

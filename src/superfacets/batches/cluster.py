@@ -48,7 +48,7 @@ class RemoteTeam(Team):
         """Run calls as `Team` does: one per thread, and one more in the queue of each worker.
 
         So the scheduler never has thousands of calls. If a worker is killed, Dask counts this
-        against only few calls that had not begun, and none of them is lost. Calls are not tied to a
+        against only a few calls that had not begun, and no call is lost. Calls are not tied to a
         worker: if a worker ends while no other one is present, Dask never runs the calls that are
         tied to it again, even if other workers are allowed.
         """

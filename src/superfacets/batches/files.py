@@ -309,7 +309,7 @@ def _n_kept(mesh: Cells, of_cells: Mapping[str, npt.NDArray[Any]]) -> int:
 
 
 def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:
-    """Attributes that carry over to a subdivided mesh: those of faces, and comments."""
+    """Attributes of a subdivided mesh: the properties of its source's faces, and comments."""
     left_out = [
         *attributes.left_out,
         *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),

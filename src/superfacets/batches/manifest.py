@@ -56,7 +56,7 @@ class Manifest:
         Raises
         ------
         OSError
-            If it cannot be written; the file then holds what it held before.
+            If the record cannot be written; the file is then unchanged.
         """
         line = json.dumps(record).encode() + b"\n"
         if self._file is None:

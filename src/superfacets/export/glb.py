@@ -24,7 +24,7 @@ from .text import fits_single
 
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
 VERTICES, INDICES = 34962, 34963
-"""Targets of buffer views."""
+"""Values of `target` in buffer views: vertex attributes, and vertex indices."""
 
 MAX_BYTES = 2**32 - 1
 """Largest size of a file in bytes: a GLB stores its length in 32 bits."""

@@ -117,7 +117,7 @@ class MeshEdges:
 class Borders(NamedTuple):
     """Border edges, between faces of different labels, as weighted points.
 
-    Each end of an edge stands for half of the edge's length.
+    Each end of a border edge represents half of its length.
     """
 
     vertices: Ints

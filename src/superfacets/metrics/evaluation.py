@@ -46,7 +46,7 @@ class GroundTruths:
     ----------
     mesh : Mesh or mesh-like
         As for `segment`.
-    truths : array of integers, shape (F,), or sequence of such array_like
+    truths : array of integers, shape (F,), or sequence of array_like of integers
         True segment of each face, 0 and up: one ground truth, or a sequence of any number of them.
     weld : bool, default True
         Count vertices at exactly the same position as one.

@@ -199,7 +199,7 @@ class _Edge(NamedTuple):
 
     start: int
     end: int
-    halves: tuple[_Edge, _Edge] | None  # None: short enough
+    halves: tuple[_Edge, _Edge] | None  # None: the edge is short enough
 
     def reversed(self) -> _Edge:
         halves = self.halves and (self.halves[1].reversed(), self.halves[0].reversed())

@@ -149,7 +149,7 @@ class _Surface:
         self._mesh = mesh
         self._arcs = arcs
         self._weld = weld
-        self._of_face: dict[int, list[tuple[int, int]]] = {}  # neighbor and arc
+        self._of_face: dict[int, list[tuple[int, int]]] = {}  # (neighbor, arc) by face
         for index, arc in enumerate(arcs):
             self._of_face.setdefault(arc.face, []).append((arc.neighbor, index))
 

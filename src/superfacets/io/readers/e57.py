@@ -186,7 +186,7 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
         quaternion = np.array([_number_in(pose["rotation"][axis]) for axis in "wxyz"])
         length = np.linalg.norm(quaternion)
         if not (np.isfinite(length) and length > 0):
-            raise MeshError(f"scan {place} has a rotation that is none: {quaternion.tolist()}")
+            raise MeshError(f"scan {place} has no valid rotation: {quaternion.tolist()}")
         points = np.einsum("ij,kj->ik", points, _rotation_of(quaternion / length))
     if pose.isDefined("translation"):
         points = points + [_number_in(pose["translation"][axis]) for axis in "xyz"]

@@ -63,7 +63,7 @@ class Grid:
         return self.corners[runs(starts[chosen], np.full(int(chosen.sum()), 4))].reshape(-1, 4)
 
     def is_tet(self) -> Bools:
-        """Which cells are tetrahedra."""
+        """Whether each cell is a tetrahedron, (C,)."""
         return np.isin(self.kinds, list(TETS))
 
 

@@ -17,7 +17,7 @@ from .ply_header import Element, Header, Property
 from .text import Lines, as_integers, runs, split_lines
 
 MAX_RECORD_SIZE = 2**31 - 1
-"""numpy refuses larger records."""
+"""Largest size of a record in bytes: numpy refuses larger records."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,7 +49,7 @@ class _LegacyReader(Cursor):
         if version is None:
             raise MeshError("not a VTK file: it does not begin with # vtk DataFile Version")
         self._has_offsets = int(version[1]) >= 5
-        self.any_line()  # a title
+        self.any_line()  # skips the title
         form = self.line()
         if form not in (b"ASCII", b"BINARY"):
             raise MeshError(f"expected ASCII or BINARY, got {shown(form)}")
