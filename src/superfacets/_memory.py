@@ -9,14 +9,14 @@ from pathlib import Path
 
 _OWN_GROUPS = Path("/proc/self/cgroup")
 _GROUPS = Path("/sys/fs/cgroup")
-"""Folders where Linux lists the control groups of a process, and their limits."""
+"""File where Linux lists the control groups of a process, and folder with their limits."""
 
 _IF_UNKNOWN = 4 << 30
 """Assumed memory in bytes if the system does not tell."""
 
 
 def usable_memory() -> int:
-    """Bytes that this process may share with others: of the machine, container or group."""
+    """Smallest memory limit in bytes of the machine and the control groups of this process."""
     return min([_machine_memory(), *_group_limits()])
 
 

@@ -25,11 +25,11 @@ from ._validate import (
 
 Init = Literal["geodesic", "farthest", "flood", "grid"]
 INITS: tuple[str, ...] = get_args(Init)
-"""Names of the ways to place seeds."""
+"""Names of the methods that place seeds."""
 
 Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
-"""What to do with cells that no center reaches, and with small regions that have no neighbor."""
+"""Choices for cells that no center reaches, and for small regions that have no neighbor."""
 
 Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
 CLIPS: tuple[str, ...] = get_args(Clip)
@@ -46,8 +46,8 @@ class SizeOptions:
     """The number or the size of regions."""
 
     n_segments: int | None
-    radius: float | None  # as a fraction of the diagonal
-    seeds: Any  # None: to be placed
+    radius: float | None  # as a fraction of the diagonal of the bounding box
+    seeds: Any  # None: seeds are still to be placed
 
     @classmethod
     def checked(cls, n_segments: int | None, radius: float | None, init: object) -> SizeOptions:
@@ -63,11 +63,11 @@ class SizeOptions:
 
 @dataclass(frozen=True)
 class LoopOptions:
-    """When the loop ends, and how far expansions reach."""
+    """Options of the clustering loop: when it ends, and how far expansions reach."""
 
     max_num_iter: int
-    tol: float  # in radii
-    radius_factor: float | None  # None: exact
+    tol: float  # as a fraction of the radius of a region
+    radius_factor: float | None  # None: expansions are not limited
     islands: str
     n_threads: int
     progress: Progress | None
@@ -80,7 +80,7 @@ class LoopOptions:
         n_threads: int | None, progress: Progress | None, on_stage: OnStage | None = None,
         *, relocate: bool = False,
     ) -> LoopOptions:  # fmt: skip
-        """Arguments as for `segment`."""
+        """Return the checked options; arguments are as for `segment`."""
         if radius_factor is not None:
             radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
         relocate = checked_flag(relocate, "relocate")
@@ -101,7 +101,7 @@ class LoopOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """The parameters in the result."""
+        """The parameters that the result reports, by name."""
         return {
             "radius_factor": self.radius_factor,
             "max_num_iter": self.max_num_iter,
@@ -113,7 +113,7 @@ class LoopOptions:
 
 @dataclass(frozen=True)
 class CleanupOptions:
-    """The clean-up of regions after the loop."""
+    """Options of the clean-up of regions after the loop."""
 
     smooth: bool
     enforce_connectivity: bool
@@ -124,7 +124,7 @@ class CleanupOptions:
     def checked(
         cls, smooth: bool, enforce_connectivity: bool, min_size: float, islands: Islands
     ) -> CleanupOptions:
-        """Arguments as for `segment`."""
+        """Return the checked options; arguments are as for `segment`."""
         return cls(
             checked_flag(smooth, "smooth"),
             checked_flag(enforce_connectivity, "enforce_connectivity"),
@@ -134,12 +134,12 @@ class CleanupOptions:
 
     @property
     def is_needed(self) -> bool:
-        """Whether there is anything to do."""
+        """Whether any step of the clean-up is asked for."""
         return self.smooth or self.enforce_connectivity or self.min_size > 0
 
     @property
     def params(self) -> dict[str, Any]:
-        """The parameters in the result."""
+        """The parameters that the result reports, by name."""
         return {
             "smooth": self.smooth,
             "enforce_connectivity": self.enforce_connectivity,

@@ -13,8 +13,8 @@ Bytes: TypeAlias = npt.NDArray[np.uint8]
 Floats: TypeAlias = npt.NDArray[np.float64]
 Singles: TypeAlias = npt.NDArray[np.float32]
 Ints: TypeAlias = npt.NDArray[np.int32]
-"""Cells, vertices and labels."""
+"""Indices of cells and vertices, and labels."""
 Longs: TypeAlias = npt.NDArray[np.int64]
-"""Offsets."""
+"""Offsets into concatenated lists."""
 ArcLists: TypeAlias = tuple[Longs, Ints]
 """Arcs in CSR form: offsets, (N + 1,), and neighbors, (M,)."""

@@ -25,7 +25,7 @@ from ._types import ArcLists, Array, Bools, Floats, Ints, Longs, Singles
 from .errors import MeshError
 
 MAX_CELLS = 2**31 - 1
-"""Cells, labels and vertices are int32 in the core."""
+"""Largest number of cells, labels or vertices, because they are int32 in the core."""
 
 EXTENT_RANGE = (1e-15, 1e15)
 """Extents for which labels do not depend on the unit of length. The determinant of the second
@@ -40,7 +40,7 @@ threads take four times as long as two."""
 
 
 def exact_array(array: Any, dtype: Any) -> Array:
-    """A contiguous, aligned array of this type; views of bytes need not be aligned."""
+    """Return the numbers as a contiguous, aligned array of this type; a copy only if needed."""
     return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED", "ENSUREARRAY"])
 
 
@@ -81,7 +81,7 @@ def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> 
 
 
 def restored(state: Any, names: Sequence[str]) -> list[Any]:
-    """Return these fields from the state of a copy or a pickle, for checks as of a new object."""
+    """Return fields of the state of a copy or a pickle, to be checked as for a new object."""
     if not isinstance(state, dict) or not set(names) <= state.keys():
         raise ValueError(f"a damaged copy: it does not hold {', '.join(names)}")
     return [state[name] for name in names]
@@ -100,7 +100,7 @@ def checked_mesh(
 ) -> tuple[Floats, Ints, Floats]:
     """Vertices, faces, and the bounding box (2, 3) of the vertices used; a MeshError if wrong.
 
-    Arrays that are new, as from a reader, are not copied.
+    Arrays that no one else refers to (`are_new`), such as a reader's, are not copied.
     """
     points = _point_array(vertices)
     given = _corner_rows(faces, "faces", 3)
@@ -144,7 +144,7 @@ def _int32_corners(given: Array, are_new: bool) -> Ints:
 
 
 def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
-    """One bool per cell; all are True where None is given."""
+    """Return one bool per cell; all are True if `mask` is None."""
     if mask is None:
         return np.ones(n_cells, dtype=bool)
     array = np.asarray(mask)
@@ -161,7 +161,7 @@ def polygon_arrays(faces: Any) -> tuple[Array, Array]:
     if array is None or array.dtype == object:
         rows = [_row_of_integers(face, "a face") for face in faces]
         lengths = np.array([len(row) for row in rows], dtype=np.int64)
-        filled = [row for row in rows if len(row)]  # empty rows are floats
+        filled = [row for row in rows if len(row)]  # empty lists become arrays of floats
         corners = np.concatenate(filled) if filled else np.empty(0, dtype=np.int64)
         return np.concatenate([[0], np.cumsum(lengths)]), corners
     if array.ndim != 2:
@@ -319,7 +319,7 @@ def checked_queries(points: Any) -> Floats:
 def checked_normals(normals: Any, n_points: int, first: int = 0) -> Floats:
     """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong.
 
-    Messages count points from `first`.
+    Error messages number the points from `first`.
     """
     array = owned(exact_doubles(_rows(normals, "normals", n_points)), np.float64)
     if not np.isfinite(array).all():
@@ -495,7 +495,7 @@ def checked_partial_labels(
 ) -> tuple[Ints, int]:
     """Labels as an (N,) int32 array, and the number K of regions.
 
-    Each of 0..K-1 must occur. -1 stands for no region, and is refused if the least label is 0.
+    Each of 0..K-1 must occur. -1 stands for no region, and is refused if `least` is 0.
     """
     given = _row_of_labels(labels, n_cells, name)
     is_wrong = (given < least) | (given >= n_cells)
@@ -508,7 +508,7 @@ def checked_partial_labels(
 
 
 def checked_regions(labels: Any, n_cells: int) -> tuple[Ints, int]:
-    """Labels as `checked_partial_labels`, of one region at least."""
+    """Like `checked_partial_labels`, but at least one region must occur."""
     array, n_regions = checked_partial_labels(labels, n_cells)
     if not n_regions:
         raise ValueError("no cell has a label: all are -1")
@@ -532,7 +532,7 @@ def _row_of_labels(labels: Any, n_cells: int, name: str) -> Array:
 
 
 def checked_any_labels(labels: Any, n_cells: int) -> Longs:
-    """Labels of any numbers as an (N,) int64 array."""
+    """Labels, which may be any integers, as an (N,) int64 array."""
     given = _row_of_labels(labels, n_cells, "labels")
     array = owned(given, np.int64)
     if given.dtype.kind == "u" and array.min() < 0:
@@ -548,7 +548,7 @@ def compact_partial_labels(labels: Any, n_cells: int) -> tuple[Ints, Array]:
 def compact_complete(labels: Any, n_cells: int, name: str = "labels") -> tuple[Ints, int]:
     """Labels of 0 and up, renamed to 0..K-1 in their order, and K; a MeshError if one is below 0.
 
-    For metrics, which would count cells in no region as one more region.
+    This is for metrics, which would count cells without a region as one more region.
     """
     array = checked_any_labels(labels, n_cells)
     refuse_first(array < 0, name, array, "metrics need each cell in a region, 0 and up", MeshError)
@@ -573,7 +573,7 @@ def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
 def checked_count(
     value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
 ) -> int:
-    """An integer from `low` to `high`, the number of things named `of`."""
+    """Check an integer from `low` to `high`; messages call `high` the number of `of`."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
     if isinstance(value, np.ndarray):
@@ -609,14 +609,14 @@ def checked_share(value: Any, name: str) -> float:
 
 
 def checked_flag(value: Any, name: str) -> bool:
-    """True or False."""
+    """Check a value that must be True or False."""
     if not isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} must be True or False, got {reprlib.repr(value)}")
     return bool(value)
 
 
 def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
-    """One of the given names."""
+    """Check a value that must be one of the given names."""
     if value not in choices:
         raise ValueError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
     return value
@@ -635,7 +635,7 @@ def checked_generator(value: Any, name: str) -> np.random.Generator:
 
 
 def checked_callable(value: Any, name: str) -> Any:
-    """A callable, or None."""
+    """Check a value that must be a callable or None."""
     if value is not None and not callable(value):
         raise TypeError(f"{name} must be callable, got {value!r}")
     return value

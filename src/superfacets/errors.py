@@ -2,7 +2,7 @@
 
 
 class MeshError(ValueError):
-    """The mesh, or the file that should hold one, cannot be used; it says where and why."""
+    """The mesh, or the file that should hold it, cannot be used; the message says where and why."""
 
 
 class MissingExtraError(ImportError):

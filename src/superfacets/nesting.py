@@ -43,16 +43,18 @@ def hierarchy(
 ) -> Hierarchy:
     r"""Return nested levels of regions: each region is a union of regions of the finer levels.
 
-    The finest level is that of `segment` (or the labels given). From there on, the two neighbors
-    that cost least merge, again and again, until none are left, so that the result can be cut at
-    any number of regions. Merging regions of areas a and b, with centroids p and q, costs
+    The finest level is that of `segment` (or the labels given). Then the two neighboring regions
+    whose merge costs least are merged, again and again, until no neighbors are left. So the result
+    can be cut at any number of regions. Merging regions of areas a and b, with centroids p and q,
+    costs
 
     .. math:: \frac{a b}{a + b} \cdot \frac{|p - q| + 6 r (1 - c)}{L}, \qquad
               r = \sqrt{\frac{a + b}{\pi}}
 
-    with the length L of their border and its openness c: 1 where the border is smooth, down to 0
-    where all of it lies in a deep crease. So sizes stay balanced (the first factor is Ward's),
-    regions compact, and borders in creases. In a volume r is the radius of a ball, and L an area.
+    with the length L of their border and its openness c: 1 if the border is smooth, down to 0 if
+    all of it lies in a deep crease. So sizes stay balanced (the first factor is Ward's), regions
+    stay compact, and borders stay in creases. In a volume, r is the radius of a ball, and L an
+    area.
 
     Parameters
     ----------
@@ -62,56 +64,56 @@ def hierarchy(
         Numbers of regions of the levels, different from each other, in any order.
     labels : array_like of int, shape (N,), optional
         The regions to begin with, 0..K-1, each at least once; -1 for cells that are left out.
-        By default ``segment(cells, max(counts), **options)`` (of a graph, `segment_graph`).
+        By default ``segment(cells, max(counts), **options)``, or `segment_graph` for a graph.
     features : array_like, shape (N, F) or (V, F), optional
-        Numbers of each cell (or vertex) that decide what merges in place of geometry: the cost is
-        ``a b / (a + b)`` times the squared distance of the mean features of two regions (Ward),
-        and between pairs for which that is equal, the cost above. If no labels are given, the
-        finest regions follow them as well, as in `segment`.
+        Numbers of each cell (or vertex) that decide which regions merge, instead of geometry. The
+        cost is then ``a b / (a + b)`` times the squared distance of the mean features of two
+        regions (Ward); pairs with equal costs are compared by the cost above. If no labels are
+        given, the finest regions follow the features as well, as in `segment`.
     scale_features : bool, default True
         Divide each feature by its standard deviation over the area first.
     islands : {"keep", "nearest"}
         What to do with components. ``"keep"``: only regions that touch merge, and no level can
         have fewer regions than there are components. ``"nearest"``: each component but the largest
-        may also merge across the gap to the nearest cell of those larger than it; a gap counts as a
+        may also merge across the gap to the nearest cell of larger components; a gap counts as a
         border of length r in a deep crease. Regions may then extend over several components. It is
         passed to `segment`, too.
     barriers : array_like of int, shape (N,) or (E, 2), optional
-        As for `segment`: regions never merge across them. Not with ``islands="nearest"``, as a gap
-        might lead around one.
+        As for `segment`: regions never merge across them. Not allowed with ``islands="nearest"``,
+        because a merge across a gap might lead around a barrier.
     weld, n_threads
         As for `segment`. The result does not depend on the number of threads.
     **options
-        Further options of `segment` for the finest level, where no labels are given. With a
-        `mask`, faces that it leaves out have label -1 on all levels.
+        Further options of `segment` for the finest level, if no labels are given. With a `mask`,
+        faces that it leaves out have label -1 on all levels.
 
     Returns
     -------
     Hierarchy
-        With exactly these numbers of regions. Where regions of the finest level are connected, so
-        are all, but for gaps that were merged across. Between pairs that cost the same, the one
-        with the lower nodes comes first.
+        Levels with exactly these numbers of regions. If the regions of the finest level are
+        connected, all regions are, except across gaps that were merged. Of several pairs that cost
+        the same, the pair with the lower nodes is merged first.
 
     Warns
     -----
     SliverWarning
-        As `segment`.
+        As for `segment`.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid mesh.
     ValueError, TypeError
-        If there are fewer regions to begin with than a level is to have, or more components than
-        that, given labels cross barriers, or another parameter is out of range or of the wrong
-        type.
+        If a level has more regions than there are at the beginning, or fewer than there are
+        components; if given labels cross barriers; or if another parameter is out of range or of
+        the wrong type.
 
     Notes
     -----
-    O(N + M) for the borders between regions, O(m log K) for a merge of regions with m neighbors.
-    The openness of an edge is e^(-x), x what `crease_weights` (of a graph, its own weights) add to
-    the length of the step across it, in 1.6 expected radii of the finest level; that of a border is
-    the mean over its length.
+    Time is O(N + M) for the borders between regions, and O(m log K) for a merge of regions with m
+    neighbors. The openness of an edge is e^(-x). Here x is the length that `crease_weights` (for a
+    graph, its own weights) add to the step across the edge, in 1.6 expected radii of the finest
+    level. The openness of a border is the mean over its length.
 
     References
     ----------
@@ -161,7 +163,7 @@ def hierarchy(
 
 
 def _checked_features(table: Floats | None) -> Floats | None:
-    """Features whose squares do not overflow; only those that were not scaled could."""
+    """Refuse features whose squares would overflow; only features that were not scaled could."""
     largest = 0.0 if table is None else float(np.abs(table).max())
     if largest > VALUE_RANGE[1] ** (2 / 3):
         raise ValueError(f"features are up to {largest:.3g}: rescale them, or scale_features=True")
@@ -169,7 +171,7 @@ def _checked_features(table: Floats | None) -> Floats | None:
 
 
 def _checked_counts(counts: Any) -> tuple[int, ...]:
-    """Different numbers of regions, the most first."""
+    """Distinct numbers of regions, in descending order."""
     if not hasattr(counts, "__len__") or isinstance(counts, (str, bytes)):
         raise TypeError(f"counts must be numbers of regions, got {reprlib.repr(counts)}")
     checked = sorted((checked_count(count, "a level") for count in counts), reverse=True)

@@ -187,7 +187,7 @@ def test_a_scan_without_coordinates_is_refused(pye57, tmp_path):
 
 def test_a_rotation_that_is_none_is_refused(write):
     path = write((scan(), {"rotation": np.zeros(4)}))
-    with pytest.raises(MeshError, match="scan 0 has a rotation that is none"):
+    with pytest.raises(MeshError, match="scan 0 has no valid rotation"):
         read_cloud(path)
 
 

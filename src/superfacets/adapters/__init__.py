@@ -1,1 +1,1 @@
-"""From paths, arrays and meshes of other libraries to ours."""
+"""Conversion of paths, arrays and meshes of other libraries to our classes, and results back."""

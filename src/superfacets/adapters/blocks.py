@@ -15,10 +15,10 @@ from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 
 _TETS = ("tetra", "tetra10")
-"""meshio's names; the first four nodes are corners, and others lie on the edges."""
+"""meshio's names of tetrahedra. The first four nodes are corners, others lie on the edges."""
 
 _FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "polygon": None}
-"""Number of corners of each type of face, which precede nodes on its edges; None if it varies."""
+"""Number of corners of each type of face; None if it varies. Corners precede nodes on edges."""
 
 _SKIPPED = ("vertex", "line", "line3")
 
@@ -32,10 +32,11 @@ def has_blocks(source: Any) -> bool:
 
 
 def cell_blocks(source: Any) -> list[int]:
-    """Return the blocks that are segmented: the tetrahedra, or the faces where there are none.
+    """Return the indices of the blocks to segment: of tetrahedra, or else of faces.
 
-    Labels belong to their cells, one block after the other. If no block is returned, the points
-    are a cloud. A MeshError if a block has other cells, of a volume or of an unknown type.
+    The labels are those of the cells of these blocks, one block after the other. If the list is
+    empty, the points are a cloud. Raises a MeshError if a block has other volume cells, or cells of
+    an unknown type.
     """
     filled = [i for i, block in enumerate(source.cells) if len(block.data)]
     kinds = {i: source.cells[i].type for i in filled}

@@ -20,7 +20,7 @@ from ..mesh.triangle_mesh import Mesh
 from .blocks import cell_blocks, has_blocks, mesh_of_blocks
 
 _VTK_TETRA = 10
-"""Number of the kind of cell in VTK."""
+"""VTK's cell type of tetrahedra."""
 
 
 class _Faces(Protocol):  # a mesh of trimesh: anything with vertices and faces
@@ -62,8 +62,8 @@ _ForeignMesh: TypeAlias = _Faces | _Triangles | _Tensors | _PolyData | _Blocks
 _Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | list[npt.ArrayLike]
 
 MeshLike: TypeAlias = Cells | str | os.PathLike[str] | _Pair | _ForeignMesh
-"""Accepted as a mesh: a `Mesh` or `PolygonMesh`, a path, a (vertices, faces) pair, or a mesh of
-trimesh, PyVista, Open3D or meshio."""
+"""Accepted as a mesh: a `Mesh`, `PolygonMesh` or `TetMesh`, a path, a (vertices, faces) pair, or a
+mesh of trimesh, PyVista, Open3D or meshio."""
 
 
 class _Points(Protocol):  # a point cloud of Open3D, legacy or tensor
@@ -72,7 +72,7 @@ class _Points(Protocol):  # a point cloud of Open3D, legacy or tensor
 
 
 Rows: TypeAlias = npt.NDArray[np.floating[Any] | np.integer[Any]] | Sequence[Sequence[float]]
-"""Points, not `ArrayLike`, which would accept a number."""
+"""An array or nested sequence of points. `ArrayLike` would accept a single number, too."""
 
 CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
 """Accepted as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of trimesh,
@@ -80,14 +80,15 @@ PyVista, Open3D or meshio."""
 
 
 def as_cells(source: MeshLike | CloudLike) -> Cells:
-    """Return `source` as one of the classes that `cells.kinds` knows, as `segment` takes it.
+    """Convert `source`, in any form that `segment` accepts, to a mesh or a point cloud.
 
-    A path is read by `read_cells`. Faces of a pair are an (F, n) array, or lists of vertices that
-    may differ in length: a `Mesh` if all are triangles, else a `PolygonMesh`. Meshes of trimesh,
-    PyVista (``PolyData``, and ``UnstructuredGrid`` of tetrahedra), Open3D (legacy and tensor) and
-    meshio (the tetrahedra of all blocks, else their faces) are recognized by their attributes; none
-    of these is imported. An (N, 3) array is a point cloud, as are clouds of these libraries. A
-    MeshError if the mesh is not valid, a TypeError if `source` does not look like a mesh.
+    A path is read by `read_cells`. A pair is (vertices, faces), with faces as an (F, n) array or as
+    lists of vertices that may differ in length: it becomes a `Mesh` if all faces are triangles,
+    else a `PolygonMesh`. Meshes of trimesh, PyVista (``PolyData``, and ``UnstructuredGrid`` of
+    tetrahedra), Open3D (legacy and tensor) and meshio (the tetrahedra of all blocks, else their
+    faces) are recognized by their attributes; these libraries are not imported. An (N, 3) array is
+    a point cloud, as are clouds of these libraries. Raises a MeshError if the mesh is not valid, a
+    TypeError if `source` does not look like a mesh.
     """
     if isinstance(source, Cells):
         return source
@@ -105,7 +106,7 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
 
 
 def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
-    """Return `source` as a mesh of faces, as `as_cells`; a MeshError if it has none."""
+    """Convert `source` to a mesh of faces, like `as_cells`; a MeshError if it has no faces."""
     if isinstance(source, (str, os.PathLike)):
         from ..io.readers.read import read_mesh
 
@@ -123,7 +124,7 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
 
 
 def as_tets(source: MeshLike) -> TetMesh:
-    """Return `source` as a mesh of tetrahedra, as `as_cells`; a MeshError if it has none."""
+    """Convert `source` to a mesh of tetrahedra, like `as_cells`; a MeshError if it has none."""
     cells = as_cells(source)
     if isinstance(cells, TetMesh):
         return cells
@@ -131,7 +132,7 @@ def as_tets(source: MeshLike) -> TetMesh:
 
 
 def _cells_of_foreign(source: Any) -> Cells:
-    """Cells of an object of another library."""
+    """Convert an object of another library to cells."""
     if _is_grid_of_tets(source):
         return TetMesh(source.points, np.asarray(source.cells).reshape(-1, 5)[:, 1:])
     if has_blocks(source) and cell_blocks(source):
@@ -148,7 +149,7 @@ def _is_grid_of_tets(source: Any) -> bool:
 
 
 def as_triangles(source: MeshLike) -> Mesh:
-    """Return `source` as a `Mesh`; a MeshError if it has faces that are no triangles."""
+    """Convert `source` to a `Mesh`; a MeshError if it has faces that are not triangles."""
     mesh = as_mesh(source)
     if isinstance(mesh, Mesh):
         return mesh
@@ -171,7 +172,7 @@ def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
 
 
 def _shape_of(faces: Any) -> tuple[int, ...] | None:
-    """Shape of the array that faces are, or would make; None where they differ in length."""
+    """Shape of the faces as an array; None if they differ in length."""
     if isinstance(faces, np.ndarray):
         return None if faces.dtype == object and faces.ndim == 1 and len(faces) else faces.shape
     try:
@@ -214,7 +215,7 @@ def _faces_of_polydata(source: Any) -> Any:
 
 
 def _faces_in_turn(flat: Array) -> list[Array]:
-    """Faces that differ in length, one after the other."""
+    """Parse flat faces (count, indices, ...) that differ in length, one by one."""
     faces: list[Array] = []
     place = 0
     while place < len(flat):
@@ -227,11 +228,12 @@ def _faces_in_turn(flat: Array) -> list[Array]:
 
 
 def as_cloud(source: CloudLike) -> PointCloud:
-    """Return `source` as a `PointCloud`; a path is read by `read_cloud`.
+    """Convert `source` to a `PointCloud`; a path is read by `read_cloud`.
 
     Clouds of trimesh (``PointCloud``), PyVista (``PolyData`` without faces), Open3D (legacy and
-    tensor) and meshio (without faces) are recognized by their attributes, of which points, normals
-    and colors are taken. A MeshError if the cloud is not valid, a TypeError if it is no cloud.
+    tensor) and meshio (without faces) are recognized by their attributes; points, normals and
+    colors are used. Raises a MeshError if the cloud is not valid, a TypeError if `source` is no
+    cloud.
     """
     if isinstance(source, PointCloud):
         return source
@@ -262,7 +264,7 @@ def is_foreign_cloud(source: Any) -> bool:
 
 
 def _arrays_of_foreign_cloud(source: Any) -> tuple[Any, Any, Any]:
-    """Points, normals and colors of a cloud of another library; None where it has none."""
+    """Points, normals and colors of a cloud of another library; normals or colors may be None."""
     if has_blocks(source):
         return source.points, None, None
     if hasattr(source, "n_cells"):

@@ -1,4 +1,4 @@
-"""Results onto the objects of other libraries, which are known by their attributes."""
+"""Writes results onto objects of other libraries, which are recognized by their attributes."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from .._types import Array, Bytes, Ints
 from .blocks import cell_blocks, has_blocks
 
 NO_COLOR = (128, 128, 128)
-"""Of cells without a label."""
+"""Red, green and blue of cells without a label."""
 
 
 @dataclass(frozen=True)
 class Results:
-    """One label, and a color if there are any, per cell or per point of a target."""
+    """One label per cell or per point of a target object, and optionally a color for each."""
 
     name: str
     labels: Ints  # -1: no label
     colors: Bytes | None  # (n, 3)
-    on_points: bool  # of vertices, or of a point cloud; otherwise of faces or tetrahedra
+    on_points: bool  # True: of vertices or points of a cloud; False: of faces or tetrahedra
 
     @property
     def arrays(self) -> dict[str, tuple[Array, Any]]:
-        """Arrays by name, each with its value for cells that were not segmented."""
+        """Arrays by name, each with a fill value for cells that were not segmented."""
         named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
             named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
@@ -37,7 +37,8 @@ class Results:
 def put_results(target: Any, results: Results) -> None:
     """Write results onto an object of trimesh, PyVista, Open3D or meshio, in place.
 
-    The number of rows is not checked here. A TypeError if the target has no place for labels.
+    The number of rows is not checked here. Raises a TypeError if the target has no place for
+    labels.
     """
     if has_blocks(target):
         return _put_on_meshio(target, results)
@@ -63,12 +64,12 @@ def _put_on_pyvista(target: Any, results: Results) -> None:
 
 
 def first_face(target: Any) -> int:
-    """Number of vertices and lines among the cells of a dataset of PyVista: they come first."""
+    """Index of the first face among the cells of a PyVista dataset, behind vertices and lines."""
     return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 
 def _filled(n_rows: int, values: Array, nothing: Any) -> Array:
-    """An array of `n_rows` rows of the type of `values`, all of them `nothing`."""
+    """An array of `n_rows` rows with the row shape and type of `values`, filled with `nothing`."""
     whole = np.empty((n_rows, *values.shape[1:]), dtype=values.dtype)
     whole[:] = nothing
     return whole
@@ -93,14 +94,14 @@ def _put_on_tensor_mesh(target: Any, results: Results) -> None:
 
 
 def _put_tensors(attributes: Any, results: Results) -> None:
-    """Write to a map of tensors, beside which new ones are made of the class of an old one."""
+    """Add tensors to a map of tensors, with the class and device of one that it holds."""
     old = next(iter(dict(attributes.items()).values()))
 
     def tensor(array: Array) -> Any:
         return type(old)(np.ascontiguousarray(array), device=old.device)
 
     attributes[results.name] = tensor(results.labels)
-    if results.colors is not None:  # Open3D shows numbers from 0 to 1
+    if results.colors is not None:  # Open3D expects colors from 0 to 1
         attributes["colors"] = tensor(results.colors.astype(np.float32) / 255)
 
 
@@ -109,7 +110,7 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
     owner[results.name] = results.labels
     if results.colors is None:
         return
-    if not hasattr(target.visual, "face_colors"):  # a texture
+    if not hasattr(target.visual, "face_colors"):  # it has a texture instead
         target.visual = target.visual.to_color()
     if results.on_points:
         target.visual.vertex_colors = results.colors
@@ -118,7 +119,7 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
 
 
 def _put_on_trimesh_cloud(target: Any, results: Results) -> None:
-    """Its points have no attributes but a color."""
+    """Put labels into the metadata: points have no attributes except a color."""
     target.metadata[results.name] = results.labels
     if results.colors is not None:
         target.colors = results.colors
@@ -139,4 +140,4 @@ _LIBRARIES: tuple[tuple[tuple[str, ...], Callable[[Any, Results], None]], ...] =
     (("face_attributes", "vertex_attributes"), _put_on_trimesh),
     (("vertices", "metadata", "colors"), _put_on_trimesh_cloud),
 )
-"""Attributes by which objects of a library are recognized, and their writers."""
+"""Attributes by which objects of each library are recognized, and the function for them."""

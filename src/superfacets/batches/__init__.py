@@ -1,4 +1,4 @@
 """Batches: one function that processes a file, and teams of workers that apply it to thousands.
 
-Not called ``batch``: that is the function, and a module of its name would take its place.
+The package is not called ``batch``, because a module of that name would hide the function.
 """

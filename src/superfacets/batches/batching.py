@@ -26,7 +26,7 @@ MANIFEST = "manifest.jsonl"
 """Name of the manifest in the output folder."""
 
 MEMORY_SHARE = 0.8
-"""Fraction of a worker's memory that files are planned with; the estimate may be too low."""
+"""Fraction of a worker's memory that a file may need by estimate; estimates may be too low."""
 
 START_CELLS = 2_000
 """Fixed time per file, as the number of cells that take as long."""
@@ -47,7 +47,7 @@ class BatchResult:
     n_kept : int
         Files that had valid results, and were skipped.
     n_failed : int
-        Files that failed in this call, or before if they were not tried again.
+        Files that failed in this call, or in an earlier one if they were not tried again.
     n_cells : int
         Cells of the files that were segmented by this call.
     seconds : float
@@ -76,7 +76,7 @@ class BatchProgress:
     n_ended : int
         Files that have ended, including failed ones.
     n_files : int
-        Files that this call has to do.
+        Files that this call has to process.
     n_cells : int
         Cells of the files that were segmented.
     seconds : float
@@ -114,8 +114,8 @@ def batch(
     """Segment many files, on all cores or on a cluster, and write their labels into a folder.
 
     A file that fails does not stop the others. A second call segments only files without a valid
-    result: if it is missing or damaged, or if the file (by its hash), the parameters or the version
-    of the package have changed.
+    result. A result is not valid if it is missing or damaged, or if the file (by its hash), the
+    parameters or the version of the package have changed.
 
     Parameters
     ----------
@@ -124,18 +124,18 @@ def batch(
         ``.txt`` and ``.npy``; patterns such as ``"scans/**/*.ply"``; or ``"@list.txt"``, a file
         with a path per line, relative to its own folder.
     output_folder : path-like
-        Made if missing. It gets ``manifest.jsonl`` with a record per file, and
+        Created if missing. It gets ``manifest.jsonl`` with a record per file, and
         ``NAME.superfacets.ply`` for each, in folders that mirror those of the inputs.
     formats : sequence of str, optional
         Formats of the results: ``"ply"``, ``"npy"`` and so on, as the endings of `write_mesh` and
-        `write_labels`. By default PLY, or VTU of tetrahedra.
+        `write_labels`. The default is PLY, and VTU for tetrahedra.
     scheduler : str, optional
         Address of a Dask scheduler, such as ``"tcp://10.0.0.1:8786"``; its workers have to see all
-        files under the same paths, and to have the same version of the package. By default worker
-        processes are started on this machine, where there is more than one file to do.
+        files under the same paths, and to have the same version of the package. By default, worker
+        processes are started on this machine if there is more than one file to process.
     workers : int, optional
-        Number of worker processes on this machine, by default one per core. Each works on one file
-        at a time, on one thread if ``n_threads`` does not say otherwise.
+        Number of worker processes on this machine, by default one per core. Each processes one file
+        at a time, on one thread unless ``n_threads`` is given.
     retry_failed : bool, default False
         Whether failed files are tried again even if nothing has changed.
     progress : callable, optional
@@ -149,7 +149,7 @@ def batch(
     max_edge : float, optional
         Subdivide until no edge is longer than this, in the unit of the file.
     drop_attributes : bool, default False
-        Do not carry over what a PLY stores besides its mesh.
+        Do not write the attributes of the input files, such as normals, to the results.
     ascii : bool, default False
         Write text instead of binary where a format has both.
     label_name, vertex_labels
@@ -168,16 +168,16 @@ def batch(
         the folder.
     OSError
         If nothing is found, a folder cannot be read or written, or the disk is full. A
-        ConnectionError if there is no scheduler, its workers do not fit, or none is left. What was
-        done until then is kept.
+        ConnectionError if there is no scheduler, no worker is left, or a worker has another version
+        of the package or does not see the folder. Results until then are kept.
     MissingExtraError
         If psutil, for workers of this machine, or Dask, for a scheduler, is not installed.
 
     Notes
     -----
     Some files are done last, one at a time, with all memory of this machine or, on a cluster, of a
-    worker: those that need more than their share of a worker's memory (an estimate by their size),
-    and those during which workers were killed.
+    worker: files that need more than their share of a worker's memory (an estimate by their size),
+    and files whose workers were killed.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A team of the workers of any Dask scheduler."""
+"""A team made of the workers of a Dask scheduler."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ class RemoteTeam(Team):
         self.client = client
 
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
-        """As for `Team`. Each thread gets one call, and each worker one more in its queue.
+        """Run calls as `Team` does: one per thread, and one more in the queue of each worker.
 
-        So the scheduler never has thousands of them, and a worker that is killed counts against few
-        that it had not begun; none is lost by that. They are tied to no worker: one that is tied to
-        a worker which ends is never run again by Dask, though others may be allowed, if no other is
-        there at the time.
+        So the scheduler never has thousands of calls. If a worker is killed, Dask counts this
+        against only a few calls that had not begun, and no call is lost. Calls are not tied to a
+        worker: if a worker ends while no other one is present, Dask never runs the calls that are
+        tied to it again, even if other workers are allowed.
         """
         waiting = deque(range(len(calls)))
         running: dict[str, tuple[Any, int]] = {}
@@ -82,12 +82,12 @@ class RemoteTeam(Team):
 
 @contextlib.contextmanager
 def remote_team(address: str, folder: str) -> Iterator[RemoteTeam]:
-    """Connect to a scheduler; its workers must see the folder and have this version.
+    """Connect to a scheduler; its workers must see the folder and have this package version.
 
     Raises
     ------
     ConnectionError
-        If there is none, it has no worker, or one does not fit.
+        If there is no scheduler, it has no worker, or a worker does not fit.
     """
     distributed = _import_dask()
     with contextlib.ExitStack() as stack:
@@ -107,8 +107,8 @@ def _connected(distributed: Any, address: str) -> Any:
         return distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         reason = reason_of(error)
-    # The failed client closes itself when it is collected. If that happened while another one
-    # starts, both would wait for each other.
+    # The failed client closes itself when it is garbage-collected. If that happened while another
+    # client starts, both would wait for each other.
     gc.collect()
     raise ConnectionError(f"no scheduler at {address}: {reason}")
 
@@ -116,7 +116,7 @@ def _connected(distributed: Any, address: str) -> Any:
 def _check_versions(client: Any) -> None:
     """Raise a ConnectionError if a worker has another version of the package.
 
-    What is called is of the standard library: a worker may not have this module.
+    The called function is in the standard library, because a worker may not have this package.
     """
     found = client.run(metadata.version, "superfacets", on_error="return")
     for address, version in sorted(found.items()):
@@ -144,7 +144,7 @@ def _workers_of(client: Any) -> tuple[Worker, ...]:
 
 
 def _facts_of(dask_worker: Any) -> tuple[int, float]:
-    """Threads and memory of a worker; Dask calls this there and passes the worker."""
+    """Threads and memory of a worker; Dask calls this on the worker and passes its object."""
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 
@@ -174,7 +174,7 @@ def _scheduler_lost() -> ConnectionError:
 
 
 class _Presence:
-    """The current workers, updated at intervals."""
+    """Number of threads of the current workers, updated at intervals."""
 
     def __init__(self, client: Any) -> None:
         self._client = client

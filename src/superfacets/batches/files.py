@@ -44,10 +44,11 @@ def features_of(
     attributes: MeshAttributes | None,
     n_threads: int,
 ) -> npt.NDArray[np.float64] | None:
-    """Return features by name, side by side, one row per face or point.
+    """Return the named features as columns of one array, one row per cell; None without names.
 
-    ``color`` is red, green and blue in the file; ``normals`` and ``height`` (z) are computed;
-    another name is a property of the faces, points or vertices. A MeshError if the file has none.
+    ``color`` is red, green and blue in the file; ``normals`` and ``height`` (z) are computed; any
+    other name is a property of the faces, points or vertices. Raises a MeshError if the file has no
+    such property.
     """
     if not names:
         return None
@@ -102,13 +103,13 @@ def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
 
 
 def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
-    """Rows of points unchanged; for faces, means of the rows of their corners."""
+    """Rows of points are unchanged; each face gets the mean of the rows of its corners."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)
 
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
-"""Reads a file, with or without its attributes."""
+"""Function that reads a file; its argument says whether attributes are read, too."""
 
 _NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "progress", "on_stage"}
 """Parameters of `segment` that batches lack; features are given by name."""
@@ -123,7 +124,7 @@ _DEFAULTS = {
 
 @dataclass(frozen=True)
 class FileOptions:
-    """Options of the work on each file."""
+    """Options for processing each file."""
 
     keywords: Mapping[str, Any]  # arguments of `segment`
     features: tuple[str, ...] = ()  # names of features
@@ -147,7 +148,7 @@ class FileOptions:
         label_name: str = "label",
         vertex_labels: bool = False,
     ) -> FileOptions:
-        """Raise an error if options are wrong for every mesh, before one is read."""
+        """Check the options before a file is read; an error if one is wrong for every mesh."""
         given = {name: value for name, value in keywords.items() if value is not None}
         _check_keywords(given)
         if max_edge is not None:
@@ -160,14 +161,14 @@ class FileOptions:
         )  # fmt: skip
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
-        """Options for files with these endings; a ValueError if one of them fits none."""
+        """Format options for these endings; a ValueError if an option applies to none of them."""
         return FormatOptions.checked(
             endings, ascii=self.ascii, label_name=self.label_name, vertex_labels=self.vertex_labels
         )
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """Arguments as for `batch`."""
+        """The options as keyword arguments of `batch`."""
         return {
             **self.keywords,
             "features": list(self.features),
@@ -191,7 +192,7 @@ class FileOptions:
 
 
 def _check_keywords(keywords: Mapping[str, Any]) -> None:
-    """Arguments as for `segment`, without those that are arrays."""
+    """Check arguments of `segment`; an error if one is unknown, wrong or an array."""
     unknown = sorted(set(keywords) - set(_DEFAULTS))
     if unknown:
         names = ", ".join(sorted(_DEFAULTS))
@@ -224,7 +225,7 @@ class Outcome:
     listed: npt.NDArray[np.int64] | None = (
         None  # labels of the file's own faces, if it was subdivided
     )
-    listed_mesh: Cells | None = None  # the mesh of the file, then
+    listed_mesh: Cells | None = None  # the mesh of the file, if it was subdivided
 
 
 def segment_file(
@@ -237,7 +238,7 @@ def segment_file(
     progress: Progress | None = None,
     on_stage: OnStage | None = None,
 ) -> Outcome:
-    """Read, subdivide and segment; write nothing.
+    """Read, subdivide and segment one file; no output is written.
 
     Parameters
     ----------
@@ -247,9 +248,9 @@ def segment_file(
     holds_attributes : bool
         Whether an output has a place for attributes of vertices and faces.
     timings : dict
-        Gets the seconds of "mesh" and "subdivide"; those of the result count nothing twice.
+        Gets the seconds of "mesh" and "subdivide", which do not overlap the timings of the result.
     constraints : callable, optional
-        Gives the mask and barriers of the cells, as keywords of `segment`.
+        Function that returns the mask and barriers of the cells, as keywords of `segment`.
     progress, on_stage : callable, optional
         As for `segment`.
     """
@@ -276,7 +277,7 @@ def segment_file(
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
-    """Subdivide; without a given edge length, to suit the size of the regions."""
+    """Subdivide a mesh; the default edge length suits the size of the regions."""
     mesh = as_mesh(source)
     get = options.keywords.get
     max_edge = options.max_edge
@@ -292,11 +293,11 @@ def _segmented(
     progress: Progress | None,
     on_stage: OnStage | None,
 ) -> Segmentation:
-    """Segment; a mesh with fewer cells than regions gets one region per cell."""
+    """Segment a mesh; one with fewer cells than regions gets one region per cell."""
     keywords = dict(options.keywords)
     if keywords.get("n_segments") is not None:
         keywords["n_segments"] = min(keywords["n_segments"], _n_kept(mesh, of_cells))
-    with warnings.catch_warnings():  # the result reports the same facts as warnings
+    with warnings.catch_warnings():  # the result holds the same facts
         warnings.simplefilter("ignore", IslandWarning)
         warnings.simplefilter("ignore", SliverWarning)
         return segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
@@ -308,7 +309,7 @@ def _n_kept(mesh: Cells, of_cells: Mapping[str, npt.NDArray[Any]]) -> int:
 
 
 def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:
-    """Attributes that carry over to a subdivided mesh: those of faces, and comments."""
+    """Attributes of a subdivided mesh: the properties of its source's faces, and comments."""
     left_out = [
         *attributes.left_out,
         *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),

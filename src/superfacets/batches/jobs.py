@@ -33,7 +33,7 @@ PER_BYTE = 3
 """Bytes per byte of the file: its content, the mesh, and the mesh to be written."""
 
 FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz": 3, ".vtp": 6}
-"""Fewest bytes of a file per cell; compressed files have few."""
+"""Lower bound of the bytes of a file per cell, by ending; compressed files have few."""
 
 USUAL_FILE_BYTES = 12
 
@@ -75,7 +75,7 @@ class BatchJob:
     path: str
     folder: str
     outputs: tuple[str, ...]
-    """Name below the output folder, with slashes."""
+    """Names of the results below the output folder, with slashes."""
     options: FileOptions
 
     @property
@@ -95,7 +95,7 @@ class BatchJob:
 
 
 def run_job(job: BatchJob) -> Record:
-    """Read, segment and write; return the record, also of a failure.
+    """Process one file and return its record, also if it failed.
 
     Raises
     ------
@@ -107,14 +107,14 @@ def run_job(job: BatchJob) -> Record:
     record = {**job.head, "sha256": None}
     try:
         return record | _done(job, record)
-    except Exception as error:  # any kind of error: other files go on
+    except Exception as error:  # the other files of the batch go on
         if isinstance(error, OSError) and error.errno in _STOPPING:
             raise
         return record | {"error": reason_of(error)}
 
 
 def _done(job: BatchJob, record: Record) -> Record:
-    """Do the job; the hash is recorded as soon as it is known."""
+    """Do the job, and return the rest of its record; `record` gets the hash as soon as possible."""
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)

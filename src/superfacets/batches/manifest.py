@@ -14,21 +14,21 @@ from .jobs import Record
 class Manifest:
     """Records in a file, for use in a `with` block by one process at a time.
 
-    Each record is on the disk before `append` returns. A damaged line is ignored, as the last one
-    that a killed process has written in part, and so is a line with the name of a later one. Both
-    are gone when the manifest is next written or closed.
+    Each record is on the disk before `append` returns. A damaged line is ignored, such as a last
+    line that a killed process wrote only in part. A line is also ignored if a later line has the
+    same name. Ignored lines are removed when the manifest is next written or closed.
 
     Parameters
     ----------
     path : Path
-        Need not exist.
+        Path of the file, which need not exist.
 
     Attributes
     ----------
     records : dict
         The last record of each name.
     notes : list of str
-        A line of text for each damaged line, but for a last one that was written in part.
+        A message for each damaged line, except for a last line without its newline.
     """
 
     def __init__(self, path: Path) -> None:
@@ -51,12 +51,12 @@ class Manifest:
             self._write_anew()
 
     def append(self, record: Record) -> None:
-        """Add a record, or replace the one with its name.
+        """Add a record; it replaces an earlier record of the same name.
 
         Raises
         ------
         OSError
-            If it cannot be written; the file then holds what it held before.
+            If the record cannot be written; the file is then unchanged.
         """
         line = json.dumps(record).encode() + b"\n"
         if self._file is None:
@@ -88,7 +88,7 @@ class Manifest:
 
 
 def _write_all(file: int, data: bytes) -> None:
-    """Write all bytes to the disk; the system may take fewer at a time."""
+    """Write all bytes to the disk; one system call may write only some of them."""
     while data:
         data = data[os.write(file, data) :]
     os.fsync(file)

@@ -19,7 +19,7 @@ FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv"
 else."""
 
 MARK = ".superfacets"
-"""Part of the names of results, which a folder is not searched for."""
+"""Part of the names of results. A search of a folder skips files with it."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Source:
 
 
 def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
-    """Return the files given by inputs, without duplicates.
+    """Return the files given by `inputs`, without duplicates.
 
     Parameters
     ----------
@@ -41,14 +41,14 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
         A file; a folder, which is searched with all folders below it (links to folders are not
         followed) for meshes and clouds, but not for ``.csv``, ``.txt`` and ``.npy``; a pattern with
         ``*``, ``?``, ``[]`` or ``**``; or ``@LIST``, a text file with a path per line, relative to
-        its own folder, in which empty lines and those that begin with ``#`` count for nothing.
+        its own folder, in which empty lines and lines that begin with ``#`` are ignored.
 
     Raises
     ------
     OSError
         If a folder or a list cannot be read, or nothing is found.
     ValueError
-        If two files have the same name below what was given.
+        If no input is given, or two different files have the same path below the given folders.
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     found: dict[str, Source] = {}
@@ -80,7 +80,7 @@ def _expanded(text: str) -> Iterator[Source]:
 
 
 def _listed(path: Path) -> Iterator[Source]:
-    """The files in a list."""
+    """Yield the files that a list names, one per line."""
     for line in path.read_text(encoding="utf-8").splitlines():
         text = line.strip()
         if not text or text.startswith("#"):
@@ -111,7 +111,7 @@ def _fail(error: OSError) -> None:
 
 
 def _matching(pattern: str) -> Iterator[Source]:
-    """The files that match a pattern, named from its first folder with a wildcard on."""
+    """The files that match a pattern; names begin at the first folder with a wildcard."""
     parts = Path(pattern).parts
     n_plain = next(place for place, part in enumerate(parts) if glob.has_magic(part))
     root = Path(*parts[:n_plain])

@@ -1,1 +1,1 @@
-"""Writers: a file per format, each for cells, labels or regions."""
+"""Writers of cells, labels and regions, with one module per format."""

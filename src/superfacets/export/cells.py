@@ -1,4 +1,4 @@
-"""Cells with labels and colors, in files that hold a mesh or a cloud."""
+"""Writes cells, with labels and colors, to files of meshes and point clouds."""
 
 from __future__ import annotations
 
@@ -47,28 +47,28 @@ WRITERS: dict[str, Writers] = {
     "tetrahedra": TET_WRITERS,
     "points": CLOUD_WRITERS,
 }
-"""Writers by name of the kind of cells, then by ending; the default ending first. Other kinds have
-label files only."""
+"""Writers by name of the kind of cells, then by ending; the default ending is the first. Cells of
+other kinds have only label files."""
 
 MESH_OUTPUTS = (*FACE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".las", ".laz")
-"""Files of point clouds only."""
+"""Endings of files that hold only point clouds."""
 
 ATTRIBUTE_OUTPUTS = (".ply", ".vtp", ".las", ".laz")
-"""Files that can store attributes of vertices and faces."""
+"""Endings of files that can store attributes of vertices or faces."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
-"""Files whose array of labels may have any name."""
+"""Endings of files whose array of labels may have any name."""
 
 CLASS_OUTPUTS = (".glb", ".aggregation.json")
 
 COLORLESS_OUTPUTS = (".obj", ".csv", *TET_WRITERS)
-"""Files without colors, so that none have to be computed."""
+"""Endings of files without colors, for which no colors are computed."""
 
 
 @dataclass(frozen=True)
 class FormatOptions:
-    """Choices that formats leave open.
+    """Options of the output formats.
 
     Parameters
     ----------
@@ -77,9 +77,9 @@ class FormatOptions:
     label_name : str
         Name of the array of labels in files of VTK.
     vertex_labels : bool
-        Whether a PLY has labels of its vertices, too.
+        Whether a PLY file also stores a label per vertex.
     classes : tuple of str, optional
-        One for each label that occurs, in their order.
+        Class of each region that occurs, in the order of the labels.
     """
 
     ascii: bool = False
@@ -97,7 +97,7 @@ class FormatOptions:
         vertex_labels: bool = False,
         classes: Sequence[str] | Sequence[int] | None = None,
     ) -> FormatOptions:
-        """Return the options; a ValueError if a value is wrong, or no file has a use for one."""
+        """Return the options; an error if a value is wrong or applies to none of `endings`."""
         if not isinstance(label_name, str) or not label_name or not label_name.isprintable():
             raise ValueError(f"label_name must be a line of text, got {label_name!r}")
         for name, is_given, fitting in (
@@ -111,7 +111,7 @@ class FormatOptions:
         return cls(ascii, label_name, vertex_labels, names)
 
     def check_classes(self, labels: Ints | None) -> None:
-        """Raise a ValueError if there are classes, but not one for each label."""
+        """Raise a MeshError if there are classes, but not one for each region."""
         if self.classes is None:
             return
         if labels is None:
@@ -138,7 +138,7 @@ class CellWriter:
     options: FormatOptions
 
     def checked(self, endings: Sequence[str]) -> CellWriter:
-        """Return self; an error if files with these endings could not be written."""
+        """Return a writer with checked colors; an error if such files cannot be written."""
         if not endings:
             return self
         kind = kind_of(self.cells)
@@ -200,7 +200,7 @@ def _writers_of(kind: Kind) -> Writers:
 
 
 def _check_kind(kind: Kind, ending: str) -> None:
-    """Raise a MeshError if files with this ending cannot hold such cells."""
+    """Raise a MeshError if files with this ending cannot hold cells of this kind."""
     fitting = tuple(_writers_of(kind))
     if ending not in fitting:
         listed = f"{', '.join(fitting[:-1])} or {fitting[-1]}"
@@ -221,7 +221,7 @@ def _checked_colors(colors: Any, mesh: Cells) -> Bytes | None:
 
 
 def _check_attributes(attributes: Any, cells: Any) -> None:
-    """Raise an error if `attributes` are of another type, or belong to other cells."""
+    """Raise an error if `attributes` have another type, or do not fit the number of cells."""
     if attributes is None:
         return
     if not isinstance(attributes, MeshAttributes):

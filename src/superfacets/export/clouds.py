@@ -14,7 +14,7 @@ from .content import Content
 from .text import write_rows
 
 _LAS_STEPS = 2.0**31 - 2
-"""Number of steps of coordinates, which are 32-bit integers in LAS."""
+"""Number of steps between the lowest and the highest coordinate: LAS stores 32-bit integers."""
 
 
 def write_csv(file: IO[bytes], content: Content) -> None:
@@ -63,6 +63,6 @@ def write_las(file: IO[bytes], content: Content) -> None:
 
 
 def _round_step(least: Floats) -> Floats:
-    """The next power of ten from 1e-6 up, as is usual for scales in LAS."""
+    """Round steps up to powers of ten, at least 1e-6, as is usual for scales in LAS."""
     with np.errstate(divide="ignore"):
         return np.asarray(10.0 ** np.maximum(np.ceil(np.log10(least)), -6.0))

@@ -12,7 +12,7 @@ from ..io.attributes import MeshAttributes
 
 @dataclass(frozen=True)
 class Content:
-    """Checked cells, with the labels, colors and attributes to write, and choices of formats."""
+    """Checked cells, with the labels, colors and attributes to write, and options of formats."""
 
     cells: Any
     ending: str

@@ -1,8 +1,8 @@
 """GLB with the region of each vertex, and a table of the regions.
 
 Viewers show the colors. `EXT_mesh_features` gives each vertex the id of its region, and
-`EXT_structural_metadata` a table with a row per id. Ids of glTF are per vertex, so vertices are
-doubled where regions meet.
+`EXT_structural_metadata` a table with a row per id. Ids in glTF belong to vertices, so vertices are
+duplicated where regions meet.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from .text import fits_single
 
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
 VERTICES, INDICES = 34962, 34963
-"""Targets of buffer views."""
+"""Values of `target` in buffer views: vertex attributes, and vertex indices."""
 
 MAX_BYTES = 2**32 - 1
-"""Largest file: its length has 32 bits."""
+"""Largest size of a file in bytes: a GLB stores its length in 32 bits."""
 
 MAX_IDS = 2**24
-"""Largest number of ids: they are float32, which holds all smaller integers, and one means no
-region."""
+"""Upper bound of the number of ids, including the id for no region: they are float32, which holds
+every integer below."""
 
 ALIGNMENT = 8
 """Alignment of buffer views, as required by tables of properties."""
@@ -40,7 +40,8 @@ ALIGNMENT = 8
 def write_glb(file: IO[bytes], content: Content) -> None:
     """Write GLB. Polygons become triangles; unused vertices are left out.
 
-    Coordinates are float32, relative to the middle of the bounding box if they are not exact.
+    Coordinates are float32. If that is not exact, they are relative to the middle of the bounding
+    box.
     """
     mesh, labels, colors = content.cells, content.labels, content.colors
     scene = _Scene()
@@ -80,7 +81,7 @@ def _split_vertices(
     labels: npt.NDArray[np.int32] | None,
     colors: npt.NDArray[np.uint8] | None,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Vertices of the file: the vertex of the mesh and a face for each, and the triangles.
+    """For each vertex of the file, its vertex in the mesh and one of its faces; and the triangles.
 
     The faces around a vertex of the file have the same label and color.
     """
@@ -131,7 +132,7 @@ _PROPERTIES = {
 
 
 def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
-    """The enumeration of class names, and the number of each region's class."""
+    """The enumeration of class names, and the value of each region's class in it."""
     names, numbers = np.unique(np.array(classes, dtype=str), return_inverse=True)
     values = [{"name": name, "value": number} for number, name in enumerate(names.tolist())]
     return {"valueType": "UINT32", "values": values}, numbers.astype("<u4")
@@ -154,7 +155,7 @@ class _Scene:
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
 
     def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
-        """Append an array to the buffer, and return the number of its view."""
+        """Append an array to the buffer, and return the index of its view."""
         _check_size(self.n_bytes + array.nbytes)
         data = np.ascontiguousarray(array).tobytes()
         view = {"buffer": 0, "byteOffset": self.n_bytes, "byteLength": len(data)}
@@ -164,7 +165,7 @@ class _Scene:
         return len(self.views) - 1
 
     def accessor(self, array: npt.NDArray[Any], kind: str, target: int) -> int:
-        """Append an array, and return the number of its accessor."""
+        """Append an array, and return the index of its accessor."""
         component = {"f4": FLOAT, "u4": UNSIGNED_INT, "u1": UNSIGNED_BYTE}[array.dtype.str[1:]]
         accessor: dict[str, Any] = {
             "bufferView": self.view(array, target),
@@ -178,7 +179,7 @@ class _Scene:
         return len(self.accessors) - 1
 
     def positions(self, vertices: npt.NDArray[np.float64], corners: npt.NDArray[np.int64]) -> int:
-        """Append the positions of vertices, and return the number of their accessor."""
+        """Append the positions of vertices, and return the index of their accessor."""
         points = vertices[corners]
         if not fits_single(points):
             middle = (points.min(axis=0) + points.max(axis=0)) / 2

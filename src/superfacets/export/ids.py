@@ -1,4 +1,4 @@
-"""Write labels only: of cells, of vertices, of triangles."""
+"""Writes files that hold only labels: of cells, of vertices, of triangles."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ from .scannet import (
 from .text import write_rows
 
 LABEL_OUTPUTS = (".npy", ".seg", ".txt")
-"""Files with a label per cell."""
+"""Endings of files with a label per cell."""
 
 VERTEX_OUTPUTS = (".segs.json", ".bin", "_sp_label.npy")
-"""Files with an id per vertex, 0 and up."""
+"""Endings of files with an id >= 0 per vertex."""
 
 ID_OUTPUTS = (*VERTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
 
 
 @dataclass(frozen=True)
 class IdWriter:
-    """Labels of cells, for files of any format that holds labels only."""
+    """Labels of cells, for files that hold only labels or the graph of regions."""
 
     cells: Cells
     labels: Ints | None
     options: FormatOptions
 
     def checked(self, endings: Sequence[str]) -> IdWriter:
-        """Return self; a MeshError if files with these endings could not be written."""
+        """Return self; a MeshError if files with these endings cannot be written."""
         for ending in endings:
             if self.labels is None:
                 raise MeshError(f"there are no labels to write as {ending}")
@@ -82,7 +82,7 @@ class IdWriter:
 
     @property
     def n_lost(self) -> int:
-        """Number of regions without a vertex in files of vertex labels."""
+        """Number of regions that no vertex has in files of vertex labels."""
         assert self.labels is not None
         return len(np.setdiff1d(self.labels, self._vertex_ids))
 
@@ -97,7 +97,7 @@ class IdWriter:
 def write_given_labels(
     labels: npt.ArrayLike, ending: str
 ) -> Callable[[IO[bytes], str, Path | None], None]:
-    """Check labels of any elements that the format holds; return the function that writes them."""
+    """Check labels for the format of an ending; return the function that writes them."""
     if ending == ".sstk.json" and np.ndim(labels) == 2:
         levels = [checked_labels(level) for level in np.asarray(labels)]
         _check_nested(levels)
@@ -115,7 +115,7 @@ def _write(
     labels: npt.NDArray[np.integer[Any]],
     classes: Sequence[str] | None,
 ) -> None:
-    """Write checked labels of any elements that the format holds."""
+    """Write checked labels, which belong to the elements that the format labels."""
     if ending == ".segs.json":
         write_segments(file, labels, scene_of(path, ending))
     elif ending == ".aggregation.json":

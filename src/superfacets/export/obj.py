@@ -48,9 +48,10 @@ def face_lines(
     first: int = 0,
     ends: tuple[Array, ...] = (),
 ) -> Iterator[list[bytes]]:
-    """Lines of text of some faces: the corners, counted from `first`, between `begin` and `ends`.
+    """Yield lists of at most `ROWS_AT_ONCE` lines, one per face: `begin`, corners, `ends`.
 
-    A ``#`` in `begin` stands for the number of corners. `ROWS_AT_ONCE` lines at a time.
+    A ``#`` in `begin` is replaced by the number of corners. The first vertex has the index `first`.
+    Each array of `ends` holds a number per face of the mesh.
     """
     for place in range(0, len(faces), ROWS_AT_ONCE):
         yield _lines_of(mesh, faces[place : place + ROWS_AT_ONCE], begin, first, ends)

@@ -1,4 +1,4 @@
-"""PLY of a mesh with labels and colors per face."""
+"""Writes PLY files of meshes, with labels and colors per face, and of point clouds."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OWN_NAMES = {
     "vertex": ("x", "y", "z", "label"),
     "face": (*INDEX_NAMES, "label", "quality", "red", "green", "blue", "alpha"),
 }
-"""Names that attributes cannot have in a file with labels."""
+"""Names of a file's own properties if it has labels; attributes with these names are left out."""
 
 
 def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
@@ -75,12 +75,12 @@ def _write_elements(file: IO[bytes], elements: list[_Element], content: Content)
 
 @dataclass(frozen=True)
 class _Column:
-    """Values of a property, or one value for all rows, and their storage in a row."""
+    """A property: its values, or one value for all rows, and its storage in a row."""
 
     name: str
     dtype: str
     values: Any  # or the mesh, if its faces differ in size
-    length: int | None = None  # length of the list in each row; None: a single number
+    length: int | None = None  # length of the list in every row; None: a single number
     longest: int = 0  # longest list, if lists differ in length
 
     @property
@@ -88,7 +88,7 @@ class _Column:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
     def of(self, rows: slice | npt.NDArray[np.int64], size: int = 0) -> _Column:
-        """The column for some rows, in which lists of different lengths have this size."""
+        """The column for `rows`; if lists differ in length, all lists of `rows` have `size`."""
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
             values = self.values.indices[corners]
@@ -108,7 +108,7 @@ class _Element:
     def add(
         self, attributes: Mapping[str, npt.NDArray[Any]], left_out: Collection[str] = ()
     ) -> None:
-        """Append attributes, except those with the name of a column that is there."""
+        """Append attributes as columns, except those whose name is taken or in `left_out`."""
         taken = {column.name for column in self.columns} | {*left_out}
         if "vertex_indices" in taken:
             taken |= {*INDEX_NAMES}
@@ -125,7 +125,7 @@ def _vertex_columns(vertices: npt.NDArray[np.float64]) -> list[_Column]:
 
 
 def _point_columns(cloud: PointCloud, content: Content) -> list[_Column]:
-    """Points with their normals, labels and colors: those of the cloud if there are no others."""
+    """Columns of positions, normals, labels and colors; by default, colors are the cloud's."""
     colors = content.colors
     columns = _vertex_columns(cloud.points)
     if cloud.normals is not None:
@@ -164,7 +164,7 @@ def _corner_column(mesh: FaceMesh) -> _Column:
 
 
 def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
-    """Rows in the form of the file: all in one piece, or one by one if they differ in size."""
+    """Encode rows of the file: in one piece, or one piece per row if faces differ in size."""
     mesh = next((column.values for column in columns if column.longest), None)
     if mesh is None:
         rows = _fill_rows([column.of(part) for column in columns], part.stop - part.start)
@@ -182,12 +182,12 @@ def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
 
 
 def _has_other_labels(attributes: MeshAttributes, labels: npt.NDArray[np.int32] | None) -> bool:
-    """Whether the attributes contain other labels than those of the faces."""
+    """Whether labels are written that differ from the face labels, if any, of the attributes."""
     return labels is not None and not np.array_equal(attributes.face.get("label", ()), labels)
 
 
 def _fill_rows(columns: list[_Column], n_rows: int) -> npt.NDArray[Any]:
-    """Rows in binary form."""
+    """Pack columns into an array of binary rows."""
     fields: list[Any] = []
     for column in columns:
         if column.length is None:

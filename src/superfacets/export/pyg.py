@@ -25,12 +25,14 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
     Parameters
     ----------
     path : path-like
-        Ends in ``.npz``. A file there is replaced once all is written, and keeps its permissions.
-    graphs : mapping of str to array_like, or a sequence of such
+        Ends in ``.npz``. A file that exists is replaced once the new one is complete, and its
+        permissions are kept.
+    graphs : mapping of str to array_like, or a sequence of such mappings
         Arrays by name. ``edge_index``, (2, E), holds the regions at the ends of each edge, in both
-        directions; ``edge_attr``, (E, n), has a row for each; ``pos``, (K, 3), and whatever else,
-        has one for each region. ``super_index`` holds for each cell, or each region of the next
-        finer graph, the region that it is in. Of a sequence, the finest graph comes first.
+        directions. ``edge_attr``, (E, n), has a row per edge. ``pos``, (K, 3), and all further
+        arrays have a row per region. ``super_index`` holds for each cell, or each region of the
+        next finer graph, the region that contains it, or -1. In a sequence, the finest graph comes
+        first.
 
     Raises
     ------
@@ -43,10 +45,10 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
     Notes
     -----
     Indices are written as int64, other numbers in their own types. The arrays of one graph keep
-    their names. Nested graphs become levels as superpoint networks count them: level 0 is the
-    cells, of which the file has ``level0_super_index`` alone, into level 1; the first graph is
-    ``level1_edge_index``, ``level1_pos`` and so on, with ``level1_super_index`` into level 2; the
-    last level has no such index. Neither writing nor reading needs torch:
+    their names. Nested graphs become levels, numbered as in superpoint networks. Level 0 is the
+    cells: the file holds only ``level0_super_index``, which leads to level 1. Level 1 is the first
+    graph: ``level1_edge_index``, ``level1_pos`` and so on, with ``level1_super_index``, which leads
+    to level 2. The last level has no such index. Neither writing nor reading needs torch:
     ``torch_geometric.data.Data(**tensors)`` takes the arrays of a level.
 
     Examples
@@ -70,7 +72,7 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
 
 
 def write_arrays(file: IO[bytes], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Write checked arrays."""
+    """Write checked arrays as an .npz file."""
     np.savez(file, **arrays)  # type: ignore[arg-type]  # of numpy's own option allow_pickle
 
 
@@ -90,7 +92,7 @@ def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, npt.NDArray[An
         if "super_index" not in graph:
             raise MeshError(f"{what}nested graphs need super_index")
         n_below = _check_graph(graph, what, n_below)
-        for name, values in graph.items():  # the index leads to the next coarser graph
+        for name, values in graph.items():  # a super_index is stored with the next finer level
             level = place if name == "super_index" else place + 1
             arrays[f"level{level}_{name}"] = values
     return arrays

@@ -30,14 +30,14 @@ def write_regions(
     Parameters
     ----------
     folder : path-like
-        Made where it does not exist. Files are named after the labels: ``region_17.ply``.
-    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, or what is like one
+        Created if it does not exist. Files are named after the labels: ``region_17.ply``.
+    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         As for `segment`. Points keep their normals and colors.
     labels : array_like of integers, shape (N,)
         0 and up; cells labeled -1 are in no file.
     ending : str, optional
-        Of the files, and so their format: one that `write_mesh` knows for these cells. By default
-        ``.ply``, of tetrahedra ``.vtu``.
+        Ending of the files, which tells the format: one that `write_mesh` knows for these cells. By
+        default ``.vtu`` for tetrahedra, and ``.ply`` for other cells.
     ascii : bool, default False
         As for `write_mesh`.
 
@@ -56,8 +56,8 @@ def write_regions(
 
     Notes
     -----
-    Cells keep their order, and have the vertices that they need, in the order of the mesh. Files
-    of regions that there are no longer, from an earlier call, stay.
+    Cells keep their order. A file holds only the vertices that its cells use, in the order of the
+    mesh. Files that an earlier call wrote for other labels are not removed.
 
     Examples
     --------

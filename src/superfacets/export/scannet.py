@@ -16,13 +16,13 @@ from ..errors import MeshError
 from .text import write_list
 
 MAX_ID = 1 << 24
-"""Some readers keep ids as float32, which holds no larger whole numbers."""
+"""Upper bound of ids: some readers store them as float32, which skips larger integers."""
 
 NO_CLASS = "unknown"
 """Label of a group without a class, as in the labeling tool."""
 
 _MESH_NAME = re.compile(r"_vh_clean(_2)?([._]|$)")
-"""Suffix of a scene's name in the names of its meshes."""
+"""Suffix that follows a scene's name in the names of its mesh files."""
 
 _THRESHOLD = re.compile(r"\.\d+\.\d+$")
 """The threshold in the names of segment files: ``.0.010000``."""
@@ -40,7 +40,7 @@ def scene_of(path: Path | None, ending: str) -> str:
 def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) -> None:
     """Write the segment of each vertex, in one line without spaces.
 
-    `params` are those that readers expect to see, not ours.
+    `params` holds the values that readers expect, not options of superfacets.
     """
     _check_ids(ids)
     params = '{"params":{"kThresh":0.01,"segMinVerts":20},"sceneId":'
@@ -78,8 +78,8 @@ def _check_ids(ids: npt.NDArray[np.integer]) -> None:
 def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> None:
     """Write the regions of triangles on each level, finest first, for the Scene Toolkit (SSTK).
 
-    The tool (SSTK) finds the segmentations of a hierarchy by name, and takes its levels from fine
-    to coarse. Negative numbers are in no segment.
+    The tool (SSTK) finds the segmentations of a hierarchy by name, and expects its levels from fine
+    to coarse. Triangles with negative labels are in no segment.
     """
     file.write(b'{"elementType":"triangles","elementCount":%d,"segmentation":[' % len(levels[0]))
     for level, labels in enumerate(levels):
@@ -94,8 +94,9 @@ def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> No
 def write_superpoints(file: IO[bytes], ids: npt.NDArray[np.integer], ending: str) -> None:
     """Write an id per vertex, without gaps, for OneFormer3D and UniDet3D.
 
-    Ids are 0 and up, in the order of the given ones, as 64-bit numbers, low byte first.
-    ``.bin`` is the numbers alone; ``_sp_label.npy`` has the header of an array.
+    Ids are renumbered from 0, in the order of the given ids, and written as 64-bit integers, low
+    byte first. A ``.bin`` file holds only the numbers; ``_sp_label.npy`` has the header of an
+    array.
     """
     _, contiguous = np.unique(ids, return_inverse=True)
     numbers = contiguous.astype("<i8")

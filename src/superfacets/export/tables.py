@@ -27,8 +27,8 @@ LINE_ENDINGS = (".obj",)
 def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
     """Write each table to its path; all of the files appear, or none.
 
-    What is NaN is left empty in CSV, and null in JSON, which is a list of one object per row.
-    Numbers are written with all their digits.
+    NaN becomes an empty field in CSV, and null in JSON. A JSON file holds a list with one object
+    per row. Numbers are written with all their digits.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
 
 
 def print_csv(file: IO[str], columns: Columns) -> None:
-    """Print a line of names and a line per row."""
+    """Write CSV: a line of names, and a line per row."""
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(_rows(columns))

@@ -15,7 +15,7 @@ ROWS_AT_ONCE = 1 << 14
 
 
 def text_rows(row: str, columns: Sequence[Array]) -> bytes:
-    """Rows of text in one format operation; `row` has a conversion for each column."""
+    """Format rows of text in one operation; `row` is a format string for one row."""
     lists = [column.tolist() for column in columns]
     n_rows = len(lists[0])
     flat: list[Any] = [None] * (n_rows * len(lists))
@@ -46,7 +46,7 @@ def coordinate_format(values: Floats) -> str:
 
 def fits_single(values: Floats) -> bool:
     """Whether float32 holds all of the values exactly."""
-    with np.errstate(over="ignore"):  # infinite after overflow, and so not equal
+    with np.errstate(over="ignore"):  # overflow gives an infinity, which is not equal
         return all(
             np.array_equal(part.astype(np.float32), part)
             for part in np.array_split(values, max(1, len(values) // ROWS_AT_ONCE))

@@ -33,7 +33,7 @@ def write_vtk_xml(
     *,
     ascii: bool,
 ) -> None:
-    """Write the sections of a piece with these counts; names of arrays are escaped."""
+    """Write a file of one piece, with these counts and sections; names of arrays are escaped."""
     order = f"{sys.byteorder.capitalize()}Endian"
     numbers = " ".join(f'{name}="{count}"' for name, count in counts.items())
     file.write(
@@ -53,7 +53,7 @@ def _write_array(file: IO[bytes], name: str, values: npt.NDArray[Any], *, ascii:
     word = {"i": "Int", "u": "UInt", "f": "Float"}[values.dtype.kind]
     table = values.reshape(len(values), -1)
     form = "ascii" if ascii else "binary"
-    # Left out if 1: meshio would read an array (N, 1).
+    # A one-dimensional array has no NumberOfComponents: with 1, meshio would read an array (N, 1).
     width = f' NumberOfComponents="{table.shape[1]}"' if values.ndim > 1 else ""
     file.write(
         f'<DataArray type="{word}{8 * values.dtype.itemsize}" Name="{html.escape(name)}"{width}'
@@ -73,7 +73,7 @@ def _write_array(file: IO[bytes], name: str, values: npt.NDArray[Any], *, ascii:
 
 
 def number_format(values: npt.NDArray[Any]) -> str:
-    """A format that reads back as the same number of the same type."""
+    """A format string in which numbers read back as the same values of the same type."""
     return "%d" if values.dtype.kind in "iu" else "%.9g" if values.dtype.itemsize == 4 else "%.17g"
 
 

@@ -21,12 +21,12 @@ from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_give
 from .pyg import GRAPH_OUTPUTS
 
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
-"""Files that are derived from a mesh and its labels, and hold neither."""
+"""Endings of files that are derived from a mesh and its labels, and hold neither."""
 
 OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *DERIVED_OUTPUTS)
 
 ENDING_OF_FORMAT = {ending.lstrip("._"): ending for ending in OUTPUT_ENDINGS}
-"""Endings by name: ``ply``, ``segs.json``, ``sp_label.npy``."""
+"""Endings by name of the format: ``ply``, ``segs.json``, ``sp_label.npy``."""
 
 NO_STREAMS: Mapping[str, IO[bytes]] = MappingProxyType({})
 
@@ -49,57 +49,57 @@ def write_mesh(
     are ``list uchar int vertex_indices`` (``list int int`` where one has more than 255 corners);
     labels add ``int label`` and ``float quality`` (the same, exact below 2**24, for MeshLab);
     labels or colors add ``uchar red green blue alpha``. VTP has double vertices, and cell data
-    ``label`` and ``colors``. The user guide, Export, says what the other formats hold.
+    ``label`` and ``colors``. The user guide (Export) describes the other formats.
 
     Parameters
     ----------
     path : path-like
-        Ends in ``.ply``, ``.obj`` (a group per region), ``.off`` (colors), ``.glb`` (ids and a
-        table of regions), or in ``.vtp``, which needs the extra ``io``; for a `TetMesh`, in
-        ``.vtu`` or ``.vtk``, which need it too and hold the labels alone; for a `PointCloud`, in
-        ``.ply``, in ``.csv`` (x, y, z and label), or in ``.las`` or ``.laz``, which need the extra
-        ``las``. Or, for the labels of the vertices of the mesh, or points of the cloud, in
-        ``.segs.json``, ``.bin`` or ``_sp_label.npy``; for those of triangles in ``.sstk.json``;
-        and in ``.aggregation.json``; for the graph of regions in ``.npz``, as `write_graphs` writes
-        that of `region_graph`. A file there is replaced once all is written, and keeps its
-        permissions.
-    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, or what is like one
-        As for `segment`. Polygons stay polygons, but in GLB. Labels and colors of a cloud are
-        properties of its vertices; LAS has the labels as a further dimension ``label``.
+        For faces, the path ends in ``.ply``, ``.vtp``, ``.obj`` (a group per region), ``.off``
+        (colors) or ``.glb`` (ids and a table of regions). For a `TetMesh`, it ends in ``.vtu`` or
+        ``.vtk``, which hold labels but no colors and attributes. For a `PointCloud`, it ends in
+        ``.ply``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz``; the last two need the extra
+        ``las``. Files derived from the labels end in ``.segs.json``, ``.bin`` or ``_sp_label.npy``
+        (a label per vertex of the mesh, or per point), ``.sstk.json`` (a label per triangle),
+        ``.aggregation.json`` (a group per region) or ``.npz`` (the graph of `region_graph`, as by
+        `write_graphs`). A file that exists is replaced once the new one is complete, and its
+        permissions are kept.
+    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
+        As for `segment`. Polygons stay polygons, except in GLB. Labels and colors of a cloud are
+        properties of its points; LAS stores the labels in an extra dimension ``label``.
     labels : array_like of integers, shape (F,), optional
         0 and up; -1 where a face is in no region.
     colors : array_like of uint8, shape (F, 3), optional
-        Red, green, blue. With labels and no colors, those of `face_colors`.
+        Red, green, blue. If there are labels, the default is `face_colors`.
     attributes : MeshAttributes, optional
-        What else is stored with the vertices and faces, from `read_attributes` or made by hand.
-        Those with the name of a property above that the file gets are left out. For PLY, VTP and
-        LAS; other formats have no place for them.
+        Other properties of vertices and faces, from `read_attributes` or made by hand. Properties
+        are left out if the file itself has a property of that name, as above. Only PLY, VTP and LAS
+        store attributes.
     ascii : bool, default False
         Text instead of binary little-endian, for readers that need it.
     label_name : str, default "label"
         Name of the array of labels in VTP, VTU and VTK: dental tools want ``Label``.
     vertex_labels : bool, default False
-        Whether a PLY also has the labels of its vertices, see `superfacets.vertex_labels`, as a
-        vertex property ``label``.
+        Whether a PLY file also stores the labels of its vertices, see `superfacets.vertex_labels`,
+        as a vertex property ``label``.
     classes : sequence of str or int, length K, optional
-        What each region is, in the order of the labels that occur: a column of the table in GLB,
-        and the labels of groups in ``.aggregation.json``.
+        Class of each region, in the order of the labels that occur. GLB stores it as a column of
+        the table, ``.aggregation.json`` as the label of the group.
 
     Raises
     ------
     ValueError
-        If the ending, a shape or a dtype is wrong, a label is below -1, the format does not hold
-        these cells or so many of them, or has no place for what an option asks for; or if labels
-        are -1 in a format whose ids begin at 0.
+        If the ending, a shape or a dtype is wrong, a label is below -1, the format cannot hold
+        these cells, as many of them, or the data that an option asks for; or if a label is -1 in a
+        format whose ids begin at 0.
     TypeError
-        If `attributes` are none.
+        If `attributes` is neither a `MeshAttributes` nor None.
     OSError
         If the file cannot be written.
 
     Notes
     -----
-    Linear in V + F, but for a sort in OBJ and GLB. The file is made piece by piece; GLB is made in
-    memory, some 200 bytes a face, and holds up to 4 GiB.
+    Time is linear in V + F, except for a sort in OBJ and GLB. Files are written piece by piece, but
+    GLB, LAS and LAZ are built in memory; GLB takes some 200 bytes per face, and holds up to 4 GiB.
 
     Examples
     --------
@@ -135,25 +135,25 @@ def write_labels(path: StrPath, labels: npt.ArrayLike) -> None:
     Parameters
     ----------
     path : path-like
-        Ends in ``.npy`` (int32), or in ``.seg`` or ``.txt`` (one integer per line, no header). Or,
-        for labels that are those of vertices, in ``.segs.json``, ``.bin`` or ``_sp_label.npy``
-        (int64, renumbered without gaps); for those of triangles in ``.sstk.json``. A file there is
-        replaced once all is written, and keeps its permissions.
+        Ends in ``.npy`` (int32), or in ``.seg`` or ``.txt`` (one integer per line, no header). For
+        labels of vertices, it ends in ``.segs.json``, ``.bin`` or ``_sp_label.npy`` (int64,
+        renumbered without gaps); for labels of triangles, in ``.sstk.json``. A file that exists is
+        replaced once the new one is complete, and its permissions are kept.
     labels : array_like of integers, shape (F,)
-        0 and up; -1 where a face is in no region, but not in the three formats of vertices. For
-        ``.sstk.json`` also (n, F): nested levels, the finest first.
+        0 and up; -1 where a face is in no region, which the three formats of vertices do not allow.
+        For ``.sstk.json`` also (n, F): nested levels, the finest first.
 
     Raises
     ------
     ValueError
-        If the ending, the shape or the dtype is wrong, a label is negative that may not be, an id
-        for ``.segs.json`` is 2**24 or more, or levels are not nested.
+        If the ending, the shape or the dtype is wrong, a label is negative where the format does
+        not allow it, an id for ``.segs.json`` is 2**24 or more, or levels are not nested.
     OSError
         If the file cannot be written.
 
     See Also
     --------
-    write_mesh : Makes labels of vertices from those of faces, for the formats that need them.
+    write_mesh : Computes labels of vertices from labels of faces, for the formats that need them.
 
     Examples
     --------
@@ -188,33 +188,36 @@ def write_outputs(
     Parameters
     ----------
     paths : sequence of path-like
-        As for `write_mesh`, and ``.npy``, ``.seg`` and ``.txt`` for the labels alone, see
+        As for `write_mesh`; also ``.npy``, ``.seg`` and ``.txt`` for the labels alone, see
         `write_labels`.
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
         As for `segment`. Polygons stay polygons.
     labels : array_like of integers, shape (F,), or None
         0 and up; -1 where a face is in no region. None where all files are meshes.
     streams : mapping of str to binary file, optional
-        Open files to write to as well, when the others are complete, by the ending that tells the
-        format. They need not be seekable; if one fails, the others are not written.
+        Open binary files, by the ending that tells their format, which need not be seekable. They
+        are written when all files of `paths` are complete. If one fails, no file appears at
+        `paths`.
     attributes : MeshAttributes, optional
-        Goes into each PLY, see `write_mesh`.
+        Written to each file that can hold them, see `write_mesh`.
     options : FormatOptions, optional
-        As the further arguments of `write_mesh`.
+        The further options of `write_mesh`; None for their defaults.
     listed : array_like of integers, optional
-        Labels for the files of labels alone, where these are of another mesh.
+        Labels for files that hold only labels, if these belong to another mesh; None: `labels`.
     listed_mesh : Mesh, PolygonMesh or mesh-like, optional
-        That mesh.
+        The mesh that `listed` belongs to; None: `mesh`.
 
     Returns
     -------
     int
-        Number of regions that files of labels of vertices lack, as no vertex could be spared.
+        Number of regions that no vertex has in files of vertex labels; 0 if there are no such
+        files.
 
     Raises
     ------
     ValueError
-        As by `write_mesh`; if a file is given twice, or there are no labels for one that is labels.
+        As for `write_mesh`; or if a file is given twice, or a file of labels is given and `labels`
+        is None.
     OSError
         If a file cannot be written.
     """
@@ -242,7 +245,7 @@ def write_outputs(
 def _writers(
     endings: set[str], of_labels: IdWriter, of_cells: CellWriter
 ) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
-    """Functions that write files by ending; a MeshError if one cannot be written."""
+    """The function that writes files of each ending; an error if it could not write them."""
     listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
     holding = [ending for ending in endings if ending not in listing]
     of_labels.checked(listing)
@@ -251,12 +254,12 @@ def _writers(
 
 
 def check_outputs(paths: Sequence[StrPath]) -> None:
-    """Check before the long work whether `write_outputs` can write these files.
+    """Check, before a long computation, whether `write_outputs` can write these files.
 
     Raises
     ------
     ValueError
-        If an ending is not one of those that `write_outputs` knows, or a file is given twice.
+        If an ending is unknown to `write_outputs`, or a file is given twice.
     OSError
         If a folder does not exist or is not writable, or something other than a file is there.
     """
@@ -284,9 +287,9 @@ def check_fit(
     endings: Iterable[str],
     form: FormatOptions,
 ) -> None:
-    """Raise an error, before the long work, if files with these endings cannot hold such cells.
+    """Raise an error, before a long computation, if files with these endings cannot hold the cells.
 
-    Labels are those given, which others will be made of; without any, each cell will have one.
+    The final labels will be made of `labels`. If that is None, every cell will be in a region.
     """
     likely = np.zeros(cells.n_cells, np.int32) if labels is None else labels
     for ending in endings:

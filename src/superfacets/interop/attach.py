@@ -32,10 +32,10 @@ def attach_labels(
 ) -> None:
     """Write labels onto a mesh or point cloud of another library, in place.
 
-    Where they go, as int32 under `name`, and the colors:
+    Labels are stored as int32 under `name`. Labels and colors are written to:
 
-    - trimesh: ``face_attributes``, ``visual.face_colors``; of points ``vertex_attributes``,
-      ``visual.vertex_colors``; of a ``PointCloud``, which has no attributes, ``metadata`` and
+    - trimesh: ``face_attributes`` and ``visual.face_colors``; for vertices ``vertex_attributes``
+      and ``visual.vertex_colors``; for a ``PointCloud``, which has no attributes, ``metadata`` and
       ``colors``;
     - PyVista: ``cell_data`` or ``point_data``, colors as ``f"{name}_colors"``;
     - Open3D (``open3d.t.geometry``): attributes of ``triangle``, ``vertex`` or ``point``, colors as
@@ -43,29 +43,30 @@ def attach_labels(
     - meshio: ``cell_data`` or ``point_data``, colors as ``f"{name}_colors"``.
 
     An array of that name is replaced. Cells that are not segmented, such as the lines of a
-    ``PolyData`` and the triangles beside the tetrahedra of a meshio mesh, get -1, and gray.
+    ``PolyData`` and the triangles beside the tetrahedra of a meshio mesh, get the label -1, and
+    gray.
 
     Parameters
     ----------
     target : mesh or point cloud of trimesh, PyVista, Open3D or meshio
-        That `segment` takes. None of these libraries is imported.
+        An object that `segment` accepts. None of these libraries is imported.
     labels : Segmentation, or array_like of integers, shape (N,)
-        One per face, tetrahedron or point, in the order of the target. -1 is no label.
+        One per face, tetrahedron or point, in the order of the target. -1 means no label.
     name : str, default "superfacets"
-        Of the array.
+        Name of the array.
     location : {"cells", "points"}
-        What the labels are of: of what `segment` labels, or of the vertices of a mesh. Of a point
-        cloud both are the points.
+        Owners of the labels: the cells that `segment` labels, or the vertices of a mesh. For a
+        point cloud, both are the points.
     colors : bool or array_like of uint8, shape (N, 3), default False
-        Write colors too: True those of `face_colors`, which are made for cells alone.
+        Colors to write too. True stands for `face_colors`, which exist only for cells.
 
     Raises
     ------
     MeshError
         If the target is not a valid mesh.
     ValueError
-        If there is not one label or color per cell or point, or colors of points are asked for
-        without being given.
+        If there is not one label or color per cell or point, or `colors` is True for the vertices
+        of a mesh.
     TypeError
         If the target has no place for labels, labels are not integers, or another argument is of
         the wrong type.

@@ -21,15 +21,14 @@ from .attach import DEFAULT_NAME, attach_labels
 class SuperfacetsAccessor:
     """Methods ``dataset.superfacets`` on every dataset of PyVista 0.48 or newer.
 
-    Nothing has to be imported for it but PyVista, which finds it by the entry point of the
-    installed package. Where the package lies on the path without being installed, import this
-    module.
+    Only PyVista has to be imported: it finds this class by the entry point of the installed
+    package. If the package is on the path without being installed, import this module.
 
     Parameters
     ----------
     dataset : pyvista.DataSet
-        A ``PolyData``, of faces or of points alone, or an ``UnstructuredGrid`` of tetrahedra. Of
-        others ``extract_surface()`` makes one; their methods raise a TypeError.
+        A ``PolyData``, of faces or of points alone, or an ``UnstructuredGrid`` of tetrahedra. The
+        methods of other datasets raise a TypeError; ``extract_surface()`` converts these.
 
     Examples
     --------
@@ -58,12 +57,12 @@ class SuperfacetsAccessor:
         n_segments : int, optional
             As for `superfacets.segment`.
         name : str, default "superfacets"
-            Of the array in ``cell_data``, or in ``point_data`` of a dataset of points alone.
+            Name of the array in ``cell_data``, or in ``point_data`` of a dataset of points alone.
         colors : bool, default False
-            Write colors too, as ``f"{name}_colors"``: what
-            ``dataset.plot(scalars=f"{name}_colors", rgb=True)`` shows.
+            Write colors too, as ``f"{name}_colors"``: ``dataset.plot(scalars=f"{name}_colors",
+            rgb=True)`` shows them.
         **options
-            All others of `superfacets.segment`.
+            All other arguments of `superfacets.segment`.
         """
         result = segment(self._dataset, n_segments, **options)
         self.attach(result, name=name, colors=colors)
@@ -72,7 +71,7 @@ class SuperfacetsAccessor:
     def attach(
         self, labels: npt.ArrayLike, *, name: str = DEFAULT_NAME, colors: bool = False
     ) -> None:
-        """Write labels of its faces, tetrahedra or points; see `superfacets.attach_labels`."""
+        """Write labels of the faces, tetrahedra or points; see `superfacets.attach_labels`."""
         attach_labels(self._dataset, labels, name=name, colors=colors)
 
     def borders(self, name: str = DEFAULT_NAME) -> Any:
@@ -81,14 +80,14 @@ class SuperfacetsAccessor:
         Parameters
         ----------
         name : str, default "superfacets"
-            Of the labels in ``cell_data``.
+            Name of the labels in ``cell_data``.
 
         Raises
         ------
         MeshError
             If the dataset has no faces.
         KeyError
-            If it has no such array.
+            If ``cell_data`` has no such array.
         """
         mesh = as_mesh(self._dataset)
         first = first_face(self._dataset)

@@ -1,12 +1,12 @@
 """Superfacets under the function names of the package `segmentator`: change one import line.
 
-Scripts that prepare ScanNet and other scans for SPFormer, MAFT, OneFormer3D and their kin import
-``segmentator``, an extension that has to be compiled against torch. With
+Scripts that prepare ScanNet and other scans for networks such as SPFormer, MAFT and OneFormer3D
+import ``segmentator``, an extension that has to be compiled against torch. With
 
     from superfacets import segmentator
 
-they run as they are, and get regions of the same number and so of the same mean size, which are
-connected and compact.
+they run unchanged. They get as many regions, so of the same mean size, which are connected and
+compact.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from ..regions.vertices import vertex_ids
 __all__ = ["segment_mesh", "segment_point"]
 
 N_BLOCKS = 8
-"""Number of blocks of steps. Before each block, steps that cannot join segments are dropped."""
+"""Number of blocks of edges. Before each block, its edges that cannot join segments are dropped."""
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -53,14 +53,15 @@ def segment_mesh(
     The mesh is segmented as by `superfacets.segment`, and each vertex gets the region that most of
     the area around it is in, see `superfacets.vertex_labels`.
 
-    How many regions there are is what the method of the original finds, with the same parameters:
-    that of Felzenszwalb and Huttenlocher on the edges of the mesh. The weight of an edge is 1 -
-    n_i . n_j, with n the mean of the unit normals of the faces around a vertex; it is squared where
-    n_j points forward along the edge, as on a convex surface. By ascending weight w, an edge joins
-    the segments at its ends if w is at most the threshold of both, which is `kThresh` divided by
-    the number of vertices, plus the weight that joined them last; then edges join segments of fewer
-    than `segMinVerts` vertices to others. Only the number of segments is used. Components of fewer
-    than `segMinVerts` vertices are not counted: they become regions in addition.
+    The number of regions is the number that the method of the original finds with the same
+    parameters: the method of Felzenszwalb and Huttenlocher on the edges of the mesh. The weight of
+    an edge is 1 - n_i . n_j, with n the mean of the unit normals of the faces around a vertex; it
+    is squared if n_j points forward along the edge, as on a convex surface. In the order of
+    ascending weight w, an edge joins the segments at its ends if w is at most the threshold of
+    both. The threshold of a segment is `kThresh` divided by its number of vertices, plus the weight
+    that joined it last. Then edges join segments of fewer than `segMinVerts` vertices to others.
+    Only the number of segments is used. Components of fewer than `segMinVerts` vertices are not
+    counted: they become additional regions.
 
     Parameters
     ----------
@@ -71,17 +72,19 @@ def segment_mesh(
     kThresh : float, default 0.01
         >= 0. The larger, the fewer and larger regions.
     segMinVerts : int, default 20
-        >= 1. Least vertices of a segment of the original; with this and the above the mean size of
-        regions is that of the original. Ours differ less from the mean, but none has a least size.
+        >= 1. Minimum number of vertices of a segment of the original. With this and `kThresh`, the
+        mean size of regions is that of the original. Sizes here differ less from the mean, but have
+        no minimum.
     n_segments : int, optional
-        Number of regions, which makes the two before it meaningless.
+        Number of regions; if given, `kThresh` and `segMinVerts` have no effect.
 
     Returns
     -------
     ndarray of int64, shape (V,), or torch tensor on the device of `faces`, if these are a tensor
-        Regions from 0 up, each of which occurs. As by the original, a vertex that no face has is a
-        region of its own; these come last. A region of a face or two, in which no vertex has most
-        of the area around it, gets one all the same if the region beside it has more than one.
+        Regions, numbered from 0 without gaps. As in the original, a vertex without faces is a
+        region of its own; these come last. In a region of one or two faces, no vertex may have most
+        of the area around it. Such a region gets one vertex if the region beside it has more than
+        one.
 
     Raises
     ------
@@ -92,8 +95,8 @@ def segment_mesh(
 
     Notes
     -----
-    Time is linear in the faces, but for a sort; finding the number takes some five seconds for
-    each million faces, which `n_segments` saves.
+    Time is linear in the number of faces, except for a sort. Finding the number of regions takes
+    some five seconds per million faces, which `n_segments` saves.
 
     References
     ----------
@@ -117,7 +120,7 @@ def segment_mesh(
         number = _number_of_segments(mesh.vertices, normals, steps, threshold, least)
     else:
         number = checked_count(n_segments, "n_segments", mesh.n_faces, "faces")
-    with warnings.catch_warnings():  # small components are counted apart
+    with warnings.catch_warnings():  # small components are additional
         warnings.simplefilter("ignore", IslandWarning)
         labels = segment(mesh, min(number, mesh.n_faces)).labels
     return _like(np.unique(vertex_ids(mesh, labels), return_inverse=True)[1], faces)
@@ -134,10 +137,10 @@ def segment_point(
 ) -> Any:
     r"""Return a region for each point of a cloud: a stand-in for ``segmentator.segment_point``.
 
-    The points are cells, of which the edges make a `superfacets.CellGraph`, and are segmented by
-    `superfacets.segment_graph`. The weight of an edge is its length plus a price for the crease, as
-    `superfacets.crease_weights` has it, from the angle between the normals. The area around a point
-    comes from the lengths of its edges, as for `superfacets.build_point_graph`.
+    The points are the cells of a `superfacets.CellGraph`, the edges its arcs. It is segmented by
+    `superfacets.segment_graph`. The weight of an edge is its length plus a cost for the crease,
+    from the angle between the normals as in `superfacets.crease_weights`. The area around a point
+    is computed from the lengths of its edges, as in `superfacets.build_point_graph`.
 
     Parameters
     ----------
@@ -151,12 +154,12 @@ def segment_point(
     Returns
     -------
     ndarray of int64, shape (N,), or torch tensor on the device of `edges`, if these are a tensor
-        Regions from 0 up, each of which occurs. A point without an edge is a region of its own.
+        Regions, numbered from 0 without gaps. A point without an edge is a region of its own.
 
     Raises
     ------
     MeshError
-        If the points are not valid, or an edge leads to none of them.
+        If the points are not valid, or an edge refers to a point that does not exist.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
 
@@ -236,7 +239,7 @@ def _mean_normals(mesh: Mesh, corners: npt.NDArray[np.int32]) -> Floats:
 def _number_of_segments(
     points: Floats, normals: Floats, steps: Indices, threshold: float, least: int
 ) -> int:
-    """Number of segments that the original finds, without whole small components."""
+    """Number of segments with at least `least` nodes that the original finds, at least 1."""
     weights = _weights_of_steps(points, normals, steps)
     order = np.argsort(weights, kind="stable")
     roots, sizes = _join(len(points), steps[order], weights[order], threshold, least)
@@ -246,9 +249,10 @@ def _number_of_segments(
 
 
 def _weights_of_steps(points: Floats, normals: Floats, ends: Indices) -> Floats:
-    """Felzenszwalb's weight: 1 minus the dot product of the normals, squared where convex.
+    """Weight of edges (a, b): 1 minus the dot product of the normals, squared where convex.
 
-    It is if the normal at its end points forward. On a rough surface one of the two ways often is.
+    An edge is convex if the normal at b points forward along it. On a rough surface this is often
+    true for one of the directions (a, b) and (b, a).
     """
     first, second = normals[ends[:, 0]], normals[ends[:, 1]]
     turns = np.maximum(1.0 - np.einsum("ij,ij->i", first, second), 0.0)
@@ -261,7 +265,7 @@ def _weights_of_steps(points: Floats, normals: Floats, ends: Indices) -> Floats:
 def _join(
     n_nodes: int, ends: Indices, weights: Floats, threshold: float, least: int
 ) -> tuple[Ints, Ints]:
-    """Join nodes along steps sorted by weight.
+    """Join nodes along edges, which are sorted by weight.
 
     Returns the root of each node, and the number of nodes of the segment of each root.
     """
@@ -290,9 +294,10 @@ def _join(
 def _still_open(
     parents: list[int], limits: list[float], ends: Indices, lowest: float
 ) -> tuple[Ints, npt.NDArray[np.bool_]]:
-    """The segments at both ends of those steps that may join them, and the indices of the steps.
+    """The segments at the ends of the edges that may join them, and a mask of these edges.
 
-    A segment whose limit is below the weight of all steps that are left stays as it is.
+    A segment whose limit is below `lowest`, the lowest weight of all edges that are left, stays as
+    it is.
     """
     tops = _roots(parents)[ends]
     is_open = (np.array(limits) >= lowest)[tops].all(axis=1)

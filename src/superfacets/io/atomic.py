@@ -1,4 +1,4 @@
-"""Files of ours in users' folders: they appear whole or not at all, and are locked."""
+"""Output files in users' folders: written in full before they replace others, and locked."""
 
 from __future__ import annotations
 
@@ -14,37 +14,40 @@ from pathlib import Path
 StrPath = str | os.PathLike[str]
 
 STEM_SIZE = 40
-"""Characters of a name that its temporary file keeps: file systems allow 255 bytes in all."""
+"""Number of characters of an output's name that its temporary file's name repeats. File systems
+allow 255 bytes for a whole name."""
 
 OLD = 24 * 3600.0
-"""Seconds after which a temporary file counts as left behind: no writer takes that long."""
+"""Age in seconds from which a temporary file counts as left behind: no writer takes that long."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 
 _FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-"""Windows has only the first. With O_NONBLOCK a pipe is opened without waiting for a writer."""
+"""Flags for opening files of our own. Windows has only `O_BINARY`. With `O_NONBLOCK`, opening a
+pipe does not wait for a writer."""
 
 
 @contextlib.contextmanager
 def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
-    """Give a temporary path for each of `paths`; rename all when the block ends well.
+    """Yield a temporary path for each of `paths`; rename all to `paths` if the block succeeds.
 
-    The temporary files lie in the folders of `paths`, exist, and are empty. If the block raises,
-    be it KeyboardInterrupt, they are removed and files at `paths` are left as they were. A new
-    file gets the permissions that any new file gets; a file that replaces another keeps the
-    other's. A link is replaced by the file, and the file that the link points to stays as it was:
-    a folder from somebody else may hold a link of the name of an output.
+    The temporary files are created empty, in the folders of `paths`. If the block raises, even a
+    KeyboardInterrupt, they are removed, and existing files at `paths` are unchanged. A file that
+    replaces another gets the permissions of the other. A symbolic link at one of `paths` is
+    replaced, and its target is unchanged: a folder from somebody else may hold a link with the name
+    of an output.
 
-    All is written before anything is renamed, but several renames are not one step: if a later one
-    fails (the folder was taken away meanwhile), the earlier ones stand. A process that is killed
-    leaves its temporary files behind; the next one that writes to the same path a day later, or
-    more, removes them.
+    All files are written before the first one is renamed, but several renames are not one atomic
+    step: if a later rename fails (the folder was removed meanwhile), the earlier ones remain. A
+    process that is killed leaves its temporary files behind. The next process that writes to the
+    same path removes them if they are at least a day old.
 
-    Errors are those of `checked_targets`.
+    Raises the errors of `checked_targets`.
     """
     targets = checked_targets(paths)
     remove_leftovers(targets)
-    # Named before any file is made, so that an interrupt at any time finds the files to remove.
+    # The names are chosen before any file is made, so that an interrupt at any time finds the files
+    # to remove.
     temporaries = [
         target.with_name(f".{target.name[:STEM_SIZE]}.{secrets.token_hex(6)}.tmp")
         for target in targets
@@ -55,7 +58,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
         yield temporaries
         for temporary, target in zip(temporaries, targets, strict=True):
             temporary.replace(target)
-    except OSError as error:  # say what was being written, where the system does not
+    except OSError as error:  # the error names outputs, not temporary files
         names = dict(zip(temporaries, map(str, paths), strict=True))
         name = ", ".join(names.values()) if error.filename is None else error.filename
         if error.errno is not None:
@@ -63,14 +66,15 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
         raise
     finally:
         for temporary in temporaries:
-            with contextlib.suppress(OSError):  # it was renamed, or never made
+            with contextlib.suppress(OSError):  # already renamed, or never made
                 temporary.unlink()
 
 
 def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> None:
-    """Remove temporary files of these outputs that were not written to for so many seconds.
+    """Remove temporary files of these outputs last written at least `older_than` seconds ago.
 
-    Files of other outputs, folders and links stay, whatever their names.
+    An output is recognized by the first `STEM_SIZE` characters of its name. Folders and links are
+    kept.
     """
     stems: dict[Path, set[str]] = {}
     for target in targets:
@@ -86,18 +90,19 @@ def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> Non
 
 
 def _remove_if_old(entry: os.DirEntry[str], newest: float) -> None:
-    with contextlib.suppress(OSError):  # another writer has just removed it
+    with contextlib.suppress(OSError):  # another process may have removed it
         if entry.stat(follow_symlinks=False).st_mtime <= newest:
             Path(entry.path).unlink()
 
 
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
-    """Return the files or links that outputs at `paths` would make or replace.
+    """Return the path that each output would create or replace, with links to folders resolved.
 
-    Links to folders on the way are followed. An OSError if a folder is missing or not writable, if
-    a file is write-protected or no file; a ValueError if two paths are the same file.
+    A link at the output's own path is not resolved. Raises an OSError if a folder is missing or not
+    writable, or if an existing file is write-protected or not a regular file; a ValueError if two
+    paths are the same file.
     """
-    targets: dict[Path, None] = {}  # a set that keeps their order
+    targets: dict[Path, None] = {}  # an ordered set
     for path in paths:
         given = Path(path)
         target = Path(os.path.realpath(given.parent), given.name)
@@ -109,7 +114,7 @@ def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
 
 
 def writable_folder(folder: Path) -> None:
-    """Make a folder for outputs, if it is not there; an OSError if it cannot be written."""
+    """Create a folder for outputs if it is missing; an OSError if it is not writable."""
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder}: is a file, not a folder")
     folder.mkdir(parents=True, exist_ok=True)
@@ -134,14 +139,14 @@ def _check_target(path: StrPath, target: Path) -> None:
 
 
 def _create(temporary: Path, target: Path) -> None:
-    """Make an empty file with the permissions of the target, or of any new file."""
+    """Create an empty file, with the permissions of the target if that is a file and no link."""
     temporary.touch(exist_ok=False)
     if target.exists() and not target.is_symlink():
         temporary.chmod(stat.S_IMODE(target.stat().st_mode))
 
 
 def open_own(path: Path, flags: int) -> int:
-    """Open a file of ours, and return its descriptor; an OSError if it is not a regular file.
+    """Open one of our own files; return its descriptor. An OSError if it is no regular file.
 
     Links are refused: the folder may come from somebody else, with a link to any file of the user.
     """
@@ -156,7 +161,7 @@ def open_own(path: Path, flags: int) -> int:
 
 @contextlib.contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Make the folder and lock it; a ValueError if another process has locked it."""
+    """Create a folder and lock it for the block; a ValueError if another process has locked it."""
     writable_folder(folder)
     with held(folder / ".lock", f"{folder}: another run is writing there"):
         yield
@@ -164,10 +169,10 @@ def locked(folder: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def held(path: Path, message: str) -> Iterator[None]:
-    """Hold the lock of a file, made if missing; a ValueError if another process holds it.
+    """Lock a file, made if missing, for the block; a ValueError if another process has locked it.
 
-    The file stays. The lock ends with this process, however it ends, and child processes that
-    run another program do not inherit it.
+    The file is not removed. The system releases the lock when this process ends, even if it is
+    killed. Child processes that run another program do not inherit the lock.
     """
     file = open_own(path, os.O_RDWR | os.O_CREAT)
     try:
@@ -192,9 +197,9 @@ def is_left_behind(path: Path) -> bool:
 
 
 def lock_file(file: int, path: Path, message: str) -> None:
-    """Lock an open file until it is closed; a ValueError with the message if it is locked.
+    """Lock an open file until it is closed; a ValueError with `message` if it is locked already.
 
-    An OSError if the file system has no locks.
+    Raises an OSError if the file system has no locks.
     """
     try:
         is_ours = _is_locked_now(file)
@@ -205,7 +210,7 @@ def lock_file(file: int, path: Path, message: str) -> None:
 
 
 def _is_locked_now(file: int) -> bool:
-    """Try to lock an open file; return whether it is locked now."""
+    """Try to lock an open file; return whether this process holds the lock now."""
     from filelock import lock_descriptor
 
     return lock_descriptor(file, blocking=False)

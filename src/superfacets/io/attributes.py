@@ -24,7 +24,7 @@ PLY_TYPES = {
     "f4": "float",
     "f8": "double",
 }
-"""PLY's name of each type that a property may have, by numpy's."""
+"""PLY's name of each property type, by numpy's type code."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,21 +38,23 @@ class MeshAttributes:
     ----------
     vertex : mapping of str to array_like, shape (V,) or (V, n), optional
         Properties of the vertices besides x, y and z, by name: a number per vertex, or a list of n
-        numbers (n the same for all vertices). Copied, as read-only arrays of a type that PLY has;
-        bool becomes uint8, and int64 int32.
+        numbers (n the same for all vertices). Copied to read-only arrays of a type that PLY has:
+        bool becomes uint8, int64 becomes int32 or uint32, float16 becomes float32.
     face : mapping of str to array_like, shape (F,) or (F, n), optional
         Properties of the faces besides their corners.
     comments : sequence of str, optional
         Lines of the header that begin with ``comment`` or ``obj_info``, in their order.
     left_out : sequence of str, optional
-        Contents of the file that are not kept, in words: elements other than vertices and faces,
-        and lists that differ in length from row to row.
+        Descriptions of contents of the file that are not kept: elements other than vertices and
+        faces, lists that differ in length from row to row, and properties whose name is repeated or
+        is not one word of ASCII.
 
     Raises
     ------
     ValueError
-        If a name is not one word of printable ASCII, an array has another shape, an integer fits
-        in no type of PLY, or a comment is not one line of that kind.
+        If a name is not one word of printable ASCII, an array has not one or two dimensions, an
+        integer fits in no type of PLY, or a comment is not one line that begins with ``comment`` or
+        ``obj_info``.
     TypeError
         If an array does not hold real numbers.
 
@@ -81,7 +83,7 @@ class MeshAttributes:
         object.__setattr__(self, "left_out", tuple(self.left_out))
 
     def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
-        """Copies and pickles are made, and checked, as new ones."""
+        """Rebuild copies and pickles by the constructor, which checks the values again."""
         return MeshAttributes, (dict(self.vertex), dict(self.face), self.comments, self.left_out)
 
     def __repr__(self) -> str:
@@ -90,7 +92,7 @@ class MeshAttributes:
 
 
 def _checked(values: Any, name: str, owner: str) -> Array:
-    """A contiguous array of a type that PLY has, of one or two dimensions."""
+    """Return the values as a read-only (N,) or (N, n) array of a type that PLY has."""
     what = f"{owner} property {reprlib.repr(name)}"
     if not is_word(name):
         raise ValueError(f"{what}: a name must be one word of printable ASCII")
@@ -106,12 +108,12 @@ def _checked(values: Any, name: str, owner: str) -> Array:
 
 
 def _stored_type(array: Array, what: str) -> npt.DTypeLike:
-    """The type of PLY that holds an array, in native byte order."""
+    """The numpy type, in native byte order, of the PLY type in which an array is stored."""
     if array.dtype.str[1:] in PLY_TYPES:
         return array.dtype.newbyteorder("=")
     if array.dtype.kind == "b":
         return np.uint8
-    if array.dtype.kind == "f":  # of 16, or of 80 and more bits
+    if array.dtype.kind == "f":  # float16, or long double
         return np.float32 if array.dtype.itemsize < 4 else np.float64
     for kind in (np.int32, np.uint32):
         limits = np.iinfo(kind)
@@ -121,7 +123,7 @@ def _stored_type(array: Array, what: str) -> npt.DTypeLike:
 
 
 def is_word(name: object) -> bool:
-    """Whether a PLY header can hold this as a name."""
+    """Whether an object can be a name in a PLY header."""
     if not isinstance(name, str):
         return False
     return name.isascii() and name.isprintable() and name.split() == [name]
@@ -140,6 +142,6 @@ def is_encodable(text: str) -> bool:
     """Whether a text can be encoded as UTF-8."""
     try:
         text.encode()
-    except UnicodeEncodeError:  # half of a surrogate pair
+    except UnicodeEncodeError:  # a lone surrogate
         return False
     return True

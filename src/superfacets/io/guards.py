@@ -1,4 +1,4 @@
-"""Checks that several readers share."""
+"""File access, checks and conversions that several readers share."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ MAX_GROWTH = 100
 """Largest ratio of array bytes to file bytes where a file repeats or compresses its arrays."""
 
 ALWAYS_ALLOWED = 64 << 20
-"""Bytes that arrays may take however small the file is."""
+"""Bytes that arrays may always take, however small the file is."""
 
 
 class Polygons(NamedTuple):
     """Faces that differ in their number of corners, or have more than three."""
 
-    offsets: Longs  # (F + 1,)
-    indices: Array  # (C,)
+    offsets: Longs  # (F + 1,) start of each face in `indices`, and the end of the last
+    indices: Array  # (C,) vertex of each corner
 
 
 Arrays = tuple[Floats, Array | Polygons]
@@ -41,11 +41,11 @@ Arrays = tuple[Floats, Array | Polygons]
 check indices and coordinates."""
 
 Content = bytes | mmap.mmap
-"""Bytes of a file: slices are bytes, and numpy makes arrays of both without a copy."""
+"""Content of a file. Slices of either type are bytes, and numpy reads either without a copy."""
 
 
 def known_ending(path: Path, endings: Sequence[str]) -> str:
-    """The longest of `endings` that the name of `path` ends in, in any case; a MeshError if none.
+    """The longest of `endings` that `path` ends in, ignoring case; a MeshError if there is none.
 
     Endings may have several parts, as ``.segs.json`` has.
     """
@@ -58,7 +58,7 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Copy of a regular file; mapped, a file that shrinks would end the process."""
+    """Read a regular file into memory. A mapped file that shrinks would end the process."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if not size:
@@ -70,7 +70,7 @@ def read_content(path: Path) -> mmap.mmap:
 
 @contextlib.contextmanager
 def named_errors(path: object) -> Iterator[None]:
-    """Put the name of the file before the message of each MeshError of the block."""
+    """Put `path` before the message of a MeshError that the block raises."""
     try:
         yield
     except MeshError as error:
@@ -86,7 +86,7 @@ def open_regular(path: Path) -> io.FileIO:
 def check_regular(path: Path) -> None:
     """Raise an OSError if this is not a regular, readable file.
 
-    Nothing else is opened: a pipe would block, and a device may have no end.
+    Other kinds must not be opened: a pipe would block, and a device may have no end.
     """
     try:
         mode = path.stat().st_mode
@@ -101,18 +101,18 @@ def check_regular(path: Path) -> None:
 
 
 def _new_memory(size: int) -> mmap.mmap:
-    """Memory in huge pages where the system has them: bytes take 5 times as long to fill."""
+    """Allocate memory, in huge pages where possible: `bytes` take 5 times as long to fill."""
     if not hasattr(mmap, "MAP_PRIVATE"):  # Windows
         return mmap.mmap(-1, size)
     memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     if hasattr(mmap, "MADV_HUGEPAGE"):
-        with contextlib.suppress(OSError):  # only advice
+        with contextlib.suppress(OSError):  # madvise is only a hint
             memory.madvise(mmap.MADV_HUGEPAGE)
     return memory
 
 
 def fill(buffer: Any, file: io.FileIO) -> None:
-    """Read until the buffer, of bytes, is full; systems read at most about 2 GB per call."""
+    """Fill a buffer of bytes from a file; systems read at most about 2 GB per call."""
     view = memoryview(buffer)
     while view:
         n_bytes = file.readinto(view)
@@ -122,7 +122,7 @@ def fill(buffer: Any, file: io.FileIO) -> None:
 
 
 def side_by_side(rows: Array) -> Array:
-    """A contiguous copy of (N, n) numbers within records; numpy copies unaligned numbers slowly."""
+    """Make (N, n) numbers of records contiguous; numpy copies unaligned numbers slowly."""
     if rows.flags.c_contiguous or not rows.size:
         return rows
     copied = _core.copy_rows(rows.view(np.uint8), checked_threads(None))
@@ -130,13 +130,13 @@ def side_by_side(rows: Array) -> Array:
 
 
 def as_doubles(values: Array) -> Floats:
-    """The values as float64, without the warning that numpy gives for some kinds of NaN."""
+    """The values as float64, without numpy's warning about signaling NaNs."""
     with np.errstate(invalid="ignore"):
         return values.astype(np.float64, copy=False)
 
 
 def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
-    """Columns as an (N, n) array, without the warning that numpy gives for some kinds of NaN."""
+    """Columns as an (N, n) array, without numpy's warning about signaling NaNs."""
     rows = np.empty((len(columns[0]), len(columns)), dtype)
     with np.errstate(invalid="ignore"):
         for place, column in enumerate(columns):
@@ -145,7 +145,7 @@ def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
 
 
 def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:
-    """Faces from their flat corners; a MeshError if a face has fewer than three."""
+    """Build faces from their flat corners; a MeshError if a face has fewer than three corners."""
     check_corner_counts(corner_counts)
     if (corner_counts == 3).all():
         return corners.reshape(-1, 3)
@@ -170,7 +170,7 @@ def counted(n: int, thing: str) -> str:
 
 
 def most_bytes_of(n_bytes: int) -> int:
-    """Upper bound of the memory for arrays that a file of this size repeats or compresses."""
+    """Upper bound, in bytes, of the arrays that a file of this size may repeat or compress."""
     return max(ALWAYS_ALLOWED, MAX_GROWTH * n_bytes)
 
 

@@ -15,7 +15,7 @@ from ..errors import MeshError
 from .guards import fill
 
 BLOCK_BITS = 14
-"""Binary logarithm of the rows per block in lookups."""
+"""Binary logarithm of the number of rows per block in `take_rows`."""
 
 
 class Rows(Protocol):
@@ -27,7 +27,7 @@ class Rows(Protocol):
         ...
 
     def read(self, begin: int, end: int) -> Array:
-        """Rows begin to end - 1, shape (end - begin, columns)."""
+        """Return rows `begin` to `end` - 1, shape (end - begin, columns)."""
         ...
 
 
@@ -43,7 +43,7 @@ class ArrayRows:
         return len(self.array)
 
     def read(self, begin: int, end: int) -> Array:
-        """Rows begin to end - 1."""
+        """Return rows `begin` to `end` - 1."""
         return np.ascontiguousarray(self.array[begin:end])
 
 
@@ -52,14 +52,14 @@ class RecordRows:
     """Columns of records of equal size in a binary file."""
 
     path: Path
-    begin: int  # first byte
+    begin: int  # offset of the first record
     n_rows: int
     record: np.dtype[Any]
-    columns: tuple[str, ...]  # fields that hold numbers, or one that holds several
+    columns: tuple[str, ...]  # fields of one number each, or a single field of several numbers
     length: str | None = None  # a field that must be 3 in every record: the number of corners
 
     def read(self, begin: int, end: int) -> Array:
-        """Rows begin to end - 1; a MeshError if a row does not have three corners."""
+        """Return rows `begin` to `end` - 1; a MeshError if a row does not have three corners."""
         records = np.empty(end - begin, self.record)
         with self.path.open("rb", buffering=0) as file:
             file.seek(self.begin + begin * self.record.itemsize)
@@ -77,7 +77,10 @@ class RecordRows:
 
 @dataclass(frozen=True)
 class ConvertedRows:
-    """The rows of a table after ``convert(rows, number of the first)``, a function of a module."""
+    """A table whose rows are converted by ``convert(rows, index of the first)``.
+
+    To be pickled, `convert` must be a function of a module.
+    """
 
     rows: Rows
     convert: Callable[[Array, int], Array]
@@ -88,20 +91,20 @@ class ConvertedRows:
         return self.rows.n_rows
 
     def read(self, begin: int, end: int) -> Array:
-        """Rows begin to end - 1."""
+        """Return rows `begin` to `end` - 1, converted."""
         return self.convert(self.rows.read(begin, end), begin)
 
 
 @dataclass(frozen=True)
 class JoinedRows:
-    """Concatenated tables. `shifts`, if given, has a number to add to the integers of each."""
+    """Concatenated tables. `shifts`, if given, holds a number per table to add to its integers."""
 
     parts: tuple[Rows, ...]
     shifts: tuple[int, ...] | None = None
 
     @property
     def starts(self) -> tuple[int, ...]:
-        """The first row of each table, and the end of the last."""
+        """Index of the first row of each table, and the total number of rows."""
         return tuple(np.append(0, np.cumsum([part.n_rows for part in self.parts])).tolist())
 
     @property
@@ -110,7 +113,7 @@ class JoinedRows:
         return self.starts[-1]
 
     def read(self, begin: int, end: int) -> Array:
-        """Rows begin to end - 1."""
+        """Return rows `begin` to `end` - 1."""
         found = []
         for place, (first, last) in enumerate(pairwise(self.starts)):
             if first < end and begin < last:
@@ -121,11 +124,11 @@ class JoinedRows:
 
 
 def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
-    """Rows by index, in any order, with at most about `most` rows of the table in memory."""
+    """Return rows by index, in any order; at most about `most` rows are read at a time."""
     if isinstance(rows, ArrayRows):
         if not rows.array.flags.c_contiguous:
             return np.asarray(rows.array[wanted])
-        return np.asarray(rows.array.take(wanted, axis=0))  # faster, but copies other arrays
+        return np.asarray(rows.array.take(wanted, axis=0))  # faster, but would copy other arrays
     low, high = int(wanted.min()), int(wanted.max()) + 1
     if high - low <= most:
         return rows.read(low, high).take(wanted - low, axis=0)

@@ -1,4 +1,4 @@
-"""The base of all classes of cells."""
+"""The base class of all kinds of cells."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .._types import Floats, Ints
 class Cells:
     """Checked cells: the input of `segment` after reading.
 
-    A class of one's own derives from this one, has `n_cells` and `bounds`, and is made known by
+    To add a kind of cells, derive a class with `n_cells` and `bounds`, and register it with
     `cells.kinds.register`.
     """
 
@@ -20,12 +20,12 @@ class Cells:
 
     @property
     def n_cells(self) -> int:
-        """Number of cells, N: one label each."""
+        """Number of cells, N."""
         raise NotImplementedError
 
 
 def lowest_vertices(vertices: Floats, weld: bool, n_threads: int) -> Ints:
-    """The lowest vertex at the position of each vertex; each vertex itself without welding."""
+    """Lowest vertex at the position of each vertex, (V,); without `weld`, each vertex itself."""
     if weld:
         return _core.weld_vertices(vertices, n_threads)
     return np.arange(len(vertices), dtype=np.int32)

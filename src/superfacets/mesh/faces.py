@@ -32,9 +32,9 @@ class VertexGraph(NamedTuple):
 class Corners:
     """Vertices of the corners of all cells of a mesh, one cell after the other."""
 
-    vertices: Ints  # (C,)
+    vertices: Ints  # (C,) vertex of each corner
     size: int | None  # corners per cell; None if cells differ
-    offsets: Longs | None = None  # (N + 1,), if cells differ
+    offsets: Longs | None = None  # (N + 1,) first corner of each cell; None if sizes are equal
 
     @property
     def n_cells(self) -> int:
@@ -45,11 +45,11 @@ class Corners:
 
     @property
     def sizes(self) -> Longs | int:
-        """Number of corners of each cell, in a form for `numpy.repeat`."""
+        """Number of corners of each cell, (N,); one number if all cells have as many."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
     def of(self, cells: npt.NDArray[np.integer]) -> tuple[Ints, Longs]:
-        """Return the corners of some cells in a row, and offsets of the corners of each."""
+        """Return the concatenated corners of some cells, and the offset of each cell in them."""
         if self.offsets is None:
             table = self.vertices.reshape(-1, self.size or 0)[cells]
             return table.ravel(), np.arange(len(cells) + 1) * table.shape[1]
@@ -59,7 +59,7 @@ class Corners:
         return self.vertices[firsts + np.arange(offsets[-1])], offsets
 
     def means(self, table: Floats) -> Floats:
-        """Return the mean over the corners of each cell of per-vertex rows, (N, F)."""
+        """Return the mean of the rows of `table`, one per vertex, over each cell's corners."""
         if self.offsets is None:
             return np.asarray(table[self.vertices.reshape(-1, self.size or 0)].mean(axis=1))
         sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)
@@ -106,7 +106,7 @@ def face_sizes(mesh: FaceMesh) -> Longs:
 
 
 def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Triangles, (T, 3), and the face of each; None if all faces are triangles."""
+    """Triangles, (T, 3), and the face of each, (T,), or None if all faces are triangles."""
     if isinstance(mesh, Mesh):
         return mesh.faces, None
     triangulation = mesh.triangulate()
@@ -143,10 +143,10 @@ def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
 def measure_shapes(
     mesh: FaceMesh, n_threads: int
 ) -> tuple[Floats, Floats, Floats | None, Floats | None]:
-    """Centroids and areas, and for triangles unit normals and the longest sides as well.
+    """Centroids and areas of faces; for triangles also unit normals and the longest sides.
 
-    Normals have shape (F, 3), 0 where a face has none. The longest sides are squared, one for each
-    of the core's blocks of faces. Polygons have None for both.
+    Normals have shape (F, 3), 0 where a face has none. The longest sides are squared lengths, one
+    for each of the core's blocks of faces. For polygons, normals and longest sides are None.
     """
     if isinstance(mesh, Mesh):
         return _core.measure_shapes(mesh.vertices, mesh.faces, n_threads)
@@ -182,9 +182,9 @@ def sliver_area(
     max_height: float,
     n_threads: int,
 ) -> float:
-    """Area of faces longer than the first limit and thinner than the second.
+    """Total area of the faces longer than `min_length` and thinner than `max_height`.
 
-    `longest`, for triangles, is what the core's `measure_shapes` returns.
+    `longest` is the last array of `measure_shapes`; None for polygons.
     """
     limits = (min_length, max_height, n_threads)
     if isinstance(mesh, Mesh):
@@ -216,13 +216,13 @@ class FoundArcs(NamedTuple):
     neighbors: Ints
     sides: Array
     same_turn: Bytes
-    counts: tuple[int, int, int, int]  # numbers of edges
+    counts: tuple[int, int, int, int]  # numbers of edges, in the order of `EdgeCounts`
 
 
 def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
     """Return the arcs between the faces of a mesh; a MeshError if there are too many.
 
-    `lowest` holds the lowest vertex at the position of each.
+    `lowest` holds the lowest vertex at the position of each vertex, shape (V,).
     """
     if isinstance(mesh, Mesh):
         return arcs_of_triangles(mesh.faces, lowest, n_threads)
@@ -243,9 +243,9 @@ def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
 def surface_of_faces(
     mesh: FaceMesh, arcs: FoundArcs, is_turned: bool, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Return the surface that kernels take, for a mesh and the arcs between its faces.
+    """Return the core's surface object for a mesh and the arcs between its faces.
 
-    A ValueError if the arcs are of another mesh.
+    Raises a ValueError if the arcs belong to another mesh, as far as this is noticed.
     """
     is_of_triangles = arcs.sides.dtype == np.uint8
     if isinstance(mesh, Mesh):
@@ -263,7 +263,7 @@ def surface_of_faces(
 
 
 MAX_STEPS = 8
-"""Parts per side of a triangle: 64 samples find the label of most of a face."""
+"""Largest number of parts per side of a triangle: 64 samples find the label of most of a face."""
 
 
 class Samples(NamedTuple):
@@ -275,10 +275,10 @@ class Samples(NamedTuple):
 
 
 def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
-    """Return about n_samples points over the whole area, at least one per face.
+    """Return about `n_samples` points over the whole area, at least one per face.
 
-    Each triangle is cut into n^2 equal ones, n from 1 to `MAX_STEPS`, whose centroids are the
-    samples; with n = 1 that is the centroid of the triangle.
+    Each triangle is cut into n^2 equal triangles, with n from 1 to `MAX_STEPS`. The samples are
+    their centroids; if n is 1, the centroid of the triangle itself.
 
     Examples
     --------

@@ -22,13 +22,13 @@ class PointCloud(Cells):
     Parameters
     ----------
     points : array_like, shape (N, 3)
-        Positions, finite; kept as float64, read-only. N >= 1; `segment` needs different ones. An
-        array that is contiguous float64 already is not copied (a memory map is): leave it as it is
-        while the cloud is in use.
+        Finite positions, kept as read-only float64. N >= 1, but `segment` needs at least two
+        distinct positions. A contiguous float64 array is not copied (unless it is a memory map): do
+        not change it while the cloud is in use.
     normals : array_like, shape (N, 3), optional
         Vectors that point away from the surface, all to the same side of it: on the outside of a
-        solid, upwards from the ground. Kept with length 1, as float64; a zero vector says that a
-        point has none. Where normals are not given, `segment` estimates them; see
+        solid, upwards from the ground. Kept as float64 with length 1; a zero vector means that a
+        point has no normal. If normals are not given, `segment` estimates them; see
         `estimate_normals`.
     colors : array_like, shape (N, 3) or (N, 4), optional
         Red, green and blue, from 0 to 1 if they are floats, or of the full range of an unsigned
@@ -79,7 +79,7 @@ class PointCloud(Cells):
         return len(self.points)
 
     def taken(self, chosen: npt.NDArray[np.integer[Any]]) -> PointCloud:
-        """Return a part of the points as a cloud, with their normals and colors."""
+        """Return the chosen points as a cloud, with their normals and colors."""
         normals = None if self.normals is None else self.normals[chosen]
         colors = None if self.colors is None else self.colors[chosen]
         return PointCloud(self.points[chosen], normals, colors)

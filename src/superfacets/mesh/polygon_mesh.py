@@ -17,13 +17,13 @@ from .triangle_mesh import Mesh
 
 
 class Triangulation(NamedTuple):
-    """The triangles of polygons.
+    """The triangles into which polygons were cut.
 
     Attributes
     ----------
     mesh : Mesh
-        The same vertices; n - 2 triangles for a polygon of n corners, oriented as it, those of the
-        first polygon first.
+        Mesh with the same vertices. A polygon of n corners has n - 2 triangles, with the same
+        orientation. Triangles are in the order of the polygons.
     sources : ndarray of int32, shape (T,)
         The polygon that each triangle is a part of: ``labels[sources]`` are labels of triangles.
     """
@@ -36,9 +36,9 @@ class Triangulation(NamedTuple):
 class PolygonMesh(Cells):
     """A mesh of faces with any number of corners: checked and read-only.
 
-    Faces are kept as they are, in their order, one label each. Concave and non-planar faces are
-    as good as others. Corners that repeat, faces that cross themselves and faces without an area
-    are accepted; non-manifold, open, inconsistently oriented and disconnected meshes, too.
+    Faces are kept as they are, in their order; each gets one label. Concave and non-planar faces
+    are supported. Repeated corners, faces that cross themselves and faces without an area are
+    accepted, and so are non-manifold, open, inconsistently oriented and disconnected meshes.
 
     Parameters
     ----------
@@ -138,8 +138,8 @@ class PolygonMesh(Cells):
     def triangulate(self) -> Triangulation:
         """Return the faces cut into triangles without new vertices.
 
-        Convex faces are cut into the fan of their first corner, others ear by ear. For programs
-        that want triangles; nothing here needs it.
+        Convex faces are cut into a fan around their first corner, other faces by ear clipping. This
+        is for programs and file formats that need triangles.
 
         Examples
         --------

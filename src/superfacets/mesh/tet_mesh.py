@@ -21,12 +21,12 @@ _SIDES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
 class TetBoundary(NamedTuple):
-    """The outside of a mesh of tetrahedra.
+    """The boundary of a mesh of tetrahedra.
 
     Attributes
     ----------
     mesh : Mesh
-        The same vertices; triangles, counterclockwise seen from outside.
+        Triangles, counterclockwise seen from outside, on the same vertices.
     sources : ndarray of int32, shape (F,)
         The tetrahedron that each triangle is a side of: ``labels[sources]`` are labels of faces.
     """
@@ -39,8 +39,8 @@ class TetBoundary(NamedTuple):
 class TetMesh(Cells):
     """A mesh of tetrahedra: checked and read-only.
 
-    Tetrahedra are kept as they are, in their order, one label each. Those that are turned inside
-    out, flat, given twice or that name a vertex twice are accepted.
+    Tetrahedra are kept as they are, in their order; each gets one label. Inverted, flat and
+    repeated tetrahedra are accepted, and tetrahedra that use a vertex twice.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class TetMesh(Cells):
     ------
     MeshError
         If a shape, an index or a coordinate is wrong (the first offender is named), if there is no
-        tetrahedron, or if all lie at one point.
+        tetrahedron, or if all tetrahedra lie at one point.
 
     Examples
     --------
@@ -95,20 +95,20 @@ class TetMesh(Cells):
         return len(self.vertices)
 
     def boundary(self, keep: npt.ArrayLike | None = None, *, weld: bool = True) -> TetBoundary:
-        """Return the triangles of exactly one tetrahedron.
+        """Return the triangles that belong to exactly one tetrahedron.
 
         Parameters
         ----------
         keep : array_like of bool, shape (N,), optional
-            The outside of these tetrahedra instead: ``positions[:, 0] < 0.5`` is a view of what
-            lies behind a plane.
+            Tetrahedra whose boundary is returned; None for all. ``positions[:, 0] < 0.5`` shows a
+            cross section at a plane.
         weld : bool, default True
             Treat vertices at exactly the same position as one.
 
         Raises
         ------
         MeshError
-            If there is no such triangle, as where every tetrahedron is given twice.
+            If there is no such triangle, for example because every tetrahedron is given twice.
         ValueError, TypeError
             If there is not one bool per tetrahedron.
         """
@@ -135,7 +135,7 @@ class TetMesh(Cells):
 
 
 def signed_volumes(mesh: TetMesh) -> Floats:
-    """Volume of each tetrahedron, negative where the fourth corner lies below the others."""
+    """Volume of each tetrahedron, negative if the fourth corner lies behind the first three."""
     a, b, c, d = (mesh.vertices[corner] for corner in mesh.tets.T)
     volumes: Floats = np.einsum("ij,ij->i", d - a, np.cross(b - a, c - a)) / 6.0
     return volumes

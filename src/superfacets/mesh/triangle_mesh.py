@@ -1,4 +1,4 @@
-"""Triangle meshes, and their subdivision into four."""
+"""Triangle meshes, and the split of every triangle into four."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Mesh(Cells):
     Parameters
     ----------
     vertices : array_like, shape (V, 3)
-        Positions, finite; kept as float64, read-only. Faces need not use every vertex. An array
-        that is contiguous float64 already is not copied (a memory map is): leave it as it is while
-        the mesh is in use.
+        Finite positions, kept as read-only float64. Faces need not use every vertex. A contiguous
+        float64 array is not copied (unless it is a memory map): do not change it while the mesh is
+        in use.
     faces : array_like of integers, shape (F, 3)
         Vertex indices, 0 to V - 1, counterclockwise seen from outside; copied as int32, read-only.
         F >= 1.
@@ -89,8 +89,8 @@ class Mesh(Cells):
 def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     """Return vertices and faces with each face split in four at the midpoints of its sides.
 
-    Neighbors share the middle of the edge between them. Orientation, area and shape stay; so do
-    boundary and non-manifold edges. One sort of the sides: O(F log F).
+    Neighboring faces share the midpoint of the edge between them. Orientation, area and shape are
+    kept, and so are boundary and non-manifold edges. Time is O(F log F), for one sort of the sides.
 
     Parameters
     ----------
@@ -100,9 +100,9 @@ def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     Returns
     -------
     vertices : ndarray of float64, shape (V + E, 3)
-        The old ones, then the middle of each edge.
+        The old vertices, then the midpoint of each edge.
     faces : ndarray of int32, shape (4 F, 3)
-        Face f becomes 4 f to 4 f + 3: at corners 0, 1 and 2, and the middle one.
+        Face f becomes faces 4 f to 4 f + 3: at its corners 0, 1 and 2, and in its middle.
 
     Examples
     --------

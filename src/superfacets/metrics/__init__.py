@@ -1,11 +1,11 @@
 """Stage 6: quality of labels, with and without ground truth.
 
 - `evaluate`: all metrics at once; `GroundTruths` for many labels of one mesh.
-- Of the area that regions share with true segments, in one sparse table (`area_overlap`):
+- From the area that regions share with true segments, in one sparse table (`area_overlap`):
   `undersegmentation_error`, `achievable_accuracy`, `hamming_distance`, `rand_index`,
   `consistency_error`.
-- Of borders: `boundary_agreement` (recall and precision), `cut_discrepancy`.
-- Of regions alone: `compactness`, `explained_variation`.
+- From the borders: `boundary_agreement` (recall and precision), `cut_discrepancy`.
+- From the regions alone: `compactness`, `explained_variation`.
 """
 
 from .cuts import BoundaryAgreement, boundary_agreement, cut_discrepancy

@@ -14,7 +14,8 @@ from ..adapters.convert import MeshLike
 from .edges import Borders, MeshEdges, find_borders
 
 DEFAULT_TOLERANCE = 0.01
-"""Fraction of the diagonal: a third of the radius of one of 150 regions of a compact object."""
+"""Fraction of the diagonal of the bounding box: a third of the radius of a region if a compact
+object has 150 regions."""
 
 
 class BoundaryAgreement(NamedTuple):
@@ -31,7 +32,7 @@ class Cuts:
     """The borders of labels, and the distances of vertices from them."""
 
     borders: Borders
-    distances: Floats  # (V,) along edges to the nearest border; inf if there is no path
+    distances: Floats  # (V,) distance along edges to the nearest border; inf if there is no path
 
     @classmethod
     def of(cls, mesh: MeshEdges, labels: Ints) -> Cuts:
@@ -68,12 +69,12 @@ def boundary_agreement(
     Returns
     -------
     BoundaryAgreement
-        The boundary of an open mesh is no border. Time O(F log F).
+        Recall and precision. The boundary of an open mesh is no border. Time is O(F log F).
 
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not a valid mesh of faces.
     ValueError, TypeError
         If there is not one label of 0 and up per face, or `tolerance` is negative.
 
@@ -97,26 +98,26 @@ def cut_discrepancy(
 ) -> float:
     """Return how far borders and true borders are apart, in radii of the mesh; 0 is best.
 
-    The mean geodesic distance from points on the borders to the nearest true border, and the same
-    the other way, added up and divided by the mean distance of the surface from its centroid
-    (by the diagonal of the bounding box, if all faces have one centroid).
+    The mean geodesic distance from points on the borders to the nearest true border is added to the
+    mean distance in the other direction. The sum is divided by the mean distance of the surface
+    from its centroid, or by the diagonal of the bounding box if all faces have one centroid.
 
     Parameters
     ----------
     mesh, labels, truth, weld
-        As for `boundary_agreement`, which says how distances are measured.
+        As for `boundary_agreement`, which describes how distances are measured.
 
     Returns
     -------
     float
-        >= 0. From where there is no way to a border, as where the other labels have none, the
-        distance is taken to be the diagonal of the bounding box. Labels without borders are at no
-        distance from others.
+        >= 0. If no path leads to a border, for example because the other labels have none, the
+        distance is the diagonal of the bounding box. The mean distance of labels without borders is
+        0.
 
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not a valid mesh of faces.
     ValueError, TypeError
         If there is not one label of 0 and up per face, or no face has an area.
 

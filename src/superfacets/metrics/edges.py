@@ -19,16 +19,16 @@ from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
 
 _POINT = 1e-12
-"""Fraction of the diagonal below which distances between centroids are rounding errors."""
+"""Fraction of the diagonal below which the mean radius of a mesh is only rounding errors."""
 
 
 @dataclass(frozen=True)
 class EdgePaths:
     """Paths along the edges of a mesh, from vertex to vertex."""
 
-    graph: _core.OrderedGraph  # cells: vertices with edges; arcs: edges, as long as these
-    unit: float  # unit of path lengths
-    places: Ints  # (V,) cell of each vertex, -1 for a vertex without edges
+    graph: _core.OrderedGraph  # its cells are vertices with edges, its arcs are edges
+    unit: float  # unit of path lengths, which are integers in the graph
+    places: Ints  # (V,) cell of each vertex in the graph; -1 for a vertex without edges
     n_threads: int
 
     @classmethod
@@ -51,7 +51,7 @@ class EdgePaths:
     def distances(self, sources: Ints) -> Floats:
         """Length of the shortest path along edges from any source to each vertex, shape (V,).
 
-        Infinite where there is no way.
+        A distance is infinite if there is no path.
         """
         distances = np.full(len(self.places), np.inf)
         if len(sources):
@@ -89,14 +89,14 @@ class MeshEdges:
 
     @cached_property
     def paths(self) -> EdgePaths:
-        """Computed on first use: not all metrics need it."""
+        """Paths along the edges, computed on first use: not all metrics need them."""
         return EdgePaths.of(self.mesh, self.representative, self.surface.n_threads)
 
     @cached_property
     def mean_radius(self) -> float:
         """Mean distance of the centroids of faces from their mean, weighted by area, > 0.
 
-        If all centroids are at one place, as of a single face, the diagonal of the bounding box.
+        It is the diagonal of the bounding box if all centroids coincide, as for a single face.
         """
         total = positive_total(self.areas)
         centroid = self.areas @ self.graph.positions / total
@@ -117,7 +117,7 @@ class MeshEdges:
 class Borders(NamedTuple):
     """Border edges, between faces of different labels, as weighted points.
 
-    Each end of an edge stands for half of it.
+    Each end of a border edge represents half of its length.
     """
 
     vertices: Ints

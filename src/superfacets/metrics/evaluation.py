@@ -1,4 +1,4 @@
-"""All metrics at once."""
+"""Computes all metrics at once."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ class GroundTruths:
     ----------
     mesh : Mesh or mesh-like
         As for `segment`.
-    truths : array of integers, shape (F,), or sequence of such array_like
-        True segment of each face, 0 and up; none, one or several of these.
+    truths : array of integers, shape (F,), or sequence of array_like of integers
+        True segment of each face, 0 and up: one ground truth, or a sequence of any number of them.
     weld : bool, default True
         Count vertices at exactly the same position as one.
     n_threads : int, optional
@@ -56,7 +56,7 @@ class GroundTruths:
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not a valid mesh of faces.
     ValueError, TypeError
         If there is not one label of 0 and up per face, or no face has an area.
     """
@@ -95,16 +95,16 @@ def evaluate(
 
     Parameters
     ----------
-    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, or what is like one
+    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         As for `segment`.
     labels : array_like of integers, shape (F,)
         Region of each face, tetrahedron or point, 0 and up.
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
-        True segments of each face: one ground truth, or several. `GroundTruths` saves time if many
-        labels of one mesh are compared with the same ones. It must have been made for the same
-        mesh; its `weld` and `n_threads` are then used.
+        True segment of each face: one ground truth, or several. `GroundTruths` saves time if many
+        labels of one mesh are compared with the same ground truths. It must have been made for the
+        same mesh; its `weld` and `n_threads` are then used.
     tolerance : float, default 0.01
-        Of `boundary_agreement`, as a fraction of the diagonal.
+        Tolerance of `boundary_agreement`, as a fraction of the diagonal of the bounding box.
     weld : bool, default True
         Count vertices at exactly the same position as one.
     n_threads : int, optional
@@ -113,19 +113,19 @@ def evaluate(
     Returns
     -------
     dict of str to float
-        ``n_regions``, ``n_extra_pieces`` (connected pieces more than regions), ``compactness``,
-        ``explained_variation``; and, if there are ground truths, the means over them of
-        ``undersegmentation_error``, ``achievable_accuracy``, ``boundary_recall``,
+        ``n_regions``, ``n_extra_pieces`` (number of connected pieces minus number of regions),
+        ``compactness`` and ``explained_variation``; and, if there are ground truths, the means over
+        them of ``undersegmentation_error``, ``achievable_accuracy``, ``boundary_recall``,
         ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``, ``missing_rate``,
         ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
         ``local_consistency_error``. All are weighted by area or length, and do not change when
-        labels are renamed or the mesh is scaled. For a `TetMesh` or a `PointCloud`, those that
-        need neither normals nor border edges.
+        labels are renamed or the mesh is scaled. For a `TetMesh` or a `PointCloud`, only metrics
+        that need neither normals nor border edges.
 
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh or cloud is not valid.
     ValueError, TypeError
         If there is not one label of 0 and up per face, no face has an area, `tolerance` is
         negative, or the ground truths are of another mesh.

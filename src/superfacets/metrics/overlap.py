@@ -16,7 +16,7 @@ from ..cells.kinds import as_known, measures_of
 from ..cells.sums import positive_total, sums_by_label
 
 _DENSE_PAIRS_PER_FACE = 4
-"""Most entries of a dense table of pairs of labels, per face; larger tables are sorted lists."""
+"""Largest size of a dense table of label pairs, in entries per face. Above it, pairs are sorted."""
 
 _TIE = 1e-9
 """Upper bound of the relative error of a sum of a million areas."""
@@ -67,8 +67,8 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     Returns
     -------
     Overlap
-        Regions and segments are numbered in the order of their labels. Time O(F), or O(F log F)
-        where both have thousands of labels.
+        Regions and segments are numbered in the order of their labels. Time is O(F), or O(F log F)
+        if both have thousands of labels.
 
     Raises
     ------
@@ -115,10 +115,9 @@ def undersegmentation_error(
 ) -> float:
     """Return the area by which regions leak out of the segments that they overlap; 0 is best.
 
-    For each segment, the regions that overlap it by more than `tolerance` of their own area are
-    taken, and their areas outside of the segment are added. The sum over all segments is divided by
-    the area of the surface. A region that a true border cuts into equal halves counts with all of
-    its area.
+    Each segment adds the area outside of it of all regions that overlap it by more than `tolerance`
+    of their own area. The sum over all segments is divided by the area of the surface. A region
+    that a true border cuts into equal halves counts with all of its area.
 
     Parameters
     ----------
@@ -127,9 +126,9 @@ def undersegmentation_error(
     labels, truth : array_like of integers, shape (F,)
         Region and true segment of each face, 0 and up.
     tolerance : float, default 0.05
-        Share of a region's area that an overlap has to exceed to count, 0 to 1. tau of the paper.
-        An overlap of exactly this share does not count: one that exceeds it by less than a
-        billionth of it may do so by rounding, in one unit of length and not in another.
+        Share of a region's area that an overlap has to exceed to count, 0 to 1; tau in the paper.
+        An overlap of exactly this share does not count. It has to exceed the share by a billionth
+        of the share, because rounding depends on the unit of length.
 
     References
     ----------
@@ -178,16 +177,16 @@ class Hamming(NamedTuple):
     distance: float
     """Mean of the two rates."""
     missing_rate: float
-    """Area of each true segment outside the region that overlaps it most."""
+    """Area of true segments outside the regions that overlap each of them most, as a share."""
     false_alarm_rate: float
-    """Area of each region outside the true segment that overlaps it most."""
+    """Area of regions outside the true segments that overlap each of them most, as a share."""
 
 
 def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
     """Return the Hamming distance of the Princeton benchmark, with both directions.
 
-    An oversegmentation misses much of each segment by intent; its false alarms are what its regions
-    leak over true borders.
+    An oversegmentation has a high missing rate by design. Its false alarm rate is the share of the
+    area by which regions leak over true borders.
 
     Parameters
     ----------
@@ -213,10 +212,10 @@ def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None)
 
 
 def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
-    """Return the probability that both agree on whether two points are together; 1 is best.
+    """Return the probability that labels and truth agree on a pair of points; 1 is best.
 
-    Points are drawn by area, so a pair may fall into one face. (The Princeton benchmark plots one
-    minus this number.)
+    They agree if both put the two points together, or both apart. Points are drawn by area, so a
+    pair may fall into one face. (The Princeton benchmark plots one minus this number.)
 
     Parameters
     ----------
@@ -247,17 +246,18 @@ class Consistency(NamedTuple):
     """Consistency errors; 0 is best: one of the two refines the other."""
 
     global_error: float
-    """Everywhere the same one refines the other."""
+    """Error if the same one has to refine the other everywhere."""
     local_error: float
-    """At each point, either one may refine the other."""
+    """Error if either one may refine the other at each point."""
 
 
 def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Consistency:
     """Return the global and the local consistency error: how far neither refines the other.
 
-    At each point, the refinement error one way is the share of its region that is outside of its
-    segment, and the other way round. The global error takes the way that is better on the whole,
-    the local error the better one at each point. An oversegmentation without leaks has 0 in both.
+    Each point has two refinement errors: the share of its region that is outside of its segment,
+    and the share of its segment that is outside of its region. The global error is the smaller one
+    of their means over the surface. The local error is the mean of the smaller one at each point.
+    An oversegmentation without leaks has 0 in both.
 
     Parameters
     ----------

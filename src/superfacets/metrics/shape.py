@@ -30,7 +30,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
-        As for `segment`, or a graph of any cells.
+        A mesh as for `segment`, or a graph of cells of any kind.
     labels : array_like of integers, shape (F,)
         Region of each face, 0 and up.
     weld : bool, default True
@@ -39,7 +39,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not valid.
     ValueError, TypeError
         If there is not one label of 0 and up per face, or no face has an area.
 
@@ -72,8 +72,8 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
 
     Each face's unit normal is compared with the mean normal of its region and with that of the
     whole surface, weighted by area: 1 if all regions are flat, 0 if regions are no flatter than the
-    whole. 1 for a surface that is flat as a whole. Faces without a normal have no area and do not
-    count. Neighbors that are inconsistently oriented count as bent.
+    whole. A surface that is flat as a whole has 1. Faces without a normal have no area and do not
+    count. Neighboring faces of opposite orientation count as bent.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not a valid mesh of faces.
     ValueError, TypeError
         If there is not one label of 0 and up per face, or no face has an area.
 
@@ -108,9 +108,9 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
 def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> float:
     """Return the explained variation of normals for labels without gaps.
 
-    S is the sum of area times the difference of a normal from the mean normal, A the area. The
-    variation between regions is the sum of |S|^2 / A over regions, the total variation the same sum
-    over faces. No small number is computed as a difference of large ones.
+    For a set of faces, S is the sum of area times (normal - mean normal of the surface), and A is
+    the area. The variation between regions is the sum of |S|^2 / A over regions, the total
+    variation the same sum over faces. No small number is computed as a difference of large ones.
     """
     mesh, areas = surface.mesh, surface.measures
     assert mesh is not None  # cells of other kinds have no normals
@@ -133,6 +133,6 @@ def _squares_over(vectors: Floats, areas: Floats) -> float:
 
 
 def extra_pieces_of(surface: Surface, labels: Ints, n_regions: int) -> int:
-    """Return the number of connected pieces beyond one per region."""
+    """Return the number of connected pieces minus the number of regions."""
     _, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
     return n_pieces - n_regions

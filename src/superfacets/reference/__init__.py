@@ -1,8 +1,9 @@
 """A slow, readable twin of every kernel, one file per stage: the oracle of the tests.
 
-On the same input the compiled stages give the same numbers, bit for bit. Where floats are added,
-the order is that of the kernels and part of the contract. Nothing here is meant to be fast.
-`arithmetic` has the arctangent and the exponential, `vsa` the rival of stages 3 and 4.
+On the same input the compiled stages give the same numbers, bit for bit. Floats are added in the
+order of the kernels, which is part of the contract. Nothing here is meant to be fast. `arithmetic`
+has the arctangent and the exponential. `vsa` has variational shape approximation, a rival of stages
+3 and 4.
 """
 
 from .cells import (

@@ -53,8 +53,9 @@ _REST_OF_LN_2 = float.fromhex("0x1.473de6af278edp-34")
 def arctangent(y: Floats, x: Floats) -> Floats:
     """Angles in [0, pi] from the positive x axis to (x, y), for y >= 0; 0 where both are 0.
 
-    Not `numpy.arctan2`, whose last bits depend on the C library. An angle is a multiple of pi / 4
-    and the arctangent of q, |q| <= 1/2, by a polynomial.
+    Unlike `numpy.arctan2`, whose last bits depend on the C library, this gives the same bits
+    everywhere. An angle is a multiple of pi / 4 plus the arctangent of q, |q| <= 1/2, which a
+    polynomial gives.
     """
     left, width = x < 0, np.abs(x)
     flat, steep = y + y <= width, y > width + width
@@ -74,7 +75,7 @@ def arctangent(y: Floats, x: Floats) -> Floats:
 
 
 def exponential(x: Floats) -> Floats:
-    """exp(x) for x <= 0, in [0, 1]; 0 below -708. Not `numpy.exp`, for the same reason."""
+    """exp(x) for x <= 0, in [0, 1]; 0 below -708. Unlike `numpy.exp`, the same bits everywhere."""
     bounded = np.maximum(x, -708.0)
     n = np.rint(bounded * 1.4426950408889634)
     high, low = bounded - n * _LN_2, n * _REST_OF_LN_2

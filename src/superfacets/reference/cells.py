@@ -83,7 +83,7 @@ def measure_faces(mesh: Mesh) -> tuple[Floats, Floats]:
 
 
 def measure_polygons(mesh: PolygonMesh) -> tuple[Floats, Floats]:
-    """Centroids and areas by the fan; faces must have a normal and not intersect themselves."""
+    """Centroids and areas by fans; faces must have a normal and not intersect themselves."""
     centroids, areas = np.empty((mesh.n_faces, 3)), np.empty(mesh.n_faces)
     for face in range(mesh.n_faces):
         origin, *others = mesh.vertices[mesh.face(face)]
@@ -136,7 +136,7 @@ def build_point_graph(points: npt.ArrayLike, n_neighbors: int, *, cutoff: float)
 
 
 def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
-    """Return the direction of least variance of each point's neighbors, of either sign."""
+    """Return the direction of least variance of each point's neighbors, of either sign, or 0."""
     positions = np.asarray(points, dtype=np.float64)
     first, together = _places(positions)
     normals = np.zeros_like(positions)
@@ -168,7 +168,7 @@ def _nearest(positions: Floats, first: list[int], i: int, n: int) -> list[int]:
 
 
 def _area(positions: Floats, i: int, near: list[int]) -> float:
-    """2 pi mean(d^2) / (n + 1)."""
+    """Area of a point with n neighbors at distances d: 2 pi mean(d^2) / (n + 1)."""
     if not near:
         return 0.0
     squares = [_squared(positions, i, j) for j in near]
@@ -176,7 +176,7 @@ def _area(positions: Floats, i: int, near: list[int]) -> float:
 
 
 def _borders(positions: Floats, measures: Floats, rows: list[list[int]]) -> Floats:
-    """Pi a / (sum of the lengths of arcs), the mean of both ends."""
+    """Border length of each arc: pi a / (sum of the lengths of arcs), the mean of both ends."""
     sums = [sum(_squared(positions, i, j) ** 0.5 for j in row) for i, row in enumerate(rows)]
     per_arc = [np.pi * a / s if s > 0 else 0.0 for a, s in zip(measures, sums, strict=True)]
     return np.array([(per_arc[i] + per_arc[j]) / 2 for i, row in enumerate(rows) for j in row])

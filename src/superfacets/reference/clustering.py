@@ -16,9 +16,9 @@ from .seeding import arcs_of, expand, find_components, update_centers
 def classify_exact(
     graph: CellGraph, centers: list[int], *, islands: str = "keep"
 ) -> tuple[list[int], list[int]]:
-    """Labels by one expansion from all centers, and centers including those of orphans.
+    """Labels by one expansion from all centers, and the centers, plus one per island.
 
-    Where islands are not kept, there are none of these, and cells without a center have label -1.
+    If `islands` is "nearest", islands get no centers, and their cells have label -1.
     """
     all_centers = list(centers)
     while True:
@@ -40,7 +40,7 @@ def classify_halted(
 ) -> tuple[list[int], list[int]]:
     """Labels by one expansion per center, as in the paper, and all centers.
 
-    For islands see `classify_exact`.
+    `islands` is as for `classify_exact`.
     """
     best = [(math.inf, -1)] * graph.n_cells  # path length and label
     all_centers: list[int] = []
@@ -51,18 +51,18 @@ def classify_halted(
         for cell, length in expand(graph, center, reach).items():
             best[cell] = min(best[cell], (length, label))
         if not waiting and (math.inf, -1) in best and islands == "keep":
-            waiting.append(best.index((math.inf, -1)))  # the first orphan
+            waiting.append(best.index((math.inf, -1)))  # the first unreached cell
     return [label for _, label in best], all_centers
 
 
 def join_islands(
     graph: CellGraph, labels: list[int], groups: list[int] | None = None
 ) -> tuple[list[int], int, list[int]]:
-    """Labels without -1, the number of islands that joined a region, and centers of the others.
+    """Labels without -1, the number of islands that joined a region, and centers of other islands.
 
-    Each takes the label of the nearest cell, the lowest of equals, to any of its own. With groups,
-    of the nearest cell of its own group, unless that is -1; if there is none, it is a region, and
-    its lowest cell the center.
+    An island takes the label of the labeled cell that is nearest to any cell of the island; the
+    lowest cell wins ties. With groups, only cells of the island's group count, unless the group is
+    -1. If there are none, the island becomes a region, with its lowest cell as center.
     """
     joined = list(labels)
     new_centers: list[int] = []
@@ -131,7 +131,7 @@ def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]
 def relocate_centers(
     graph: CellGraph, order: Sequence[int], centers: Sequence[int], n_moves: int
 ) -> list[int]:
-    """The centers after at most `n_moves` have moved; cells are summed in this order."""
+    """The centers after at most `n_moves` have moved; sums run over the cells in `order`."""
     paths = second_nearest(graph, centers)
     costs = [0.0] * len(centers)
     distortions = [0.0] * len(centers)
@@ -169,15 +169,16 @@ def relocate_centers(
 
 
 RANGE = 4096
-"""Number of consecutive cells on the curve in a range; coarse cells stay within ranges."""
+"""Number of consecutive cells of `order` in a range; coarse cells stay within ranges."""
 
 
 def coarse_cells(
     graph: CellGraph, order: Sequence[int], spacing: int
 ) -> tuple[list[int], list[int], list[int]]:
-    """Centers of coarse cells; for each cell its coarse cell and the length of its path.
+    """Centers of coarse cells; for each cell, its coarse cell and the length of its path to it.
 
-    Centers are `spacing` apart in this order of the cells, in each range of it.
+    In each range of `order`, centers are `spacing` cells apart. Cells that no center reaches within
+    the range get centers of their own.
     """
     centers: list[int] = []
     coarse_of = [-1] * graph.n_cells
@@ -204,7 +205,7 @@ def _expand(
     first_label: int,
     best: dict[int, tuple[int, int]],
 ) -> None:
-    """Make unreached cells reachable, by the shortest paths from new centers."""
+    """Assign cells of `members` that `best` lacks, by shortest paths from new centers."""
     inside = set(members) - set(best)
     queue = [(0, first_label + i, center) for i, center in enumerate(centers)]
     while queue:
@@ -220,7 +221,7 @@ def _expand(
 def coarse_arcs(
     graph: CellGraph, coarse_of: list[int], lengths: list[int]
 ) -> dict[tuple[int, int], float]:
-    """The shortest path between the centers of two adjacent coarse cells, across one border arc."""
+    """Length of the shortest path between adjacent centers that crosses one border arc."""
     arcs: dict[tuple[int, int], float] = {}
     for cell in range(graph.n_cells):
         for neighbor, step in arcs_of(graph, cell):

@@ -48,7 +48,7 @@ class _Simplex(NamedTuple):
 
 
 def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
-    """Each region as the simplices of its cells."""
+    """Shape of each region, from the simplices of its cells."""
     cells = _simplices(mesh)
     regions = np.asarray(labels)
     return [
@@ -184,7 +184,7 @@ def merge_tree(
 ) -> tuple[list[tuple[int, int]], list[float]]:
     """Pairs of nodes that merge, and their costs.
 
-    ``borders`` are (length, cost) of each pair of regions, the lower first.
+    `borders` holds (length, cost) of each pair of regions, the lower region first.
     """
     groups = _Groups(areas, positions, features, borders, crease_weight, dimension)
     children, costs = [], []
@@ -226,7 +226,7 @@ class _Groups:
         return self.ward_factor(a, b) * squared, self.cost_of(pair)
 
     def cost_of(self, pair: tuple[int, int]) -> float:
-        """The cost by geometry."""
+        """Cost of a merge from the areas, the distance and the common border."""
         a, b = pair
         factor = self.ward_factor(a, b)
         if not factor > 0:
@@ -234,7 +234,7 @@ class _Groups:
         length, cost = self.borders[pair]
         radius = self.radius_of(self.areas[a] + self.areas[b])
         openness = cost / length if length > 0 else 0.0
-        if not length > 0:  # a gap
+        if not length > 0:  # no common border, but a bridge over a gap
             length = radius if self.dimension == 2 else radius * radius
         distance = float(norm(self.positions[a] - self.positions[b]))
         return factor * (distance + self.crease_weight * radius * (1.0 - openness)) / length

@@ -13,7 +13,7 @@ from .arithmetic import dot
 
 
 def find_components(graph: CellGraph, labels: Array) -> list[int]:
-    """Component of each cell: arcs between cells of one label join them, in either direction.
+    """Component of each cell; arcs between cells of equal labels join these, in either direction.
 
     Components are numbered in the order of their lowest cells.
     """
@@ -85,10 +85,11 @@ def update_centers(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
-    """Means from exact sums, in any order; NaN for regions that are too small for that.
+    """Means of regions from exact sums, in any order; NaN for regions that are too small for that.
 
-    Each cell adds whole numbers: its measure, and its measure times its position from the low
-    corner, both scaled to just under 2**61 in all, and what rounding leaves of them, times 2**31.
+    Each cell adds whole numbers: its measure, and its measure times its offset from the low corner,
+    both scaled so that the total is just under 2**61. The rounding errors of these are added, too,
+    scaled by another 2**31.
     """
     low = graph.positions.min(axis=0)
     extent = float((graph.positions.max(axis=0) - low).max())
@@ -165,7 +166,7 @@ def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
 def flood_seeds(
     graph: CellGraph, radius: float, n_seeds: int = 1, *, islands: str = "keep"
 ) -> list[int]:
-    """Cells by path length, each the first that no earlier region, expanded to 2 r, has reached."""
+    """Seeds by path length: each the first cell not reached by earlier seeds, expanded to 2 r."""
     seeds: list[int] = []
     reached: set[int] = set()
     components, seeded = _seeded_components(graph, n_seeds)

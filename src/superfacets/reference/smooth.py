@@ -1,4 +1,4 @@
-"""Stage 5: straight borders."""
+"""Stage 5: smoothing of borders."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class _MovingRegions:
         self.fixed, self.max_distance = fixed, max_distance
 
     def arcs(self, face: int) -> list[tuple[int, int]]:
-        """Number and neighbor of each arc."""
+        """Index and neighbor of each arc of a face."""
         numbers = range(self.graph.offsets[face], self.graph.offsets[face + 1])
         return [(number, int(self.graph.neighbors[number])) for number in numbers]
 
@@ -96,7 +96,7 @@ class _MovingRegions:
         return gain
 
     def travel(self, face: int, label: int) -> float:
-        """Distance of a face from the first border of the region of a label."""
+        """Distance of a face from the first region of a label, along faces that it has now."""
         if self.first[face] == label:
             return 0.0
         ways = [math.inf]
@@ -219,7 +219,7 @@ class Patches:
                 seed = self._grow(seed)
 
     def _grow(self, seed: int) -> int | None:
-        """Make a patch breadth first; return the first adjacent region that is not in it."""
+        """Grow a patch breadth first; return the first adjacent region that is not in it."""
         patch = len(self.colors)
         reached, size, forbidden = [seed], 0, set()
         n_taken = 0

@@ -35,8 +35,8 @@ def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
     """The point of a triangle, corners (3, 3), that is nearest to p.
 
     Barycentric coordinates tell whether the nearest point of the plane is inside; if it is not, or
-    the triangle is flat, the nearest point is on a side. Corners in sorted order: triangles that
-    share a side find the same point on it.
+    the triangle is flat, the nearest point is on a side. Corners are sorted first, so that
+    triangles that share a side find the same point on it.
     """
     a, b, c = np.array(sorted(corners.tolist()))
     ab, ac, ap = b - a, c - a, p - a
@@ -77,7 +77,7 @@ def nearest_faces(
 def nearest_tets(
     vertices: npt.ArrayLike, tets: npt.ArrayLike, points: npt.ArrayLike
 ) -> tuple[Ints, Floats, Floats]:
-    """Return the same for tetrahedra."""
+    """Like `nearest_faces`, for tetrahedra."""
     return _nearest_shapes(nearest_in_tet, vertices, tets, points)
 
 
@@ -148,7 +148,7 @@ def ray_thickness(
     n_rays: int,
     least_distance: float = 0.0,
 ) -> Floats:
-    """The thickness along inward unit vectors; NaN if fewer than a quarter of the rays leave."""
+    """Thickness from `starts` along inward unit `axes`; NaN if under a quarter of the rays exit."""
     corners = vertices[triangles]
     spokes = list(zip(*cone_of_rays(n_rays), strict=True))
     result = np.full(len(starts), np.nan)
@@ -199,7 +199,7 @@ class _Edge(NamedTuple):
 
     start: int
     end: int
-    halves: tuple[_Edge, _Edge] | None  # None: short enough
+    halves: tuple[_Edge, _Edge] | None  # None: the edge is short enough
 
     def reversed(self) -> _Edge:
         halves = self.halves and (self.halves[1].reversed(), self.halves[0].reversed())
@@ -237,7 +237,7 @@ def _bisected(points: list[list[float]], start: int, end: int, max_edge: float) 
 
 
 def _cut(points: list[list[float]], sides: list[_Edge], max_edge: float, depth: int) -> list[Part]:
-    """Cut a face from the middle of its longest side to the opposite corner, and both parts."""
+    """Cut a face from the middle of its longest side to the opposite corner; then both parts."""
     lengths = [_squared_length(points, edge.start, edge.end) for edge in sides]
     side = lengths.index(max(lengths))
     halves = sides[side].halves

@@ -1,7 +1,7 @@
 """The readable twin of `variational_shape_approximation`: the oracle of its tests.
 
-On the same input the core gives the same numbers, bit for bit. Where floats are added, the order is
-that of the core and part of the contract.
+On the same input the core gives the same numbers, bit for bit. Floats are added in the order of the
+core, which is part of the contract.
 """
 
 from __future__ import annotations

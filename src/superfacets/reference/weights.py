@@ -25,8 +25,8 @@ def superfacet_weights(
 ) -> Floats:
     """Weight of each arc, eq. 1-3 of the paper; `crease_length` replaces |e| in eq. 2.
 
-    Ridges count `ridges` where that is more than `eta_convex`. With `hollows`, smooth edges are
-    evened where a shape is hollow.
+    On ridges, the factor of convex edges is `ridges` if that is more than `eta_convex`. With
+    `hollows`, the factors of smooth concave and convex edges are evened if the shape is hollow.
     """
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
@@ -77,7 +77,7 @@ def _measure_arcs(
 
 
 def _evened_share(turn: float, volume: float, area: float) -> float:
-    """Share 1/4 for hollow shapes, 0 for solid ones; the turn is summed over arcs, two per edge."""
+    """Evened share, 1/4 for hollow shapes, 0 for solid ones; `turn` counts each edge twice."""
     roundness = 3.0 * volume * turn / 4.0 / area**2
     share = min(max((0.3 - roundness) / (0.3 - 0.15), 0.0), 1.0)
     return 0.25 * round(2**16 * share) / 2**16
@@ -113,7 +113,7 @@ def _signed_volume(mesh: Mesh, arcs: list[Arc], weld: bool) -> float:
 
 
 def quantize_weights(weights: Floats) -> tuple[Singles, float]:
-    """Weights as whole numbers of a unit, and the unit."""
+    """Weights as whole multiples of a unit, and the unit."""
     chunks = np.zeros((-(-len(weights) // 4096), 4096))
     chunks.flat[: len(weights)] = weights
     partial_sums = np.cumsum(chunks, axis=1)[:, -1]  # cumsum adds from left to right
@@ -126,7 +126,7 @@ SHARP_ANGLE = math.pi * 2 / 9
 """Smallest angle of a sharp edge: 40 degrees."""
 
 MAX_STEPS = 64
-"""Most faces visited around a vertex."""
+"""Largest number of faces visited around a vertex."""
 
 
 def find_ridges(
@@ -134,7 +134,7 @@ def find_ridges(
 ) -> list[int]:
     """Arcs across sharp convex edges between triangles that are flat otherwise.
 
-    At both ends such an edge must meet another one, or a border of the surface.
+    At both ends such an edge must meet another such edge, or the boundary of the surface.
     """
     surface = _Surface(mesh, arcs, weld)
     sharp = np.flatnonzero((thetas >= SHARP_ANGLE) & ~concave).tolist()
@@ -149,7 +149,7 @@ class _Surface:
         self._mesh = mesh
         self._arcs = arcs
         self._weld = weld
-        self._of_face: dict[int, list[tuple[int, int]]] = {}  # neighbor and arc
+        self._of_face: dict[int, list[tuple[int, int]]] = {}  # (neighbor, arc) by face
         for index, arc in enumerate(arcs):
             self._of_face.setdefault(arc.face, []).append((arc.neighbor, index))
 
@@ -215,10 +215,10 @@ def smallest_eigenpairs(
     n_constants: int,
     n_wanted: int,
 ) -> tuple[Floats, Floats]:
-    """Eigenvalues of L x = lambda A x without those of constant vectors, and vectors, (N, m).
+    """Smallest eigenvalues of L x = lambda A x, without those of constant vectors; eigenvectors.
 
-    Eigenvalues are the core's but for rounding; so are vectors of single eigenvalues, but for their
-    signs.
+    Eigenvalues are equal to the core's except for rounding; so are eigenvectors of single
+    eigenvalues, except for their signs. Eigenvectors have shape (N, n_wanted).
     """
     n = len(measures)
     laplacian = np.zeros((n, n))

@@ -1,4 +1,4 @@
-"""Point clouds: PLY without faces, text, NPY, LAS, LAZ and E57."""
+"""Readers of point clouds: PLY without faces, text, NPY, LAS, LAZ and E57."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .text import Lines, split_lines
 _NORMALS = ("nx", "ny", "nz")
 _COLORS = ("red", "green", "blue")
 _UNIT = 0.01
-"""How far from 1 the length of a normal in a file may be."""
+"""Tolerance for the length of a unit normal in a file: it may differ from 1 by about this much."""
 
 _OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_y": "ny",
                 "normal_z": "nz"}  # fmt: skip
@@ -61,7 +61,7 @@ def _read_ply(data: Content) -> CloudFile:
 
 
 def _read_text(data: Content) -> CloudFile:
-    """Lines of numbers, between blanks, commas or semicolons; a first line may name them."""
+    """Parse lines of numbers, split at blanks, commas or semicolons; the first may name columns."""
     if data.find(b",") >= 0 or data.find(b";") >= 0:
         data = data[:].translate(bytes.maketrans(b",;", b"  "))
     lines = split_lines(data, comment=b"#")
@@ -83,7 +83,7 @@ def _read_text(data: Content) -> CloudFile:
 
 
 def _names_in(lines: Lines) -> list[str] | None:
-    """Names in the first line, in lower case; None where it holds numbers."""
+    """Column names in the first line, in lower case; None if that line holds numbers."""
     if not len(lines):
         return None
     words = lines.content(0).decode("latin-1").strip().lower().split()
@@ -101,7 +101,7 @@ def _read_npy(data: Content) -> CloudFile:
 
 
 def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
-    """A cloud of rows x y z, and three numbers more that are colors or normals, or named ones."""
+    """A cloud from a table; columns without names are x, y, z, then colors or normals."""
     n_columns = table.shape[1]
     if n_columns < 3:
         raise MeshError(f"a point needs 3 numbers, got {n_columns}")
@@ -120,7 +120,7 @@ def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
 
 
 def _narrowed(column: Floats) -> Array:
-    """Whole numbers as integers: as bytes where they fit, so that 0 to 255 can be colors."""
+    """Convert whole numbers to uint8 if they fit, so that they can be colors, or else to int32."""
     if not np.isfinite(column).all() or np.any(column != np.floor(column)):
         return column
     low, high = column.min(), column.max()
@@ -131,7 +131,7 @@ def _narrowed(column: Floats) -> Array:
 
 
 def _meaning_of(further: Floats) -> tuple[str, ...]:
-    """Names of three columns behind x, y and z that have none."""
+    """Names of three unnamed columns after x, y and z, if they look like colors or normals."""
     if further.shape[1] < 3:
         return ()
     if np.all((further >= 0) & (further <= 255) & (further == np.floor(further))):

@@ -1,4 +1,4 @@
-"""E57: the scans of a file, each moved to its pose, as one cloud; read by pye57."""
+"""E57: pye57 reads the scans of a file, which are moved to their poses and joined to one cloud."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ _KINDS = {
     **dict.fromkeys((*_COLORS, "intensity"), np.float32),
     **dict.fromkeys(("cartesianInvalidState", "sphericalInvalidState"), np.int8),
 }
-"""Fields that are read of a point, and the types that they are converted to."""
+"""Type that each field of a point is converted to; other fields are not read."""
 
 
 _PAGE = 1024
 _CHECKSUM = 4
-"""Bytes of a page, and of the checksum at its end."""
+"""Bytes of a page of the file, and of the checksum at the end of each page."""
 
 
 class _Scan(NamedTuple):
@@ -42,15 +42,15 @@ class _Scan(NamedTuple):
     points: Floats  # (n, 3)
     colors: Singles | None  # (n, 3), 0 to 1
     intensity: Singles | None  # (n,)
-    records: Ints  # (n,) their numbers in the scan, from 0
+    records: Ints  # (n,) index of each point's record in the scan, from 0
 
 
 def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
-    """The points of all scans in their order, without those that are declared invalid.
+    """Read the points of all scans, in order, without points that are declared invalid.
 
-    Invalid points have no position, and most scans on a grid have some. The attributes ``scan`` and
-    ``record`` say where in the file a point stands. Colors and intensities are kept if all scans
-    have them.
+    An invalid point has no position; most scans on a grid have some. The attributes ``scan`` and
+    ``record`` are the index of a point's scan and of its record in that scan. Colors and
+    intensities are kept only if all scans have them.
     """
     try:
         import pye57
@@ -73,7 +73,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
 def _check_description(data: Content) -> None:
     """Raise a MeshError if the XML has a DOCTYPE: libE57 expands entities without limit.
 
-    E57 knows no document types, and no encoding but UTF-8. libE57 finds all else that is wrong.
+    E57 allows no document types and no encoding but UTF-8. libE57 itself finds all other errors.
     """
     begin, n_bytes = struct.unpack_from("<QQ", data[24:40].ljust(16, b"\0"))
     at = begin // _PAGE * _PAGE
@@ -93,7 +93,7 @@ def _check_description(data: Content) -> None:
 def _file_of(data: Content) -> Iterator[str]:
     """Yield the name of a temporary file with this content.
 
-    The file has no name in a folder where the system can open it by its descriptor: so a process
+    On POSIX systems the file has no name in a folder and is opened by its descriptor, so a process
     that is killed leaves nothing behind.
     """
     if os.name == "posix":
@@ -146,10 +146,10 @@ def _has(header: Any, names: tuple[str, ...]) -> bool:
 
 
 def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, Array]:
-    """Fields of `_KINDS` that a scan has, with one number per record."""
+    """Read the fields of a scan that `_KINDS` lists, one number per record."""
     header = file.get_header(place)
     n_records = header.point_count
-    if n_records > 8 * n_bytes:  # of points in different places, each takes a bit at least
+    if n_records > 8 * n_bytes:  # points in different places take at least one bit each
         raise MeshError(f"scan {place} declares {n_records} points, in a file of {n_bytes} bytes")
     names = [name for name in header.point_fields if name in _KINDS]
     columns = {name: np.empty(n_records, _KINDS[name]) for name in names}
@@ -169,7 +169,7 @@ def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, 
 
 
 def _from_spherical(points: Floats) -> Floats:
-    """Positions from range, azimuth and elevation, in radians."""
+    """Positions from range, azimuth and elevation; angles in radians."""
     range_, azimuth, elevation = points.T
     across = range_ * np.cos(elevation)
     return np.column_stack(
@@ -178,7 +178,7 @@ def _from_spherical(points: Floats) -> Floats:
 
 
 def _moved(points: Floats, header: Any, place: int) -> Floats:
-    """Points of a scan in the coordinates of the file: turned, then moved."""
+    """Apply the pose of a scan to its points: first the rotation, then the translation."""
     if not header.has_pose():
         return points
     pose = header.node["pose"]
@@ -186,7 +186,7 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
         quaternion = np.array([_number_in(pose["rotation"][axis]) for axis in "wxyz"])
         length = np.linalg.norm(quaternion)
         if not (np.isfinite(length) and length > 0):
-            raise MeshError(f"scan {place} has a rotation that is none: {quaternion.tolist()}")
+            raise MeshError(f"scan {place} has no valid rotation: {quaternion.tolist()}")
         points = np.einsum("ij,kj->ik", points, _rotation_of(quaternion / length))
     if pose.isDefined("translation"):
         points = points + [_number_in(pose["translation"][axis]) for axis in "xyz"]
@@ -194,14 +194,14 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
 
 
 def _rotation_of(quaternion: Floats) -> Floats:
-    """The matrix of a quaternion w, x, y, z of length 1."""
+    """Rotation matrix of a unit quaternion (w, x, y, z)."""
     w, axis = quaternion[0], quaternion[1:]
-    crossed = np.cross(np.eye(3), axis)  # times a vector: axis x vector
+    crossed = np.cross(np.eye(3), axis)  # crossed @ vector is the cross product of axis and vector
     return np.asarray(np.eye(3) + 2 * (w * crossed + crossed @ crossed))
 
 
 def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:
-    """Colors from 0 to 1 by the limits that the scan declares; None where these are no range."""
+    """Scale colors to 0 to 1 by their declared limits; None if a range is empty or infinite."""
     shades = np.empty((len(columns[_COLORS[0]]), 3), np.float32)
     for place, name in enumerate(_COLORS):
         low, high = _limits_of(pye57, header, name)
@@ -212,7 +212,7 @@ def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | 
 
 
 def _limits_of(pye57: Any, header: Any, name: str) -> tuple[float, float]:
-    """Least and greatest value of a color: of the sensor, or else of the numbers stored."""
+    """Smallest and largest value of a color: the scan's limits, or those of the stored field."""
     if header.node.isDefined("colorLimits"):
         limits = header.node["colorLimits"]
         return _number_in(limits[f"{name}Minimum"]), _number_in(limits[f"{name}Maximum"])

@@ -1,4 +1,4 @@
-"""glTF and GLB: the triangles of a scene, each mesh once per node that shows it."""
+"""glTF and GLB: the triangles of a scene, with a copy of a mesh for each node that shows it."""
 
 from __future__ import annotations
 
@@ -19,10 +19,12 @@ BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 
 def read_gltf(data: Content, folder: Path | None) -> TriangleArrays:
-    """Vertices and faces of the default scene of a .gltf or .glb file that lies in `folder`.
+    """Vertices and faces of the default scene of a .gltf or .glb file that is stored in `folder`.
 
-    Meshes come in the order of the file, each moved by every node that shows it, in the order of
-    the scene. Vertices that primitives of one mesh share stay shared. Lines and points are skipped.
+    Copies of meshes are ordered by the index of the mesh in the file, then by the order of the
+    nodes in the scene. Each copy is moved by the matrix of its node. Primitives of one mesh that
+    use the same positions share vertices. Lines and points are skipped. If `folder` is None,
+    buffers in other files are refused.
     """
     gltf = open_gltf(data, folder)
     visits = sorted(_visit_nodes(gltf), key=lambda visit: visit[0])
@@ -34,8 +36,8 @@ def read_gltf(data: Content, folder: Path | None) -> TriangleArrays:
 
 
 def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
-    """Vertices and faces of a mesh; nothing is copied for it."""
-    n_vertices = {}  # of each accessor of positions
+    """Numbers of vertices and faces of a mesh, found without copying arrays."""
+    n_vertices = {}  # by accessor of the positions
     n_corners = 0
     for primitive in _triangle_primitives(gltf, index):
         accessor = _positions_of(primitive, index)
@@ -49,9 +51,9 @@ def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
 
 
 def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
-    """Raise a MeshError if nodes show no meshes, or more than the size of the files allows.
+    """Raise a MeshError if the scene shows no triangles, or more than the file size allows.
 
-    A node, or a primitive, takes a few bytes of a file and repeats a mesh of any size.
+    A node or a primitive takes only a few bytes, and can repeat a mesh of any size.
     """
     n_vertices, n_faces = (sum(size[i] for size in sizes) for i in range(2))
     if n_faces == 0:
@@ -70,7 +72,7 @@ def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
 
 
 def _join(parts: list[TriangleArrays]) -> TriangleArrays:
-    """One mesh of several."""
+    """Join several meshes to one."""
     sizes = [len(positions) for positions, _ in parts]
     first_vertices = np.cumsum(sizes) - sizes
     faces = [
@@ -85,7 +87,7 @@ def _moved_on(faces: Array, first_vertex: int) -> Array:
 
 
 def _concatenated(parts: list[Array]) -> Array:
-    """The parts as one array, which is no copy of a single one."""
+    """Concatenate arrays; a single array is returned without a copy."""
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
@@ -118,7 +120,7 @@ def _indices(item: dict[str, Any], key: str) -> list[Any]:
 
 def _product(left: Floats, right: Floats) -> Floats:
     """Matrix product in a fixed order of additions, so that every machine rounds alike."""
-    with np.errstate(over="ignore", invalid="ignore"):  # for the checks of Mesh to find
+    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses the result
         result: Floats = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
     return result
 
@@ -135,7 +137,7 @@ def _local_matrix(node: dict[str, Any]) -> Floats:
 
 
 def _rotation(quaternion: Floats) -> Floats:
-    """Rotation matrix of x, y, z, w, which need not have length 1."""
+    """Rotation matrix of a quaternion (x, y, z, w) of any length except 0."""
     length = np.abs(quaternion).max()
     if length == 0:
         raise MeshError("broken glTF: a rotation is zero")
@@ -152,7 +154,7 @@ def _rotation(quaternion: Floats) -> Floats:
 
 def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
     """The triangles of all primitives of a mesh."""
-    positions: dict[int, Floats] = {}  # of each accessor, in order of first use
+    positions: dict[int, Floats] = {}  # by accessor, in order of first use
     faces: list[Array] = []
     first_vertices: dict[int, int] = {}
     n_vertices = 0
@@ -170,7 +172,7 @@ def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
 
 
 def _triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
-    """The primitives of a mesh but for lines and points."""
+    """The primitives of a mesh, without lines and points; a MeshError for strips and fans."""
     primitives = items(gltf.item("meshes", index), "primitives")
     return [primitive for primitive in primitives if _has_triangles(primitive)]
 
@@ -200,7 +202,7 @@ def _read_positions(gltf: Gltf, index: int) -> Floats:
 
 
 def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Array:
-    """Vertex index of each corner, flat: without indices, vertices are corners in their order."""
+    """Vertex index of each corner, flat; 0, 1, 2, ... if the primitive has no indices."""
     if "indices" in primitive:
         stored = read_accessor(gltf, primitive["indices"], "SCALAR")
         if stored.dtype.kind != "u":
@@ -219,11 +221,11 @@ def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Arr
 
 
 def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
-    """A mesh moved by a matrix; faces of a mirrored mesh are flipped, to face outward again."""
+    """Move a mesh by a matrix; if the matrix mirrors, faces are flipped to keep facing outward."""
     if np.array_equal(matrix, np.eye(4)):
         return positions, faces
     axes = matrix[:3, :3]
-    with np.errstate(over="ignore", invalid="ignore"):  # for the checks of Mesh to find
+    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses the result
         moved = (positions[:, np.newaxis, :] * axes).sum(axis=2) + matrix[:3, 3]
         volume = float((np.cross(axes[0], axes[1]) * axes[2]).sum())
     return moved, faces[:, [0, 2, 1]] if volume < 0 else faces

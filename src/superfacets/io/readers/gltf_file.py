@@ -27,7 +27,7 @@ from ..guards import Content, read_content
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 WIDTHS = {"SCALAR": 1, "VEC3": 3}
-"""Numbers per row, by accessor type: of indices, and of positions."""
+"""Numbers per row, by accessor type: SCALAR for vertex indices, VEC3 for positions."""
 
 LARGEST = sys.float_info.max
 
@@ -39,7 +39,7 @@ UNSUPPORTED = (
     "KHR_meshopt_compression",
     "EXT_mesh_gpu_instancing",
 )
-"""Extensions that store faces in formats of their own."""
+"""Extensions that are refused where a file requires them: compressed meshes, and instances."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +47,11 @@ class Gltf:
     """A glTF document."""
 
     document: dict[str, Any]  # the JSON
-    buffers: list[memoryview]  # contents, each as long as the document declares, or longer
-    n_bytes: int  # of the file and of the files beside it that it names, each counted once
+    buffers: list[memoryview]  # content of each buffer, at least as long as the document declares
+    n_bytes: int  # size of the file and of the files that it refers to, each counted once
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
-        """Object ``index`` of a list of the document; a MeshError if there is none."""
+        """Object `index` in the list `kind` of the document; a MeshError if there is none."""
         listed = self.document.get(kind)
         found = listed if isinstance(listed, list) else []
         item = found[index] if type(index) is int and 0 <= index < len(found) else None
@@ -61,7 +61,7 @@ class Gltf:
 
 
 def open_gltf(data: Content, folder: Path | None) -> Gltf:
-    """Take a .glb or .gltf file apart."""
+    """Parse a .glb or .gltf file, and load its buffers."""
     text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
     try:
         document = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
@@ -111,7 +111,7 @@ def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
 
 
 def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
-    """A list of objects out of an object of the document; empty where it is absent."""
+    """The list of objects under `key` of a JSON object; empty if the key is missing."""
     values = item.get(key, [])
     if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
         raise MeshError(f"broken glTF: {key} is not a list of objects")
@@ -119,7 +119,7 @@ def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
 
 
 def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
-    """A number >= 0 out of an object of the document; a MeshError if it is anything else."""
+    """The integer >= 0 under `key` of a JSON object; a MeshError if it is anything else."""
     value = item.get(key, default)
     if type(value) is not int or value < 0:
         raise MeshError(f"broken glTF: {key} is {reprlib.repr(value)}")
@@ -127,7 +127,7 @@ def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
 
 
 def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
-    """As many finite numbers as `default` has, out of an object of the document."""
+    """The list under `key` of a JSON object: finite numbers, as many as `default` has."""
     values = item.get(key, default)
     is_list = isinstance(values, list) and len(values) == len(default)
     if not is_list or not all(type(value) in (int, float) for value in values):
@@ -177,7 +177,7 @@ def _view_content(gltf: Gltf, view: dict[str, Any]) -> memoryview:
 def _read_buffers(
     document: dict[str, Any], binary: memoryview, folder: Path | None, files: dict[Path, memoryview]
 ) -> list[memoryview]:
-    """Contents of the buffers: the binary chunk, or the bytes at an address."""
+    """Contents of the buffers: the binary chunk, or the bytes at a URI."""
     contents: list[memoryview] = []
     for index, buffer in enumerate(items(document, "buffers")):
         address = buffer.get("uri")
@@ -198,7 +198,7 @@ def _read_buffers(
 
 
 def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> memoryview:
-    """Bytes of a data address, or of a file beside the document, which is kept in `files`."""
+    """Bytes of a data URI, or of a file beside the document; `files` caches files by path."""
     shown = reprlib.repr(address)
     if address.startswith("data:"):
         _, marker, encoded = address.partition(";base64,")
@@ -218,10 +218,10 @@ def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> 
 
 
 def _resolve(address: str, folder: Path | None) -> Path | None:
-    """The file that an address stands for; None if it is not in the folder, or below it.
+    """The file that a relative URI names; None if it is not in the folder or below it.
 
-    A document must not show files from elsewhere on the machine: escapes are decoded, ``..`` is
-    applied and symbolic links are followed before the path is compared with the folder.
+    A document must not be able to read files from elsewhere on the machine: escapes are decoded,
+    ``..`` is applied and symbolic links are followed before the path is compared with the folder.
     """
     name = unquote(address, errors="strict")
     if folder is None or re.match(r"[\w+.-]*:|[/\\]", address) or "\0" in name:

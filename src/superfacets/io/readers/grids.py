@@ -1,4 +1,4 @@
-"""Shared by readers of volumes: the reading position in a file, and the cells found in it."""
+"""For readers of volume meshes: a cursor that reads blocks of numbers, and a grid of cells."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FLAT = (*range(10), 21, 22, 23, 28, 30, 34, 35, 36)
 """VTK's types of cells without a volume."""
 
 _SIZES = {1: 1, 3: 2, 5: 3, 9: 4}
-"""Numbers of corners of flat cells, to detect files that end within their last block."""
+"""Corners of flat cells, by VTK type, to detect files that end within their last block."""
 
 _NAMES = {
     1: "vertex", 3: "line", 5: "triangle", 7: "polygon", 9: "quad", 10: "tetra", 11: "voxel",
@@ -36,13 +36,13 @@ class Grid:
     """Vertices and cells in the order of a file."""
 
     vertices: Floats  # (V, 3)
-    kinds: Array  # (C,) what each cell is, as VTK numbers kinds
+    kinds: Array  # (C,) VTK type of each cell
     sizes: Array  # (C,) corners of each cell
     corners: Array  # (S,) corners of all cells; S is the sum of `sizes`
-    values: Array | None  # of each cell, asked for by name; None if there are none of that name
+    values: Array | None  # (C,) cell data of the requested name; None if there is none
 
     def tets(self) -> Array:
-        """The corners of tetrahedra, (N, 4); a MeshError if there are none, or other volumes."""
+        """Corners of the tetrahedra, (N, 4); a MeshError if there are none, or other volumes."""
         kinds = np.unique(self.kinds).tolist()
         others = [kind for kind in kinds if kind not in (*TETS, *_FLAT)]
         if others:
@@ -63,7 +63,7 @@ class Grid:
         return self.corners[runs(starts[chosen], np.full(int(chosen.sum()), 4))].reshape(-1, 4)
 
     def is_tet(self) -> Bools:
-        """Which cells are tetrahedra."""
+        """Whether each cell is a tetrahedron, (C,)."""
         return np.isin(self.kinds, list(TETS))
 
 
@@ -85,17 +85,17 @@ class Cursor:
 
     def __init__(self, data: Content) -> None:
         self.data = data  # the whole file
-        self.place = 0  # the byte that is read next
-        self.byte_order: Literal["", "<", ">"] = ""  # of numbers; empty where they are text
+        self.place = 0  # offset of the byte that is read next
+        self.byte_order: Literal["", "<", ">"] = ""  # of binary numbers; empty if numbers are text
 
     @cached_property
     def _lines(self) -> tuple[Lines, Longs]:
-        """Lines of a text, and the cumulative number of tokens."""
+        """Lines of a text file, and the number of tokens up to the end of each line."""
         lines = split_lines(self.data)
         return lines, np.cumsum(lines.counts, dtype=np.int64)
 
     def any_line(self) -> bytes:
-        """The next line, perhaps blank, stripped. The last one need not end in a newline."""
+        """The next line, stripped; it may be blank, and the last one need not end in a newline."""
         newline = self.data.find(b"\n", self.place)
         end = newline if newline >= 0 else len(self.data)
         line, self.place = self.data[self.place : end], min(end + 1, len(self.data))
@@ -109,16 +109,16 @@ class Cursor:
         return b""
 
     def counts(self, n: int, what: str) -> list[int]:
-        """The first `n` numbers of the next line; a MeshError if there are fewer."""
+        """The counts on the next line that is not blank; a MeshError if fewer than `n`."""
         tokens = self.line().split()
         if len(tokens) < n:
             raise MeshError(f"{what} are missing: is the file cut?")
         return [as_count(token, what) for token in tokens]
 
     def numbers(self, n: int, dtype: str, what: str, unit: str = "number") -> Array:
-        """The next `n` numbers; a MeshError, before memory is taken, if the file has fewer.
+        """The next `n` numbers; a MeshError, before memory is allocated, if the file has fewer.
 
-        Text gives float64, rounded to the declared type, or integers that are not.
+        In text, floats are parsed as float64 and rounded to `dtype`; integers keep the parsed type.
         """
         stored = np.dtype(dtype)
         if not self.byte_order:

@@ -22,7 +22,7 @@ from .text import shown, split_lines
 from .vtk_xml import vtp_labels
 
 MAX_LABEL = 2**31 - 1
-"""Labels are int32."""
+"""Largest label, because labels are int32."""
 
 NO_REGION = -1
 """The label of cells that are in no region."""
@@ -38,14 +38,14 @@ def read_labels(
     path : path-like
         The ending, in any case, tells the format: ``.npy`` (one-dimensional, any integer type),
         ``.seg`` and ``.txt`` (one integer per line, no header), ``.ply`` (integer face property
-        ``label``; the faces may be polygons; where there are none, of the vertices), ``.vtp``,
-        ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh`` (integer cell data ``label``); and the other
-        formats of `read_cloud` (a column or dimension ``label``).
+        property ``label`` of the faces, which may be polygons, or of the vertices if there are no
+        faces), ``.vtp``, ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh`` (integer cell data ``label``);
+        and the other formats of `read_cloud` (a column or dimension ``label``).
     n_faces : int, optional
-        Faces of the mesh that the labels are for; checked where given.
+        Number of faces of the mesh; if given, the file must hold as many labels.
     name : str, default "label"
-        Name of the labels in files that hold more than labels, as meshes and clouds do, instead of
-        ``label``: ``"Label"``, ``"classification"``.
+        Name of the labels in files of meshes and clouds, which hold more than labels; for example
+        ``"Label"`` or ``"classification"``.
 
     Returns
     -------
@@ -56,7 +56,8 @@ def read_labels(
     ------
     MeshError
         If the file is empty, cut or damaged, if a label is no integer or below -1, if there are not
-        `n_faces` labels, or if the ending is unknown. One line that begins with the path.
+        `n_faces` labels, or if the ending is unknown. The message is one line that begins with the
+        path.
     OSError
         If there is no such file, or it cannot be read.
 
@@ -78,7 +79,7 @@ def read_labels(
 
 
 def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
-    """Whether the file of a mesh or cloud has labels, too, under this name."""
+    """Whether the file of a mesh or cloud also holds labels of this name."""
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in _FINDERS and ending != ".ply":
@@ -91,7 +92,7 @@ def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
 
 
 def checked_labels(labels: Any, n_faces: int | None = None) -> Ints:
-    """Labels as a contiguous (F,) int32 array; a MeshError if they are not one >= -1 per face."""
+    """Labels as a contiguous (F,) int32 array; a MeshError if they are not F integers >= -1."""
     refuse_mask(labels, "labels", MeshError)
     array = np.asarray(labels)
     if array.ndim != 1:
@@ -140,14 +141,15 @@ def _column_of(data: Content, name: str, *, ending: str) -> Array | None:
 
 
 _OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))
-"""Files of clouds; .npy and .txt are more often labels alone."""
+"""Endings of clouds with a column of labels; .npy and .txt files more often hold labels alone."""
 
 _FINDERS: dict[str, Callable[[Content, str], Array | None]] = {
     ".vtp": vtp_labels,
     **{ending: partial(_column_of, ending=ending) for ending in _OF_CLOUDS},
     **{ending: partial(tet_labels, ending=ending) for ending in TET_ENDINGS},
 }
-"""Labels of that name in files that hold more than labels; None if there are none."""
+"""Function that finds labels by name, for each ending of files that hold more than labels. It
+returns None if there are none of that name."""
 
 _READERS: dict[str, Callable[[Content, str], Array]] = {
     ".npy": _read_npy,

@@ -1,9 +1,9 @@
 """LAS and LAZ: a record per point. lazrs decompresses the records of LAZ.
 
-lazrs ends the process where a file claims more chunks or larger layers than memory holds. So each
-number that it takes memory for is first compared with the size of the file: the count and sizes of
-the chunks, the sizes of the layers, and the parts of a record. Wrong bytes of compressed points
-then make wrong points or an error, never more memory; `tools/fuzz` searches for the contrary. So
+lazrs ends the process if a file claims more chunks or larger layers than memory holds. So each
+number from which lazrs allocates memory is first compared with the size of the file: the number and
+sizes of the chunks, the sizes of the layers, and the items of a record. Damaged compressed points
+then give wrong points or an error, never more memory; `tools/fuzz` searches for counterexamples. So
 lazrs needs no process of its own.
 """
 
@@ -23,12 +23,12 @@ from ..guards import Content, counted, shortened
 
 _MOST_COMPRESSED = 1000
 _SMALL = 64 << 20
-"""Points of LAZ take at most this many times the size of the file, or this many bytes.
-
-Scans compress 5 to 20 times. Points that are all equal compress 3,000 times and more."""
+"""Upper bound of the decompressed points: this many times the size of the file, or this many bytes
+if that is more. Scans compress 5 to 20 times. Points that are all equal compress 3,000 times and
+more."""
 
 _Field = tuple[str, str | dict[str, int]]
-"""Type and name of a field. Packed fields have names and numbers of bits, lowest bits first."""
+"""Type and name of a field. For packed fields, names and numbers of bits, lowest bits first."""
 
 _POINT_0: tuple[_Field, ...] = (
     ("<i4", "X"), ("<i4", "Y"), ("<i4", "Z"), ("<u2", "intensity"),
@@ -48,11 +48,11 @@ _POINT_6: tuple[_Field, ...] = (
 _TIME: tuple[_Field, ...] = (("<f8", "gps_time"),)
 _COLORS: tuple[_Field, ...] = (("<u2", "red"), ("<u2", "green"), ("<u2", "blue"))
 _NIR: tuple[_Field, ...] = (*_COLORS, ("<u2", "nir"))
-_WAVE: tuple[_Field, ...] = (("V29", {}),)  # an offset into another part of the file: not read
+_WAVE: tuple[_Field, ...] = (("V29", {}),)  # wave packet, stored elsewhere in the file: not read
 
 
 class _Part(NamedTuple):
-    """Fields that LAZ compresses together, and their number of layers."""
+    """An item of LAZ: fields that are compressed together, and their number of layers."""
 
     fields: tuple[_Field, ...]
     n_layers: int
@@ -71,7 +71,7 @@ _FORMATS = (
 """Items of a record, by point format."""
 
 _EXTRA = {6: 0, 10: 14}
-"""The item for extra bytes, by the first item."""
+"""Type number of the item for extra bytes, by that of the first item of a record."""
 
 _EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
 
@@ -88,9 +88,10 @@ class _Header(NamedTuple):
 
 
 def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Columns x, y and z in the units of the file; and all other fields by name.
+    """Return columns x, y and z, in the units of the file, and all other fields, both by name.
 
-    The names are laspy's. Numbers without a name, lists and waves are left out.
+    Fields have the names that laspy gives them. Waves, and extra dimensions without a name or with
+    several numbers, are left out.
     """
     header = _header_of(data)
     n_bytes = header.n_points * header.size
@@ -106,7 +107,7 @@ def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array]]:
     columns = dict(_columns(records, header))
     points = {}
     for axis, scale, offset in zip("xyz", header.scales, header.offsets, strict=True):
-        with np.errstate(over="ignore", invalid="ignore"):  # `PointCloud` refuses the result
+        with np.errstate(over="ignore", invalid="ignore"):  # `PointCloud` refuses infinite results
             points[axis] = columns.pop(axis.upper()) * scale + offset
     return points, columns
 
@@ -154,7 +155,7 @@ def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
 
 
 def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
-    """Fields of all points by name."""
+    """Yield the name and the values of each field of the points."""
     fields = [field for part in _FORMATS[header.point_format] for field in _PARTS[part].fields]
     place = 0
     for kind, name in fields:
@@ -175,7 +176,7 @@ def _column(records: Bytes, header: _Header, kind: str, place: int) -> Array:
 
 
 def _extra_columns(records: Bytes, header: _Header, place: int) -> Iterator[tuple[str, Array]]:
-    """Extra dimensions of the points, with the scale and offset that they declare."""
+    """Yield extra dimensions of the points, with their declared scale and offset applied."""
     described = header.records.get((b"LASF_Spec", 4), b"")
     for begin in range(0, len(described) - 191 if place < header.size else 0, 192):
         kind, options, name = struct.unpack_from("<2xBB32s", described, begin)
@@ -202,7 +203,7 @@ def _scaled(column: Array, options: int, description: bytes) -> Array:
     if options & 24:
         with np.errstate(over="ignore", invalid="ignore"):
             return column * (scale if options & 8 else 1.0) + (offset if options & 16 else 0.0)
-    if column.dtype.kind in "iu" and column.itemsize == 8:  # attributes have at most 32 bits
+    if column.dtype.kind in "iu" and column.itemsize == 8:  # PLY attributes have at most 32 bits
         fits = int(column.min()) >= -(2**31) and int(column.max()) < 2**31
         return column.astype(np.int32 if fits else np.float64)
     return column
@@ -229,7 +230,7 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
             _check_layers(content, table, header.size, n_layers)
         records = np.empty(n_bytes, np.uint8)
         lazrs.decompress_points_with_chunk_table(content, description, records, table)
-    except BaseException as error:  # PanicException of Rust is no Exception, and has no module
+    except BaseException as error:  # Rust's PanicException is no Exception, and cannot be imported
         if isinstance(error, lazrs.LazrsError) or type(error).__name__ == "PanicException":
             raise MeshError(f"the LAZ file cannot be read: {shortened(reason_of(error))}") from None
         raise
@@ -237,7 +238,7 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
 
 
 def _n_layers(description: bytes, header: _Header) -> int:
-    """Number of layers of a chunk, 0 in older formats; a MeshError for items of another format."""
+    """Number of layers of a chunk, 0 in older formats; a MeshError if the items are wrong."""
     parts = _FORMATS[header.point_format]
     expected = [(part, _size_of(_PARTS[part].fields)) for part in parts]
     n_extra = header.size - sum(size for _, size in expected)
@@ -275,11 +276,11 @@ def _chunks(
 ) -> list[tuple[int, int]]:
     """Numbers of points and of bytes of each chunk."""
     (n_chunks,) = struct.unpack_from("<I", table, 4)
-    if n_chunks > n_bytes // header.size + 1:  # each but an empty one has an uncompressed point
+    if n_chunks > n_bytes // header.size + 1:  # chunks begin with an uncompressed point
         raise MeshError(f"the file declares {n_chunks} chunks of points in {n_bytes} bytes")
     vlr = lazrs.LazVlr(description)
     chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
-    if any(size > n_bytes for _, size in chunks):  # some are 64-bit numbers
+    if any(size > n_bytes for _, size in chunks):  # 64-bit sizes could overflow their sum
         raise MeshError(f"a chunk of points takes more than the {n_bytes} bytes of all")
     counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
     if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk holds the rest
@@ -299,7 +300,7 @@ def _chunks(
 def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
     """Raise a MeshError if the layers of a chunk are larger than the chunk.
 
-    A chunk holds its first point, a count, the sizes of its layers, and the layers.
+    A chunk holds its first point, its number of points, the sizes of its layers, and the layers.
     """
     place = 0
     for chunk, (_, n_bytes) in enumerate(chunks):

@@ -19,7 +19,7 @@ _KINDS = {
 
 
 def read_medit(data: Content, name: str) -> Grid:
-    """The cells of the file; their values are the references, ``medit:ref``."""
+    """Read the cells of a file; the values called ``medit:ref`` are their reference numbers."""
     lines = split_lines(data, comment=b"#")
     letters = lines.text[lines.starts] | 0x20
     heads = np.flatnonzero((letters >= ord("a")) & (letters <= ord("z")))
@@ -52,7 +52,7 @@ def read_medit(data: Content, name: str) -> Grid:
 def _rows_of(
     tokens: list[bytes], section: Lines, width: int, dtype: type[np.float64] | type[np.int64]
 ) -> Array:
-    """The numbers of a section. The count follows the keyword on its line or on the next."""
+    """The (n, width) numbers of a section; the count is on the line of the keyword or the next."""
     what = tokens[0].decode("ascii")
     if len(tokens) == 1 and len(section):
         tokens, section = [*tokens, *section.content(0).split()], section[1:]

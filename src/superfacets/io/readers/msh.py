@@ -18,13 +18,13 @@ _KINDS = np.array([0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 32, 14, 1, 23
 _N_NODES = np.array([0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13])
 
 Parts = tuple[Array, ...]
-"""A block of elements: tags, types, physical tags, second tags, nodes (flat)."""
+"""A block of elements: tags, types, physical tags, geometrical tags, nodes (flat)."""
 
 
 def read_msh(data: Content, name: str) -> Grid:
-    """The elements of the file, with the element data of this name.
+    """Read the elements of a file, with the element data called `name`.
 
-    ``gmsh:physical`` and ``gmsh:geometrical`` are names of the tags of elements.
+    The names ``gmsh:physical`` and ``gmsh:geometrical`` select the tags of elements.
     """
     return _MshReader(data, name).read()
 
@@ -37,7 +37,7 @@ class _MshReader(Cursor):
         self._name = name
         self._nodes: tuple[Array, Array] | None = None
         self._elements: list[Parts] = []
-        self._physical: dict[int, int] = {}  # physical tag of each entity of dimension 3
+        self._physical: dict[int, int] = {}  # first physical tag of each entity of dimension 3
         self._values: tuple[Array, Array] | None = None
 
     def read(self) -> Grid:
@@ -55,7 +55,7 @@ class _MshReader(Cursor):
         return self._grid()
 
     def _read_format(self) -> dict[bytes, Callable[[], bool]]:
-        """Reader of each section; it returns whether the section was read."""
+        """Parse the format; return a reader per section, which tells if it read the section."""
         words = self.line().split()
         if len(words) != 3 or words[0] not in (b"2.2", b"2.1", b"2", b"4.1"):
             raise MeshError(f"expected version 2.2 or 4.1 of MSH, got {shown(b' '.join(words))}")
@@ -102,7 +102,7 @@ class _MshReader(Cursor):
         return True
 
     def _tagged(self, n: int, width: int, what: str) -> tuple[Array, Array]:
-        """The next `n` rows of a tag and `width` doubles: (tags, doubles)."""
+        """Read `n` rows, each of a tag and `width` doubles; return (tags, doubles)."""
         if not self.byte_order:
             rows = self.numbers((1 + width) * n, "f8", what).reshape(-1, 1 + width)
             return as_integers(rows[:, 0], f"tags of {what}"), np.ascontiguousarray(rows[:, 1:])
@@ -113,7 +113,7 @@ class _MshReader(Cursor):
         return tags.view(order + "i4")[:, 0].astype(np.int64), doubles
 
     def _read_elements(self) -> bool:
-        """Elements as lines: tag, type, number of further tags, these tags, nodes."""
+        """Read elements from lines: tag, type, number of further tags, these tags, nodes."""
         n_elements = self._count("Elements")
         rows = self.rows(n_elements, "Elements")
         values = as_integers(rows.parse_integers_or_floats(), "Elements")
@@ -154,9 +154,9 @@ class _MshReader(Cursor):
         return True
 
     def _equal_blocks(self, head: Array, width: int, n_left: int) -> Array:
-        """Consecutive blocks of one element with the same header as the first, read at once."""
+        """Read consecutive blocks of one element, all with the header `head`, at once."""
         begin, n_rows, n_equal = self.place, 1, 1
-        while n_equal == n_rows:  # doubling: at most half is examined in vain
+        while n_equal == n_rows:  # n_rows doubles, so at most half of the rows are read in vain
             n_fitting = (len(self.data) - begin) // (4 * width)
             n_rows = max(1, min(2 * n_rows, n_left, n_fitting))
             self.place = begin
@@ -191,7 +191,7 @@ class _MshReader(Cursor):
         return n
 
     def _read_entities(self) -> bool:
-        """The first physical tag of each entity of dimension 3."""
+        """Store the first physical tag of each entity of dimension 3."""
         what = "Entities"
         counts = [_natural(count, what) for count in self._sizes(4, what)]
         for dimension, count in enumerate(counts):
@@ -269,7 +269,7 @@ def _checked_types(types: Array) -> Array:
 
 
 def _places(tags: Array, wanted: Array, what: str) -> Array:
-    """Index of each wanted tag among the tags; fast where tags count from 1."""
+    """Index of each wanted tag in `tags`; fast if the tags are 1, 2, 3, ..."""
     if np.array_equal(tags, np.arange(1, len(tags) + 1)):
         wrong = (wanted < 1) | (wanted > len(tags))
         places = wanted - 1

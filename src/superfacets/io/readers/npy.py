@@ -1,7 +1,7 @@
 """NPY: one array. NPZ: a ZIP archive of arrays by name.
 
-Headers are parsed here and not by numpy, which gives them to `ast`: threads that use `ast` at the
-same time can fail with a SystemError in CPython 3.11 and early 3.12.
+Headers are parsed here and not by numpy, which uses `ast`: threads that use `ast` at the same time
+can fail with a SystemError in CPython 3.11 and early 3.12.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ _TYPE = re.compile(r"['\"]([<>|=]?[A-Za-z]\d{0,9}(?:\[\w+\])?)['\"]")
 _COUNT = re.compile(r"-?\d{1,19}")
 
 _SHAPE = re.compile(r"\(\s*(?:(?:N,\s*)+(?:N)?)?\)".replace("N", r"-?\d{1,19}L?\s*"))
-"""Matches ``3L``, as Python 2 wrote integers."""
+"""A tuple of integers; Python 2 wrote them as ``3L``."""
 
 
 def npy_array(data: Content, what: str = "numbers") -> Array:
     """The array of a .npy file.
 
-    numpy.load would allocate the memory that a damaged header claims, and would run the code in a
-    pickle. Here the size that the header declares must be the size of the file.
+    numpy.load would allocate the memory that a damaged header claims. Here the size that the header
+    declares must be the size of the file, and arrays of objects, which are pickled, are refused.
     """
     shape, dtype, is_fortran, begin = npy_header(data)
     if dtype.hasobject:
@@ -70,7 +70,7 @@ def npz_array(data: Content, name: str) -> Array:
 
 
 def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
-    """Shape, type, Fortran order, and offset of the data of a .npy file."""
+    """Shape, type, whether the order is Fortran's, and offset of the data of a .npy file."""
     try:
         text, begin = _text_of(data)
         return *_parsed(text), begin

@@ -54,7 +54,7 @@ class _Block:
     """Vertices and faces in a block of lines."""
 
     vertices: Floats  # (V, 3) of the `v` lines
-    corners: Array  # (C,) vertices of the `f` lines, from 0; below 0 where there is none
+    corners: Array  # (C,) vertex index of each corner, from 0; negative if below the first
     lengths: Ints  # (F,) corners of each `f` line
 
 
@@ -68,7 +68,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
         corners = faces.parse_corners()
         if corners.min(initial=1) < 0:
             n_before = n_vertices + np.cumsum(is_vertex, dtype=np.int64)[is_face]
-            last = np.repeat(n_before, faces.counts)  # that -1 stands for; from 1
+            last = np.repeat(n_before, faces.counts)  # the vertex that -1 refers to, counted from 1
             corners = np.where(corners < 0, np.maximum(corners + last + 1, 0), corners)
         corners -= 1
         yield _Block(vertices, corners, faces.counts)
@@ -76,7 +76,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
 
 
 def read_file_blocks(path: Path, size: int) -> Iterator[_Block]:
-    """As above, for a file; about `size` bytes are in memory at a time."""
+    """Yield blocks of lines of a file; about `size` bytes of text are in memory at a time."""
     n_vertices, n_lines = 0, 0
     for text in _text_blocks(path, size):
         try:
@@ -106,7 +106,7 @@ def _text_blocks(path: Path, size: int) -> Iterator[bytes]:
 
 
 def _end_of_lines(text: bytes) -> int:
-    """End of the last line that is not continued on the next line; 0 if there is none."""
+    """Offset behind the last line that is not continued on the next line; 0 if there is none."""
     end = text.rfind(b"\n") + 1
     while end:
         begin = text.rfind(b"\n", 0, end - 1) + 1

@@ -62,13 +62,13 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
         raise MeshError(
             f"expected the counts of vertices, faces and edges, got {shown(counts.strip())}"
         )
-    # Longer than any count. For thousands of digits int() raises an error of its own.
+    # 30 digits are more than any count has; int() itself fails for thousands of digits.
     n_vertices, n_faces = (int(token[:30]) for token in tokens[:2])
     return n_vertices, n_faces, n_header
 
 
 def _read_faces(lines: Lines) -> Array | Polygons:
-    values = lines.parse_integers_or_floats()  # floats where colors are
+    values = lines.parse_integers_or_floats()  # floats if colors are floats
     n_corners = as_integers(table(values, lines.counts, 1)[:, 0], "corner counts")
     short = np.flatnonzero(lines.counts - 1 < n_corners)
     if len(short):
@@ -99,12 +99,12 @@ def read_tri(data: Content) -> Arrays:
 def _read_block(
     lines: Lines, thing: str, dtype: type[np.float64] | type[np.int64]
 ) -> tuple[Array, Lines]:
-    """The rows of a count and that many lines of three numbers, and the lines that follow."""
+    """Read a count and as many lines of three numbers; return them and the remaining lines."""
     first = lines.content(0).strip() if len(lines) else b""
     if not first.isdigit():
         where = f"line {lines.number(0)}" if len(lines) else "the end of the file"
         raise MeshError(f"expected a {thing} count at {where}: is this a .tri file, and whole?")
-    n_rows = int(first[:30])  # longer than any count: int() refuses thousands of digits
+    n_rows = int(first[:30])  # more digits than any count has: int() refuses thousands
     if len(lines) - 1 < n_rows:
         raise MeshError(
             f"the file declares {counted(n_rows, thing)} but only"

@@ -1,4 +1,4 @@
-"""PLY: vertices and triangles, labels of faces, and attributes, out of a file's tables."""
+"""PLY: vertices, faces, labels and attributes, taken from the tables of a file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .ply_header import INDEX_NAMES, STRIPS, Element, Header, Property, parse_he
 from .text import as_integers
 
 RESTART = -1
-"""Stands in a list where one strip ends and the next begins."""
+"""Index in a list that ends a strip; the next strip begins behind it."""
 
 
 def read_ply(data: Content) -> Arrays:
@@ -22,7 +22,7 @@ def read_ply(data: Content) -> Arrays:
 
 
 def read_ply_with_attributes(data: Content) -> tuple[Arrays, MeshAttributes]:
-    """Vertices and faces, and copies of all that is stored with them; the file is read once."""
+    """Vertices and faces, and copies of all other properties; the file is read once."""
     header = parse_header(data)
     arrays, tables = _read_arrays(header, data)
     return arrays, attributes_of(header, tables)
@@ -72,9 +72,9 @@ def _present(values: Array | None) -> Array:
 def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
     """Triangles, (F, 3), in the order of the strips: each vertex from the third on makes one.
 
-    Every other triangle of a strip is turned, so that all have the orientation of the first.
-    Triangles that name a vertex twice, by which some programs tie strips together, are kept: what
-    other programs count as the faces of the file, and labels for these, stay in step.
+    Every other triangle of a strip is reversed, so that all have the orientation of the first.
+    Degenerate triangles, with which some programs join strips, are kept, so that face indices and
+    labels agree with other programs.
     """
     begins = np.zeros(len(corners) + 1, dtype=bool)
     begins[np.cumsum(lengths, dtype=np.int64)] = True
@@ -82,7 +82,7 @@ def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
     is_restart = corners == RESTART
     begins[1:] |= is_restart[:-1]
     begins[:1] = True
-    # The place of each corner in its strip.
+    # Position of each corner in its strip.
     places = np.arange(len(corners))
     places -= np.maximum.accumulate(np.where(begins, places, 0))
     ends = np.flatnonzero((places >= 2) & ~is_restart)
@@ -95,7 +95,7 @@ def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
 
 
 def read_ply_labels(data: Content, name: str = "label") -> Array:
-    """The face property of this name of a PLY file; of the vertices where there are no faces."""
+    """The integer property `name` of the faces, or of the vertices if there are no faces."""
     header = parse_header(data)
     place, column = _find_labels(header, name)
     element = header.elements[place]
@@ -115,7 +115,7 @@ def has_ply_labels(data: Content, name: str) -> bool:
 
 
 def _find_labels(header: Header, name: str) -> tuple[int, int | None]:
-    """Places of the labeled element, and of its property; strips are not faces, and have none."""
+    """Index of the labeled element, and of its property or None; strips have no labels per face."""
     vertex = header.find("vertex")
     place = vertex if header.faces is None and vertex is not None else _find_faces(header)[0]
     element = header.elements[place]
@@ -123,7 +123,7 @@ def _find_labels(header: Header, name: str) -> tuple[int, int | None]:
 
 
 def attributes_of(header: Header, tables: list[list[Column]]) -> MeshAttributes:
-    """Copies of all that the tables hold besides x, y, z and corners: the file can be freed."""
+    """Copy all properties except x, y, z and corners, so that the file content can be freed."""
     left_out: list[str] = []
     kept: dict[str, dict[str, Array]] = {"vertex": {}, "face": {}}
     for place, (element, columns) in enumerate(zip(header.elements, tables, strict=True)):
@@ -154,7 +154,7 @@ def _copied(element: Element, columns: list[Column], left_out: list[str]) -> dic
 
 
 def _as_stored(values: Array, stored: Property) -> Array:
-    """A contiguous copy in the declared type; as float64 where a text file holds other numbers."""
+    """A contiguous copy of the declared type; float64 if that cannot hold the numbers of a text."""
     declared = np.dtype(stored.dtype).newbyteorder("=")
     with np.errstate(invalid="ignore", over="ignore"):
         copy = np.array(values, dtype=declared, order="C")
@@ -165,6 +165,6 @@ def _as_stored(values: Array, stored: Property) -> Array:
 
 
 def _one_line(line: str) -> str:
-    """A comment as text, without a line break of another kind than the header's."""
+    """Decode a comment, and replace line breaks of another kind than the header's by blanks."""
     text = line.encode("latin-1").decode("utf-8", "surrogateescape")
     return text.replace("\r", " ").replace("\n", " ").rstrip()

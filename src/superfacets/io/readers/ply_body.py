@@ -1,4 +1,4 @@
-"""The tables of a PLY file, as columns, with any elements and properties."""
+"""Reads the tables of a PLY file as columns, for any elements and properties."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .ply_header import Element, Header, Property
 from .text import Lines, as_integers, runs, split_lines
 
 MAX_RECORD_SIZE = 2**31 - 1
-"""numpy refuses larger records."""
+"""Largest size of a record in bytes: numpy refuses larger records."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,16 +25,16 @@ class Column:
     """The values of one property."""
 
     values: Array | None  # (R,), or for lists (R, n); None where lists differ in length
-    lengths: Array | None = None  # (R,) of the lists; None if this is no list
-    ragged: Array | None = None  # (L,) all lists, flat, where they differ in length
+    lengths: Array | None = None  # (R,) length of each list; None if the property is no list
+    ragged: Array | None = None  # (L,) values of all lists, flat, where lists differ in length
 
 
 def read_tables(header: Header, data: Content) -> list[list[Column]]:
     """Columns of all elements, in the order of the header.
 
-    Declared sizes are compared with the size of the file before memory is taken, and only blanks
-    may follow the last element. Lists of one length (all faces triangles) are read at
-    once; where lengths differ, rows are visited one by one.
+    Declared sizes are compared with the size of the file before memory is allocated, and only
+    blanks may follow the last element. Lists of one length (all faces triangles) are read at once;
+    where lengths differ, rows are visited one by one.
     """
     return _read_binary(header, data) if header.byte_order else _read_text(header, data)
 
@@ -59,7 +59,7 @@ def _read_binary(header: Header, data: Content) -> list[list[Column]]:
 
 
 def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[list[Column], int]:
-    """Columns of an element, and where it ends."""
+    """Columns of an element, and its end offset in the file."""
     heads = [np.dtype(stored.count_dtype or stored.dtype) for stored in element.properties]
     least = sum(head.itemsize for head in heads)
     if element.n_rows * least > len(data) - begin:
@@ -80,7 +80,7 @@ def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[l
 def _read_uniform(
     element: Element, lengths: list[int], data: Content, begin: int
 ) -> tuple[list[Column] | None, int]:
-    """Columns if all rows have lists of these lengths, else None; and where the element ends."""
+    """Columns and end offset if all rows have lists of these lengths; else None and `begin`."""
     fields: list[Any] = []
     for i, (stored, length) in enumerate(zip(element.properties, lengths, strict=True)):
         if stored.is_list:
@@ -100,7 +100,7 @@ def _read_uniform(
 
 
 def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Longs, Longs, int]:
-    """First byte and number of the values in each row and column, and where the rows end."""
+    """Byte offset and number of values of each row and property, and the end offset of the rows."""
     counts = [np.dtype(stored.count_dtype or "u1") for stored in element.properties]
     starts, lengths, end, n_whole = _core.walk_rows(
         np.frombuffer(data, dtype=np.uint8),
@@ -125,7 +125,7 @@ def _check_lengths(lengths: Array) -> None:
 
 
 def _gather(stored: Property, data: Content, starts: Longs, lengths: Longs) -> Column:
-    """The column whose values begin at these bytes."""
+    """Gather the column whose rows begin at the byte offsets `starts` and hold `lengths` values."""
     listed = lengths if stored.is_list else None
     content = np.frombuffer(data, dtype=np.uint8)
     if np.any(lengths != lengths[0]):
@@ -186,7 +186,7 @@ def _read_uniform_text(element: Element, values: Array, counts: Ints) -> list[Co
 
 
 def _gather_text(element: Element, values: Array, lines: Lines) -> list[Column]:
-    """Columns of rows whose lists differ in length; a MeshError where one is no row."""
+    """Columns of lines whose lists differ in length; a MeshError for a line that is no row."""
     ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
     columns = []
@@ -219,12 +219,12 @@ def _as_declared(values: Array, stored: Property) -> Array:
     """Values rounded as a binary file of the same header would hold them."""
     if stored.dtype[-2:] != "f4":
         return values
-    with np.errstate(over="ignore"):  # an infinity is for the checks of Mesh to find
+    with np.errstate(over="ignore"):  # `Mesh` refuses infinite coordinates
         return values.astype(np.float32)
 
 
 def _list_column(values: Array, places: Longs, lengths: Longs) -> Column:
-    """Lists that begin at these places, as an array where their lengths are the same."""
+    """Column of the lists that begin at `places` in `values`; an array if all lengths are equal."""
     if not len(lengths) or np.any(lengths != lengths[0]):
         return Column(None, lengths, values[runs(places, lengths)])
     listed: Array = values[places[:, np.newaxis] + np.arange(int(lengths[0]))]

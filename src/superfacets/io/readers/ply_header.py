@@ -16,10 +16,10 @@ from ..guards import Content
 TYPES = {word: stored for stored, word in PLY_TYPES.items()} | {
     np.dtype(stored).name: stored for stored in PLY_TYPES
 }
-"""numpy's name of each type, without the byte order."""
+"""numpy's type code for each type name of PLY, without the byte order."""
 
 COMMENT_WORDS = ("comment", "obj_info")
-"""Lines that begin with these declare nothing."""
+"""First words of the header lines that declare nothing."""
 
 INDEX_NAMES = ("vertex_indices", "vertex_index")
 """Names of the list that holds the corners of a face."""
@@ -30,12 +30,12 @@ STRIPS = "tristrips"
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 _HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
-"""Bytes in which the end of the header is searched: at first, and at most."""
+"""Bytes of a file that are searched for the end of the header: at first, and at most."""
 
 
 @dataclass(frozen=True)
 class Property:
-    """A column: one number per row, or a list of them."""
+    """A column: one number per row, or one list of numbers per row."""
 
     name: str
     dtype: str  # of numpy, with the byte order
@@ -61,7 +61,7 @@ class Element:
     properties: list[Property] = field(default_factory=list)
 
     def record(self) -> np.dtype[Any] | None:
-        """The type of a row, if all lists are corners of triangles; else None."""
+        """The record type of a row, if all lists are corners of triangles; else None."""
         record: list[tuple[Any, ...]] = []
         for column, stored in enumerate(self.properties):
             name = stored.name if self.find(stored.name) == column else f"again {column}"
@@ -75,7 +75,7 @@ class Element:
         return np.dtype(record)
 
     def find(self, *names: str) -> int | None:
-        """Column of the first property that has one of the names."""
+        """Index of the first property that has one of the names; None if there is none."""
         columns = (i for i, stored in enumerate(self.properties) if stored.name in names)
         return next(columns, None)
 
@@ -91,7 +91,7 @@ class Header:
 
     @property
     def faces(self) -> int | None:
-        """Place of the faces, or of the strips where there are no faces; None in a cloud."""
+        """Index of the element of faces, or else of strips; None if both are missing or empty."""
         for name in ("face", STRIPS):
             place = self.find(name)
             if place is not None and self.elements[place].n_rows:
@@ -99,13 +99,13 @@ class Header:
         return None
 
     def find(self, name: str) -> int | None:
-        """Place of the element of that name."""
+        """Index of the element of that name; None if there is none."""
         places = (place for place, element in enumerate(self.elements) if element.name == name)
         return next(places, None)
 
 
 def read_header(path: Path) -> tuple[Header, bytes]:
-    """The header of a file, and the bytes that were read for it."""
+    """Read the header of a file; return it with the bytes that were read."""
     size = _HEADER_BLOCK
     with path.open("rb") as file:
         content = file.read(size)

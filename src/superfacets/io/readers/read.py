@@ -39,9 +39,9 @@ _GLTF_ENDINGS = (".glb", ".gltf")
 
 MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
-"""Of meshes and of point clouds."""
+"""Endings of meshes and of point clouds."""
 
-# The first word of a text that is no comment.
+# First word of a text that is not in a comment line.
 _FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
 
 _OBJ_WORDS = b"v vn vt vp f l p o g s mtllib usemtl".split()
@@ -50,8 +50,8 @@ _OBJ_WORDS = b"v vn vt vp f l p o g s mtllib usemtl".split()
 def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     r"""Return the mesh that a file holds: its vertices and faces in their order.
 
-    Nothing is merged, split, dropped, repaired or triangulated. Vertices are those that the file
-    stores: an STL file has three per face, and a glTF file repeats them along texture seams.
+    Nothing is merged, split, dropped, repaired or triangulated. Vertices are as the file stores
+    them: an STL file has three per face, and a glTF file repeats them along texture seams.
 
     Parameters
     ----------
@@ -61,16 +61,17 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
         (vertex count, a line of x y z per vertex, triangle count, a line of three indices from 0
         per triangle); for tetrahedra ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and
         ``.mesh`` (Medit, text). Triangle strips of a PLY become their triangles. Groups and objects
-        become one mesh. Meshes of a glTF scene become one, in the order of the file, each once for
-        every node that shows it, up to 100 times the size of the file (any scene may have 64 MB). A
-        glTF file may name others in its folder and below, and no others.
+        become one mesh. All meshes of a glTF scene become one, in the order of the file, with a
+        copy of a mesh for each node that shows it; the copies may take 100 times the size of the
+        file, or 64 MB if that is more. A glTF file may refer to other files only in its folder or
+        below.
 
     Returns
     -------
     Mesh, PolygonMesh or TetMesh
-        A `Mesh` if all faces are triangles, a `PolygonMesh` otherwise; a `TetMesh` of the last four
-        formats, of which triangles, lines and points are skipped. With float64 vertices,
-        exactly as stored: decimals are rounded to the nearest double.
+        A `Mesh` if all faces are triangles, a `PolygonMesh` otherwise; a `TetMesh` for the last
+        four formats, whose triangles, lines and points are skipped. Vertices are float64, exactly
+        as stored: decimals are rounded to the nearest double.
 
     Raises
     ------
@@ -85,9 +86,9 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
 
     Notes
     -----
-    Time and memory are linear in the size of the file; sizes that a header declares are compared
-    with what the file holds before memory is taken. Compressed arrays may take up
-    to 100 times the size of a file of VTK (any file may have 64 MB).
+    Time and memory are linear in the size of the file. Sizes that a header declares are compared
+    with the file's content before memory is allocated. Compressed arrays of a VTK file may take 100
+    times the size of the file, or 64 MB if that is more.
 
     Examples
     --------
@@ -114,19 +115,21 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     ----------
     path : path-like
         The ending, in any case, tells the format. ``.ply``: its vertices, with properties x, y, z,
-        and perhaps nx, ny, nz and red, green, blue. ``.xyz``, ``.csv`` and ``.txt``: a line per
-        point, of numbers between blanks, commas or semicolons, which a first line may name (as in
-        PLY); without names three numbers behind x, y and z are colors if they are whole and at most
-        255, and normals if they are of length 1. ``.npy``: an (N, 3) array; more columns as in
-        text. ``.las``; and ``.laz``, which needs the extra ``las``, with points that take at most
-        1,000 times the size of the file (any file may have 64 MB). ``.e57`` needs the extra
-        ``e57``: points of all scans, one scan after the other, each moved to its pose.
+        and optionally nx, ny, nz and red, green, blue. ``.xyz``, ``.csv`` and ``.txt``: a line of
+        numbers per point, separated by blanks, commas or semicolons. The first line may name the
+        columns, as in PLY. Without names, the three columns after x, y and z are colors if all
+        numbers are whole and 0 to 255, or normals if all have length 1. ``.npy``: an (N, 3) array,
+        or one with more columns as in text. ``.las``. ``.laz``, which needs the extra ``las``: its
+        points may take 1,000 times the size of the file, or 64 MB if that is more. ``.e57``, which
+        needs the extra ``e57``: the points of all scans, one scan after the other, each moved to
+        its pose.
 
     Returns
     -------
     PointCloud
-        The vertices of a mesh, too. Points that an E57 file declares invalid have no position: they
-        are left out, and labels are of the others in their order.
+        The points; for a mesh in a PLY file, its vertices. Points that an E57 file declares invalid
+        have no position: they are left out, and labels belong to the remaining points in their
+        order.
 
     Raises
     ------
@@ -134,7 +137,7 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         If the file is empty, cut, damaged or of another format than its ending says, or a
         coordinate is invalid. The message is one line that begins with the path.
     MissingExtraError
-        If lazrs or pye57, which it takes, is not installed.
+        If lazrs (for ``.laz``) or pye57 (for ``.e57``) is not installed.
     OSError
         If there is no such file, or it cannot be read.
 
@@ -165,10 +168,10 @@ def read_cells(path: str | os.PathLike[str]) -> Cells:
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
-    """Return what a PLY file stores with the mesh that `read_mesh` returns.
+    """Return the attributes that a PLY file stores with the mesh that `read_mesh` returns.
 
-    Vertex colors, normals, texture coordinates and whatever else there is, to be written again by
-    ``write_mesh(..., attributes=...)``.
+    Attributes are vertex colors, normals, texture coordinates and all other properties except
+    positions and corners. ``write_mesh(..., attributes=...)`` writes them to a file again.
 
     Parameters
     ----------
@@ -178,19 +181,20 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     Returns
     -------
     MeshAttributes
-        In the types that the file declares, in the order of the file. An integer in a text file
-        that its declared type cannot hold makes the property float64.
+        Arrays of the types that the file declares, in the order of the file. An integer in a text
+        file that its declared type cannot hold makes the property float64.
 
     Raises
     ------
     MeshError
-        As `read_mesh`, or if the ending is another.
+        As for `read_mesh`, or if the path does not end in ``.ply``.
     OSError
         If there is no such file, or it cannot be read.
 
     Notes
     -----
-    The file is read again: as long and as much memory as `read_mesh` takes, and the copies.
+    The file is read again. This takes as much time and memory as `read_mesh`, plus memory for the
+    copies.
 
     Examples
     --------
@@ -228,7 +232,7 @@ def _ending_of(path: Path, endings: tuple[str, ...]) -> str:
 
 
 def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
-    """The mesh in a file's content; glTF may name further files in `folder`, if there is one."""
+    """Parse the mesh in a file's content; a glTF may refer to files in `folder` if there is one."""
     if ending in _GLTF_ENDINGS:
         return _mesh_of(read_gltf(data, folder))
     if ending in TET_ENDINGS:
@@ -244,7 +248,7 @@ def parse_cells(data: Content, ending: str, folder: Path | None) -> Cells:
 def parse_cells_and_attributes(
     data: Content, ending: str, folder: Path | None, *, keep: bool = True
 ) -> tuple[Cells, MeshAttributes | None]:
-    """As `parse_cells`; and, to keep them, the attributes of clouds and of meshes in PLY."""
+    """Like `parse_cells`; with `keep`, also the attributes of a cloud or of a mesh in PLY."""
     if holds_cloud(data, ending):
         cloud, attributes = CLOUD_READERS[ending](data)
         return cloud, attributes if keep else None
@@ -262,7 +266,7 @@ def _mesh_of(arrays: Arrays) -> AnyMesh:
 
 
 def recognized_ending(data: Content) -> str | None:
-    """The ending that files of this content have; None if it is of no known format."""
+    """Guess the ending of a file from its content; None if the format is unknown."""
     if data[:4] in (b"ply\n", b"ply\r"):
         return ".ply"
     if is_vtp(data):

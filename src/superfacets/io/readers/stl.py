@@ -32,13 +32,13 @@ def read_stl(data: Content) -> Arrays:
 
 
 def _declared(data: Content) -> tuple[int, int]:
-    """Faces that a binary file with this head declares, and the bytes that it then has."""
+    """Number of faces that the head of a binary file declares, and the file size it implies."""
     n_faces = int.from_bytes(data[HEADER_SIZE : HEADER_SIZE + 4], "little")
     return n_faces, HEADER_SIZE + 4 + n_faces * TRIANGLE.itemsize
 
 
 def has_binary_size(data: Content) -> bool:
-    """Whether the content is exactly as long as a binary file with its head."""
+    """Whether the content has exactly the size that the head of a binary file implies."""
     return len(data) >= HEADER_SIZE + 4 and len(data) == _declared(data)[1]
 
 
@@ -81,7 +81,7 @@ def _read_block(lines: Lines) -> tuple[Floats, npt.NDArray[np.int8]]:
 
 
 def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
-    """Raise a MeshError if the solids are not closed, one after the other."""
+    """Raise a MeshError if a `solid` has no `endsolid` before the next `solid` or the end."""
     borders = keywords[(keywords == SOLID) | (keywords == ENDSOLID)]
     expected = np.resize([SOLID, ENDSOLID], len(borders) + len(borders) % 2)
     if keywords[-1] != ENDSOLID or not np.array_equal(borders, expected):
@@ -92,7 +92,7 @@ def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
 
 
 def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
-    """Raise a MeshError at the first line that no list of triangles has there."""
+    """Raise a MeshError at the first line whose keyword cannot follow in a list of triangles."""
     is_content = (keywords != SOLID) & (keywords != ENDSOLID)
     content = keywords[is_content]
     n_rest = len(content) % 7

@@ -1,4 +1,4 @@
-"""Tetrahedra from VTU, VTK, MSH and MESH files."""
+"""Reads tetrahedra from VTU, VTK, MSH and MESH files."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .vtk_xml import XmlFile
 def read_tets(data: Content, ending: str) -> TriangleArrays:
     """Vertices (V, 3) and tetrahedra (N, 4) in the order of the file; other cells are skipped.
 
-    Cells of a volume that are no tetrahedra are refused.
+    Volume cells other than tetrahedra are refused.
     """
     grid = _read(data, ending, "")
     return grid.vertices, grid.tets()
 
 
 def tet_labels(data: Content, name: str, *, ending: str) -> Array | None:
-    """The cell data of tetrahedra that has this name; None if there is none."""
+    """The cell data of the tetrahedra that has this name; None if there is none."""
     grid = _read(data, ending, name)
     if grid.values is None:
         return None

@@ -23,10 +23,10 @@ from ..guards import Content
 _Kernel = Callable[[Bytes, Longs, Longs, Ints, int], tuple[Array, Longs]]
 
 BLOCK = 1 << 23
-"""Bytes of text that `iterate_lines` takes at a time, to keep memory small."""
+"""Bytes of text per block of `iterate_lines`, to keep memory small."""
 
 EXACT = 2.0**53
-"""Beyond this float64 skips integers."""
+"""Up to this number, float64 holds every integer."""
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.I)
 _INTEGER = re.compile(rb"[+-]?\d+")
@@ -34,7 +34,7 @@ _INTEGER = re.compile(rb"[+-]?\d+")
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Some lines of a text, each with at least one token."""
+    """A selection of lines of a text, each with at least one token."""
 
     text: Bytes  # (B,) the whole text
     starts: Longs  # (L,) first byte of the first token of each line
@@ -62,9 +62,9 @@ class Lines:
             raise MeshError(f"line {self.number(line)}: {expected}, got {self.counts[line]}")
 
     def keywords(self, words: Sequence[bytes], *, any_case: bool = False) -> npt.NDArray[np.int8]:
-        """Which of the words is the first token of each line; ``len(words)`` where none is.
+        """Index of the word that is the first token of each line; ``len(words)`` if none is.
 
-        With `any_case`, words in lower case stand for those in any case.
+        With `any_case`, letter case is ignored; `words` must then be in lower case.
         """
         names = [word.decode("ascii") for word in words]
         return _core.match_keywords(
@@ -79,8 +79,8 @@ class Lines:
     def parse(self, dtype: type[np.float64] | type[np.int64]) -> Array:
         """All numbers, flat; a MeshError that names the line if a token is not a number.
 
-        Decimals are rounded to the nearest double. Integers are int32 where all fit, else int64,
-        and those beyond that its limits.
+        Decimals are rounded to the nearest double. Integers are int32 if all fit, else int64;
+        integers beyond the limits of int64 become these limits.
         """
         if dtype is np.float64:
             return self._parse([_core.parse_doubles], _read_double)
@@ -108,9 +108,9 @@ class Lines:
             return self.parse(np.float64)
 
     def _parse(self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]) -> Array:
-        """Numbers found by the first kernel that leaves out no line.
+        """Parse all lines with the first kernel that can, or else with the last one.
 
-        Lines that the last kernel leaves out are read by `read_token`.
+        `read_token` parses the tokens of lines that the last kernel cannot parse.
         """
         for kernel in kernels:
             values, left_out = kernel(
@@ -135,7 +135,7 @@ def _read_double(token: bytes) -> float:
 
 
 def _read_integer(token: bytes) -> int:
-    """The integer, or the nearest of int64. int() refuses thousands of digits."""
+    """The integer, clipped to the range of int64. int() refuses thousands of digits."""
     if not _INTEGER.fullmatch(token):
         raise ValueError(f"expected an integer, got {shown(token)}")
     digits = token.lstrip(b"+-").lstrip(b"0")
@@ -154,7 +154,7 @@ def _read_corner(token: bytes) -> int:
 
 
 def as_count(token: bytes | str, what: str) -> int:
-    """A token as an integer; a MeshError if it is none, or larger than any file."""
+    """Parse a whole number >= 0; a MeshError if it is none, or has more than 18 digits."""
     if not token.isdigit() or len(token) > 18 or not token.isascii():
         raise MeshError(f"{what} must be whole numbers, got {shown(token)}")
     return int(token)
@@ -175,14 +175,14 @@ def split_lines(data: Content, *, begin: int = 0, comment: bytes = b"") -> Lines
 
 
 def iterate_lines(data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
-    """The lines of `split_lines`, block by block, so that memory stays small."""
+    """Yield the lines of `split_lines` block by block, so that memory stays small."""
     text = _as_text(data)
     for begin in range(0, max(1, len(text)), BLOCK):
         yield _scan(text, _next_line(text, begin), begin + BLOCK, comment)
 
 
 def _as_text(data: Content) -> Bytes:
-    """The bytes without byte order mark and padding, with newlines at the ends of lines."""
+    """The bytes of a text, without byte order mark and padding, and with newlines as line ends."""
     if data[:3] == b"\xef\xbb\xbf":
         data = data[3:]
     if data[-1:] == b"\0":  # padding to the blocks of a disk, or of an archive
@@ -193,7 +193,7 @@ def _as_text(data: Content) -> Bytes:
 
 
 def _next_line(text: Bytes, place: int) -> int:
-    """First byte, from `place` on, that begins a line."""
+    """Offset of the first line that begins at `place` or behind; the text's length if none does."""
     begin = place - 1
     while 0 <= begin < len(text):
         newlines = np.flatnonzero(text[begin : begin + 4096] == ord("\n"))
@@ -204,7 +204,7 @@ def _next_line(text: Bytes, place: int) -> int:
 
 
 def _scan(text: Bytes, begin: int, end: int | None, comment: bytes) -> Lines:
-    """The lines that begin in some of the text, at a line's begin."""
+    """The lines that begin in bytes `begin` to `end` (None: to the end); one begins at `begin`."""
     stop = len(text) if end is None else min(end, len(text))
     character = ord(comment) if comment else 0
     found = _core.scan_lines(text, min(begin, stop), stop, character, checked_threads(None))
@@ -223,7 +223,7 @@ def table(values: Array, counts: Ints, width: int) -> Array:
 
 
 def runs(starts: Array, lengths: Array) -> Longs:
-    """Places of runs of values, one after the other: start, start + 1, ... of each."""
+    """Indices of runs of values, concatenated: start, start + 1, ... for each run."""
     lengths = lengths.astype(np.int64, copy=False)
     before = np.cumsum(lengths) - lengths
     return np.repeat(starts - before, lengths) + np.arange(int(lengths.sum()))

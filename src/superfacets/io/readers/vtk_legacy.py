@@ -20,7 +20,7 @@ _TYPES = {
     "vtkidtype": "i4",
     **{f"vtktype{word.lower()}": stored for word, stored in NUMBER_TYPES.items()},
 }  # fmt: skip
-"""Type of ids: binary files store them as ``int``."""
+"""numpy's type code, by VTK's name of a type. Binary files store ids (``vtkidtype``) as ``int``."""
 
 _WIDTHS = {
     "VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1,
@@ -29,7 +29,7 @@ _WIDTHS = {
 
 
 def read_vtk(data: Content, name: str) -> Grid:
-    """The cells of the file, with the values of the cell data of this name."""
+    """Read the cells of a file, with the cell data called `name`."""
     return _LegacyReader(data, name).read()
 
 
@@ -49,7 +49,7 @@ class _LegacyReader(Cursor):
         if version is None:
             raise MeshError("not a VTK file: it does not begin with # vtk DataFile Version")
         self._has_offsets = int(version[1]) >= 5
-        self.any_line()  # a title
+        self.any_line()  # skips the title
         form = self.line()
         if form not in (b"ASCII", b"BINARY"):
             raise MeshError(f"expected ASCII or BINARY, got {shown(form)}")
@@ -110,7 +110,7 @@ class _LegacyReader(Cursor):
 
     def _read_attribute(self, keyword: str, words: list[str]) -> None:
         """Read an attribute, or a lookup table."""
-        n, place = self._n_values, 2  # of the type among the words
+        n, place = self._n_values, 2  # place: index of the type in `words`
         if keyword == "SCALARS":
             n *= self._count(words, 3) if len(words) > 3 else 1
             begin = self.place
@@ -139,7 +139,7 @@ class _LegacyReader(Cursor):
         return self.numbers(n, _TYPES[word.lower()], what)
 
     def _keep(self, name: str, values: Array) -> None:
-        """Keep the wanted cell data; names are percent-encoded."""
+        """Keep an array if it is the wanted cell data; names in files are percent-encoded."""
         stored = unquote_to_bytes(name.encode("latin-1")).decode("utf-8", "replace")
         if self._owner == "CELL_DATA" and self._values is None and stored == self._name:
             self._values = values

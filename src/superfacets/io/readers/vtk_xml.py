@@ -24,10 +24,10 @@ NUMBER_TYPES = {
     "Float32": "f4",
     "Float64": "f8",
 }
-"""NumPy types by VTK's names."""
+"""NumPy's type code, by VTK's name of a type."""
 
 _NONE = np.empty(0, np.uint8)
-"""Joined to integers of any type, it leaves them integers."""
+"""Empty array. Integers of any type stay integers when they are concatenated with it."""
 
 _ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
 
@@ -47,7 +47,7 @@ def read_vtp(data: Content) -> Arrays:
 
 
 def vtp_labels(data: Content, name: str) -> Array | None:
-    """The cell data of polygons that has this name; None if there is none."""
+    """The cell data of the polygons that has this name; None if there is none."""
     before = ("NumberOfVerts", "NumberOfLines")
     labels = _open(data).cell_data(name, "NumberOfPolys", before)
     if labels is not None and labels.dtype.kind not in "iu":
@@ -89,7 +89,7 @@ class _Piece:
 class XmlFile:
     """A VTK XML file of one type; arrays are decoded when asked for.
 
-    Nothing of XML is read that VTK does not write: entities and document types are refused.
+    XML that VTK does not write is refused: document types, and with them entities.
     """
 
     def __init__(self, data: Content, kind: str) -> None:
@@ -165,7 +165,7 @@ class XmlFile:
         return np.concatenate([_NONE, *found])
 
     def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
-        """Values of the cells of all pieces, without cells `before` them; None if one has none."""
+        """Cell data of all pieces, without cells counted by `before`; None if a piece has none."""
         parts = []
         for piece in self.pieces:
             n_before = sum(map(piece.count, before))
@@ -240,7 +240,7 @@ class XmlFile:
         return np.frombuffer(content, stored.newbyteorder(self._order)).astype(stored)
 
     def _content(self, data: Any, is_base64: bool, n_bytes: int) -> bytes | bytearray:
-        """The bytes of an array; a MeshError if these are not `n_bytes`."""
+        """The decompressed bytes of an array; a MeshError if there are not `n_bytes`."""
         assert self._order is not None
         header, size = self._header.newbyteorder(self._order), self._header.itemsize
         first = int(np.frombuffer(_first_bytes(data, size, is_base64), header)[0])
@@ -250,7 +250,7 @@ class XmlFile:
         if not first:
             _check_size(0, n_bytes)
             return b""
-        head = size * (3 + first)  # in base64 encoded apart from the blocks
+        head = size * (3 + first)  # base64 encodes it apart from the blocks
         sizes = np.frombuffer(_first_bytes(data, head, is_base64), header)[1:].tolist()
         full, last, packed = sizes[0], sizes[1] or sizes[0], sizes[2:]
         _check_size(full * (first - 1) + last, n_bytes)
@@ -284,13 +284,13 @@ def _stored_size(n: int, is_base64: bool) -> int:
 
 
 def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
-    """The first `n` bytes; a MeshError, before memory is taken, if there are fewer."""
+    """The first `n` bytes; a MeshError, before memory is allocated, if there are fewer."""
     size = _stored_size(n, is_base64)
     if size > len(data):
         raise MeshError(f"{counted(size, 'byte')} are needed, {len(data)} are left: is it cut?")
     if not is_base64:
         return bytes(data[:n])
-    try:  # data may continue in the group of four characters that has the last byte
+    try:  # the last group of four characters may also encode bytes behind the first n
         found = binascii.a2b_base64(data[:size], strict_mode=True)[:n]
     except binascii.Error:
         found = b""
