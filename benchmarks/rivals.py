@@ -73,7 +73,7 @@ def run_metis(arrays: Arrays, n_segments: int) -> Outcome:
 def face_adjacency(arrays: Arrays) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Return offsets and neighbors of faces that share an edge, with numpy alone and one sort.
 
-    Only edges of exactly two faces count. pymetis takes int64 without a copy.
+    An edge must have at most two faces. pymetis takes int64 without a copy.
     """
     corners = arrays.faces.astype(np.int64)
     following = np.roll(corners, -1, axis=1)
