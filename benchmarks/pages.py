@@ -2,7 +2,7 @@
 
     python -m benchmarks page scan.ply
     python -m benchmarks page bear60k-x16 --segments 2000
-    python -m benchmarks page 2000000    # a knobby torus of so many faces
+    python -m benchmarks page 2000000    # a knobby torus of this number of faces
 
 Playwright and Chromium are needed. Without a graphics card, Chromium draws in software, so frames
 per second depend on the processor; milliseconds of script, calls and bytes do not depend on

@@ -39,7 +39,7 @@ def measure_imports(repeats: int) -> dict[str, Any]:
 def measure_command(mesh: str, file: Path, repeats: int) -> dict[str, Any]:
     """Return the time of ``superfacets segment`` from PLY to PLY, as a whole process.
 
-    The labels in the file that the command writes must be those of `superfacets.segment`.
+    The labels in the file that the command writes must equal the labels of `superfacets.segment`.
     """
     labels = sf.segment(file).labels
     with tempfile.TemporaryDirectory() as folder:

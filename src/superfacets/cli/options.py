@@ -20,7 +20,7 @@ class Count(click.IntRange):
         self._lowest = lowest
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """The number; a usage error that says what is expected."""
+        """Return the number; a usage error names the numbers that are allowed."""
         try:
             number = int(value)
         except ValueError:
@@ -36,7 +36,7 @@ class Real(click.FloatRange):
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """The number; a usage error that says what is expected."""
+        """Return the number; a usage error names the numbers that are allowed."""
         try:
             number = float(value)
         except ValueError:

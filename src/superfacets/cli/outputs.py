@@ -39,7 +39,7 @@ ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk"))
 
 
 def output_option(help: str, *, required: bool = False) -> Decorator:
-    """Add the option ``-o`` for the outputs; `plan_jobs` takes its values."""
+    """Add the option ``-o`` for the outputs, whose values are for `plan_jobs`."""
     return click.option(
         "-o",
         "--output",

@@ -85,7 +85,7 @@ def _draw(labels: Ints, cells: Cells | CellGraph | None) -> bytes | None:
 
 
 def html_of(result: _Result) -> str:
-    """Return HTML that stands alone: the picture, if there is one, counts and the histogram."""
+    """Return self-contained HTML: the picture, if there is one, counts and the histogram."""
     png = png_of(result)
     picture = ""
     if png is not None:

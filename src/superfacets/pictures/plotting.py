@@ -143,7 +143,7 @@ def plot(
     colors : array_like of uint8, shape (N, 3), optional
         Color of each cell, sRGB; by default `face_colors`.
     color_by : array_like of numbers, shape (N,) or (K,), or str, optional
-        Values that colors stand for: a value per cell; a value per region, in ascending order of
+        Values that colors show: a value per cell; a value per region, in ascending order of
         their labels, if there is one labeling; or the name of a column of `RegionGraph.table`, such
         as ``"area"``. Blue is the lowest value, yellow the highest; NaN and cells in no region are
         gray. The scale below the pictures is the same for all labelings.

@@ -66,7 +66,7 @@ _HEXAGON = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
 class Scene:
     """Cells scaled and moved to a box of diagonal 1 around the origin, with colors and borders."""
 
-    points: FloatArray  # (P, 3), each used by a triangle; those of a mesh are welded
+    points: FloatArray  # (P, 3), each used by a triangle; without duplicates in a mesh
     triangles: Longs  # (T, 3): faces, triangles of polygons, or triangles of hexagons around points
     colors: Picture  # (T, 3)
     borders: Longs  # (B, 2), ends of edges between regions

@@ -43,7 +43,7 @@ class BorderRule:
 def straighten_tiled(
     store: TileStore, rule: BorderRule, labels: Ints, centers: Ints, run: Run
 ) -> None:
-    """Change labels in place to those that `smooth_borders` gives for all cells at once.
+    """Change labels in place to the result of `smooth_borders` for all cells at once.
 
     Only the *band* is in memory: the cells within a number of steps of a border, at first `STEPS`.
     The smoother tries to move cells at borders, and each try reads only the cells nearby. Cells at

@@ -110,7 +110,7 @@ def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
 
 
 def _write_outer_points(store: TileStore, tile: int) -> None:
-    """Write the outer points of a tile: those within `STEPS` steps of another tile."""
+    """Write the outer points of a tile: its points within `STEPS` steps of another tile."""
     points = Part.of_tile(store, tile, OF_POINTS)
     near = points.lists["neighbors"]
     targets = near.entries["targets"]

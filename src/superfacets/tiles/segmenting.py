@@ -35,13 +35,13 @@ from .tile_arcs import WeightRule, find_arcs
 from .tiled_graph import TiledGraph
 
 TILE_SIZE = 1 << 18
-"""Cells of a tile."""
+"""Default number of cells of a tile."""
 
 BYTES_AT_WORK = 500
 """Peak working memory, in bytes per cell of a tile."""
 
 BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
-"""Bytes that the scratch folder takes on the disk."""
+"""Bytes per cell that the scratch folder occupies on the disk."""
 
 MEMORY_PART = 8
 """The process's memory limit divided by MEMORY_PART is the size of the cache, beyond which arrays
