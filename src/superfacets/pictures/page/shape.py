@@ -56,7 +56,7 @@ class Shape:
     normals: Floats | None  # (P, 3) for a cloud; None for a mesh
     measures: Floats  # (N,) area or volume of each cell
     areas: Floats  # areas of the drawn faces or points
-    graph: _Graph  # of all cells
+    graph: _Graph  # neighbors of all cells
     outline: _Outline | None  # None: there are no borders to draw
 
     @cached_property
