@@ -1,8 +1,8 @@
 """Speed of superfacets: ``make bench``, or ``python -m benchmarks --help``.
 
-meshes     what is segmented: files, and finer ones made from them
+meshes     the meshes to segment: files, and finer meshes made from them
 plan       which meshes, numbers of regions, settings and threads are run
-checks     labels are compared with stored hashes, or with what must hold, before a time is kept
+checks     labels are compared with stored hashes, or with invariants, before a time is kept
 clock      jobs that take turns, their times, medians
 runs       arrays to labels, stage by stage
 passes     one classification of all faces, on its own

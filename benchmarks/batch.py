@@ -27,8 +27,8 @@ try:
 except ChildProcessError:
     sys.exit(result)
 """
-"""Runs a command, and ends after all of its processes: they become its children, and are counted.
-"""
+"""Program that runs a command and ends after all processes of the command: they become its
+children, so that their processor time is counted."""
 
 
 def measure_batch(
@@ -36,9 +36,9 @@ def measure_batch(
 ) -> list[dict[str, Any]]:
     """Return a row for each number of workers: seconds, processor time, gain over the first.
 
-    The runs take turns, each into a folder of its own, and all must write the same bytes. Other
-    processes change the wall time more than the processor time, which is the sum over all
-    processes of a command. With `n_files`, the batch is copies of the files, that many in all.
+    The runs take turns, each with its own output folder, and all must write the same bytes. The
+    processor time is the sum over all processes of a command; other programs change it less than
+    the wall time. With `n_files`, the batch is made of `n_files` copies of the files.
     """
     with tempfile.TemporaryDirectory() as scratch:
         if n_files is not None:
@@ -65,7 +65,7 @@ def measure_batch(
 
 
 def _copied(folder: Path, copies: Path, n_files: int) -> Path:
-    """Copy the files in turns until there are enough; return the folder of the copies."""
+    """Copy the files in turn until there are `n_files` copies; return the folder of the copies."""
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     copies.mkdir()
     for number in range(n_files):
@@ -89,12 +89,12 @@ def _spent() -> float:
 
 
 def _results(folder: Path) -> dict[str, bytes]:
-    """The bytes of all label files, by name."""
+    """The bytes of all label files, by path relative to the folder."""
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*.npy")}
 
 
 def table(rows: Sequence[dict[str, Any]]) -> str:
-    """The rows as Markdown."""
+    """The rows as a table in Markdown."""
     lines = [
         "| workers | files | seconds | fastest | processor | gain |",
         "|---|---|---|---|---|---|",

@@ -17,7 +17,7 @@ from superfacets import reference
 from .meshes import Arrays
 
 PLAIN: dict[str, Any] = {"weights": "superfacets", "init": "farthest", "smooth": False}
-"""The paper's weights and seeds, and labels as the loop leaves them."""
+"""The paper's weights and seeds, and the labels that the loop returns, without smoothing."""
 
 EXPECTED = Path(__file__).with_name("expected.json")
 """Hashes of meshes and labels; ``python -m benchmarks expect`` writes them."""
@@ -36,7 +36,7 @@ def require(holds: bool, message: str) -> None:
 
 
 def load_expected(path: Path = EXPECTED) -> Expected:
-    """Return the stored hashes; none if there is no such file."""
+    """Return the stored hashes; no meshes if there is no such file."""
     if not path.exists():
         return {"meshes": {}}
     stored: Expected = json.loads(path.read_text())
@@ -44,25 +44,25 @@ def load_expected(path: Path = EXPECTED) -> Expected:
 
 
 def save_expected(expected: Expected, path: Path = EXPECTED) -> None:
-    """Write the hashes, sorted, so that a change of one is a change of one line."""
+    """Write the hashes sorted, so that a changed hash is one changed line."""
     path.write_text(json.dumps(expected, indent=1, sort_keys=True) + "\n")
 
 
 def check_labels(
     expected: Expected, mesh: str, arrays: Arrays, run: str, result: sf.Segmentation
 ) -> str:
-    """Return how the labels were found to be right: by the stored hash, or by what must hold.
+    """Return how the labels were checked: by the stored hash, or by invariants and one thread.
 
-    Subdivided meshes depend on numpy's random numbers, sample meshes on its linear algebra. Where
-    the mesh is that of the stored hash, other labels are wrong ones. Else the hash says nothing,
-    and invariants and one thread are what is compared.
+    Subdivided meshes depend on numpy's random numbers, sample meshes on its linear algebra. If the
+    mesh has the stored hash, its labels must have the stored hash, too. Otherwise the labels are
+    checked by invariants, and compared with the labels of one thread.
 
     Parameters
     ----------
     expected : dict
         From `load_expected`.
     mesh, run : str
-        Name of the mesh; number of regions and settings.
+        Name of the mesh; name of the run, which has the number of regions and the settings.
     arrays : Arrays
         The mesh.
     result : Segmentation
@@ -95,10 +95,10 @@ def _check_one_thread(arrays: Arrays, result: sf.Segmentation) -> None:
 
 
 def check_invariants(arrays: Arrays, result: sf.Segmentation) -> None:
-    """Raise an error unless labels are int32 and each of K connected regions holds its center.
+    """Raise an error unless labels are int32, and each of K connected regions contains its center.
 
-    K is what was asked for, and one more for each further component of the mesh at most. In the
-    halted mode regions may be in pieces, and there may be more of them.
+    K is the number that was asked for, plus at most one for each component of the mesh but the
+    first. With halted expansions, regions may be in several pieces, and there may be more regions.
     """
     labels, n_segments = result.labels, result.n_segments
     require(labels.shape == (len(arrays.faces),), "there is not one label per face")
@@ -122,7 +122,7 @@ def check_invariants(arrays: Arrays, result: sf.Segmentation) -> None:
 def n_pieces(
     offsets: npt.NDArray[Any], neighbors: npt.NDArray[Any], labels: npt.NDArray[Any]
 ) -> int:
-    """Return how many connected pieces regions are in. Takes SciPy."""
+    """Return the number of connected pieces of all regions. Needs SciPy."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
@@ -136,7 +136,7 @@ def n_pieces(
 
 
 def check_against_reference(n_segments: int = 20) -> None:
-    """Raise an error unless the slow twins give the same labels on a small bear."""
+    """Raise an error unless the slow twins give the same labels on a small sample mesh."""
     mesh = sf.sample_mesh(3_000)
     arcs = reference.build_face_graph(mesh)
     weights = reference.superfacet_weights(mesh, arcs, alpha=200.0, eta_convex=0.2)

@@ -39,7 +39,7 @@ README_MESHES = ("bear60k", "bear60k-x4", "bear60k-x16")
 
 
 class Group(click.Group):
-    """Wrong labels, meshes and settings are one line on stderr and an exit status."""
+    """Group of commands that reports wrong labels, meshes and settings in one line on stderr."""
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
@@ -57,7 +57,7 @@ def commands() -> None:
 
 
 def selection(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options that say which meshes are run."""
+    """Add the options that select meshes."""
     options = [
         click.option("--meshes", help="Names, separated by commas, as bunny,hand-x64,bear60k."),
         click.option("--max-faces", type=click.IntRange(min=1), help="No larger meshes."),
@@ -69,7 +69,7 @@ def selection(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def running(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options of commands that measure."""
+    """Add the options of commands that measure; a decorator of commands."""
     options = [
         click.option("--quick", is_flag=True, help="Meshes up to 500,000 faces, 3 runs of each."),
         click.option("--repeats", type=click.IntRange(min=1), help="Runs that count."),
@@ -89,7 +89,7 @@ def _say(text: str) -> None:
 
 
 def _run(sections: set[str], **options: Any) -> None:
-    """Measure sections, print their tables and write the JSON."""
+    """Measure sections, print their tables, and write the JSON."""
     output = options.pop("output")
     meshes = _names(options.pop("meshes"))
     plan = make_plan(meshes=meshes, **options)
@@ -119,7 +119,7 @@ def scaling(**options: Any) -> None:
 @commands.command()
 @running
 def orders(**options: Any) -> None:
-    """Large meshes as they are, and with faces and vertices at random places."""
+    """Large meshes in their own order, and with faces and vertices in random order."""
     _run({"orders"}, **options)
 
 
@@ -147,7 +147,7 @@ def everything(**options: Any) -> None:
 @commands.command()
 @click.option("--repeats", type=click.IntRange(min=1), default=5, show_default=True)
 def timings(repeats: int) -> None:
-    """Print the table of the README."""
+    """Print the table of times for the README."""
     rows = []
     for mesh in README_MESHES:
         cases = [runs.Case(mesh, k, "defaults", usable_cores()) for k in (150, 2_000)]
@@ -203,7 +203,7 @@ def _mesh_of_page(mesh: str, data: Path | None) -> sf.Mesh | sf.PolygonMesh:
 def doubling(
     shapes: str | None, jobs: str | None, smallest: int, doublings: int, repeats: int
 ) -> None:
-    """Fit how CPU time grows with size where an algorithm may become quadratic."""
+    """Fit the growth of CPU time with size where an algorithm may become quadratic."""
     sizes = [smallest << i for i in range(doublings + 1)]
     some_shapes, some_jobs = _known(shapes, ",", SHAPES), _known(jobs, ";", JOBS)
     found = []
@@ -240,9 +240,9 @@ def render_report(results: Path, document: Path | None) -> None:
 @selection
 @click.option("--output", type=FILE, default=EXPECTED, help="Where the hashes go.")
 def expect(meshes: str | None, output: Path, **options: Any) -> None:
-    """Store hashes of the labels anew, after comparing them with the slow twins.
+    """Store new hashes of the labels, after comparing a small mesh with the slow twins.
 
-    Hashes of meshes that are not run now are kept.
+    Hashes of meshes that are not run are kept.
     """
     check_against_reference()
     plan = make_plan(meshes=_names(meshes), **options)
@@ -258,7 +258,7 @@ def expect(meshes: str | None, output: Path, **options: Any) -> None:
 
 
 def _hash_of_labels(arrays: Arrays, n_segments: int, settings: str) -> str:
-    """Return the hash of labels that are the same on one thread and all, and hold together."""
+    """Return the hash of labels that satisfy the invariants, and do not depend on the threads."""
     keywords = runs.SETTINGS[settings]
     result = sf.segment(arrays, n_segments, **keywords)
     alone = sf.segment(arrays, n_segments, n_threads=1, **keywords)

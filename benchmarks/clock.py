@@ -1,4 +1,4 @@
-"""Jobs that take turns, so that a slow minute of the machine hits all of them alike."""
+"""Time jobs in turns, so that a slow minute of the machine affects all of them alike."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class Sample(NamedTuple):
 
     seconds: float
     cpu_seconds: float
-    """Of all threads."""
+    """Processor time of all threads."""
     fact: Any
-    """What `accept` made of the job's result."""
+    """Value that `accept` returned for the job's result."""
 
 
 def interleaved(
@@ -30,13 +30,13 @@ def interleaved(
     """Run all jobs once to warm up, then `repeats` times in turns; return the samples of each.
 
     Garbage is collected before each job and not during it. `accept(key, result)` is called after
-    each run, outside its time and in the warm-up too: it raises an error where a result is wrong,
-    before any time is kept, and returns what to keep of the result, which is then dropped.
+    each run, also in the warm-up, and is not timed. It raises an error if the result is wrong,
+    before any time is kept. Otherwise it returns the facts to keep, and the result is dropped.
     """
     samples: dict[Key, list[Sample]] = {key: [] for key in jobs}
     keys = list(jobs)
     for turn in range(repeats + 1):
-        first = turn % max(1, len(keys))  # no job always follows the same one
+        first = turn % max(1, len(keys))  # so that a job does not always follow the same other job
         for key in keys[first:] + keys[:first]:
             sample = _timed(jobs[key], partial(accept, key))
             if turn > 0:
@@ -62,5 +62,5 @@ def median(values: list[float]) -> float:
 
 
 def summary(values: list[float]) -> dict[str, float]:
-    """Return median and range of seconds, as they go into a row of results."""
+    """Return the median and the range of seconds, as fields of a row of results."""
     return {"seconds": median(values), "fastest": min(values), "slowest": max(values)}

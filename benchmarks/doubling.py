@@ -27,7 +27,7 @@ LIMIT = 1.2
 cache some tenths."""
 
 N_COPIES = 1000
-"""Number of positions in the cloud with many points at each."""
+"""Number of distinct positions in the cloud `copies`."""
 
 Cells = sf.Mesh | sf.PolygonMesh | sf.TetMesh | sf.PointCloud
 Job = Callable[[Cells], object]
@@ -62,7 +62,7 @@ def coin(n: int) -> sf.PolygonMesh:
 
 
 def dust(n: int) -> sf.Mesh:
-    """Return n triangles that touch no other, at the nodes of a cubic lattice, turned anyhow."""
+    """Return n separate triangles of random orientation at the nodes of a cubic lattice."""
     side = math.ceil(math.cbrt(n))
     nodes = np.moveaxis(np.mgrid[:side, :side, :side], 0, -1).reshape(-1, 1, 3)
     corners = nodes[:n] + 0.1 * np.random.default_rng(1).normal(size=(n, 3, 3))
@@ -70,25 +70,25 @@ def dust(n: int) -> sf.Mesh:
 
 
 def one_place(n: int) -> sf.PointCloud:
-    """Return n points at one position, and one point beside them: a cloud needs an extent."""
+    """Return n - 1 points at one position and one elsewhere, to give the cloud an extent."""
     positions = np.zeros((n, 3))
     positions[-1] = 1.0
     return sf.PointCloud(positions)
 
 
 def line(n: int) -> sf.PointCloud:
-    """Return n points in a row."""
+    """Return n points on a line, equally spaced."""
     return sf.PointCloud(np.arange(n)[:, None] * [1.0, 0.5, 0.25])
 
 
 def copies(n: int) -> sf.PointCloud:
-    """Return `N_COPIES` positions with equally many points at each."""
+    """Return `N_COPIES` positions, each with about equally many points."""
     rng = np.random.default_rng(2)
     return sf.PointCloud(np.resize(rng.random((N_COPIES, 3)), (n, 3)))
 
 
 def spindle(n: int) -> sf.TetMesh:
-    """Return n tetrahedra around one edge."""
+    """Return n tetrahedra around a common edge."""
     rim = 2 + np.arange(n)
     axis = np.broadcast_to([0, 1], (n, 2))
     tets = np.concatenate([axis, np.stack([rim, np.roll(rim, -1)], axis=1)], axis=1)
@@ -107,18 +107,18 @@ SHAPES: dict[str, Callable[[int], Cells]] = {
 
 
 def segment(cells: Cells, *, share: float | None = None, **options: Any) -> object:
-    """Segment on one thread into this share of the number of cells, or into the default number."""
+    """Segment on one thread into `share` times the number of cells; None: the default number."""
     n_segments = None if share is None else max(1, int(share * cells.n_cells))
     return sf.segment(cells, n_segments, n_threads=1, **options)
 
 
 def graph_of_regions(cells: Cells) -> object:
-    """Build the graph of regions of two cells each."""
+    """Build the region graph of regions of two cells each."""
     return sf.region_graph(cells, np.arange(cells.n_cells) // 2, n_threads=1)
 
 
 def thickness(cells: Cells) -> object:
-    """Measure the thickness below each face."""
+    """Measure the thickness of the shape at each face."""
     return sf.shape_diameter(cells, n_threads=1)
 
 
@@ -143,8 +143,8 @@ JOBS: dict[str, Job] = {
 
 
 HOLLOW = ("flat grid", "star", "coin")
-"""Shapes whose thickness is measured. Points and tetrahedra have none; a ray through dust passes by
-as many triangles as a row of the lattice has."""
+"""Shapes whose thickness is measured. Points and tetrahedra have no thickness. In the dust, a ray
+passes as many triangles as a row of the lattice has, so it is not linear."""
 
 
 @dataclass(frozen=True)
@@ -158,19 +158,19 @@ class Growth:
 
     @property
     def exponent(self) -> float:
-        """Slope of the logarithm of time over that of size."""
+        """Slope of the logarithm of time over the logarithm of size."""
         return exponent(self.sizes, self.seconds)
 
 
 def exponent(sizes: Sequence[float], seconds: Sequence[float]) -> float:
-    """Return p where seconds grow as size to the power p: least squares in logarithms."""
+    """Return p where seconds grow as size to the power p, by least squares in logarithms."""
     return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
 
 
 def measure_doubling(
     shapes: Sequence[str], jobs: Sequence[str], sizes: Sequence[int], repeats: int
 ) -> Iterator[Growth]:
-    """Run each job on each shape at these sizes, and keep the shortest CPU time of each."""
+    """Run each job on each shape at these sizes, and keep the shortest CPU time for each size."""
     for shape in shapes:
         inputs = [SHAPES[shape](size) for size in sizes]
         for job in jobs:
@@ -183,7 +183,7 @@ def measure_doubling(
 def _cpu_time(job: Callable[[], object], repeats: int) -> float:
     times = []
     for _ in range(repeats):
-        with warnings.catch_warnings():  # of slivers, and of islands that get regions of their own
+        with warnings.catch_warnings():  # about slivers and islands
             warnings.simplefilter("ignore")
             start = time.process_time()
             job()

@@ -15,14 +15,14 @@ PACKAGES = ("numpy", "scipy", "pymetis", "pyacvd", "pyvista", "vtk", "scikit-ima
 
 
 def usable_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def thread_counts() -> list[int]:
-    """Return 1, 2 and all, as far as there are cores."""
+    """Return 1, 2 and the number of cores, ascending; 1 alone if there is one core."""
     cores = usable_cores()
     return sorted({1, min(2, cores), cores})
 
@@ -30,8 +30,8 @@ def thread_counts() -> list[int]:
 def facts() -> dict[str, Any]:
     """Return platform, processor, cores, load, memory, compiler and versions.
 
-    ``load`` is the average number of processes that wanted a core in the minute before: what is
-    more than 0 there was somebody else's.
+    ``load`` is the average number of processes that wanted a core in the last minute. A load above
+    0 before a benchmark comes from other processes.
     """
     return {
         "system": platform.system(),
@@ -49,7 +49,7 @@ def facts() -> dict[str, Any]:
 
 
 def _processor() -> str:
-    """Return the name of the processor's model, or what the platform says."""
+    """Return the model name of the processor, or the name that the platform gives."""
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():
         fields = dict(re.findall(r"^([\w ]+?)\s*: (.*)$", cpuinfo.read_text(), re.MULTILINE))
@@ -71,7 +71,7 @@ def _memory_gib() -> float | None:
 
 
 def _compiler() -> str | None:
-    """Return what the compiler of the core wrote into it, where it does so (ELF)."""
+    """Return the version that the compiler wrote into the core; None if there is none."""
     from superfacets import _core
 
     found = re.search(rb"GCC: \([^)\0]*\) [\d.]+|clang version [\d.]+", _read(_core.__file__))

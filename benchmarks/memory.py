@@ -1,7 +1,7 @@
 """Peak memory of `superfacets.segment` above its input, in a fresh process.
 
-``python -m benchmarks.memory FOLDER K``, with ``vertices.npy`` and ``faces.npy`` in the folder, is
-that process: it prints one line of JSON.
+``python -m benchmarks.memory FOLDER K`` is that process. It reads ``vertices.npy`` and
+``faces.npy`` in the folder, and prints one line of JSON.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def measure(mesh: str, arrays: Arrays, n_segments: int) -> dict[str, Any]:
-    """Return a row: bytes per face of the peak above what the process held with the arrays loaded.
+    """Return a row with the peak memory in bytes per face, above the memory with the arrays loaded.
 
-    The result counts, the input does not; what segmenting a small mesh leaves behind (threads,
-    buffers) does not either.
+    The result counts; the input does not, and neither do threads and buffers, which stay after a
+    small mesh is segmented first.
     """
     n_faces = len(arrays.faces)
     with tempfile.TemporaryDirectory() as folder:
@@ -51,7 +51,7 @@ def measure(mesh: str, arrays: Arrays, n_segments: int) -> dict[str, Any]:
 
 
 def _probe(folder: Path, n_segments: int) -> dict[str, Any]:
-    """Segment the arrays in the folder, and return by how many bytes that raised the peak."""
+    """Segment the arrays in the folder; return the increase of the peak, and a hash of labels."""
     sf.segment(sf.sample_mesh(5_000), 50)
     vertices, faces = np.load(folder / "vertices.npy"), np.load(folder / "faces.npy")
     gc.collect()
@@ -62,16 +62,16 @@ def _probe(folder: Path, n_segments: int) -> dict[str, Any]:
 
 
 def _forget_peak() -> int:
-    """Reset the peak, if the system allows, and return the current memory."""
+    """Reset the peak memory, if the system allows it, and return the current memory in bytes."""
     try:
         Path("/proc/self/clear_refs").write_text("5")
     except OSError:
-        return _resident_bytes("VmHWM")  # the peak so far: the input was the most by far
+        return _resident_bytes("VmHWM")  # the peak so far, which is mostly the input
     return _resident_bytes("VmRSS")
 
 
 def _resident_bytes(field: str) -> int:
-    """Return VmRSS (held now) or VmHWM (the peak)."""
+    """Return VmRSS (current memory) or VmHWM (peak memory) in bytes."""
     status = Path("/proc/self/status")
     if status.exists():
         found = re.search(rf"{field}:\s+(\d+) kB", status.read_text())

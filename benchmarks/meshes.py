@@ -1,9 +1,9 @@
 """Meshes of the benchmark: files, the sample bear, and finer meshes made from them.
 
-A name is a base and, optionally, by how much its faces are multiplied: ``bunny``, ``hand-x64``,
-``bear60k-x4``, ``sphere-x65536``. A base is the stem of a file in ``meshes`` of the data folder,
-``bear5k`` or ``bear60k`` (`superfacets.sample_mesh`) or ``sphere`` (an icosahedron whose
-subdivisions are spherical).
+A name is a base and, optionally, the factor by which its faces are multiplied: ``bunny``,
+``hand-x64``, ``bear60k-x4``, ``sphere-x65536``. A base is the stem of a file in ``meshes`` of the
+data folder, ``bear5k`` or ``bear60k`` (`superfacets.sample_mesh`), or ``sphere`` (an icosahedron
+whose subdivisions are projected onto a sphere).
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ from superfacets.adapters.convert import as_triangles
 from superfacets.mesh.triangle_mesh import split_in_four
 
 NOISE = 0.05
-"""Largest shift of a vertex along an axis, in mean edge lengths: no two flat triangles remain, none
-folds over."""
+"""Largest shift of a vertex along an axis, in mean edge lengths. It is large enough that no two
+neighboring triangles stay coplanar, and small enough that none folds over."""
 
 SEED = 0
 
 BEARS = {"bear5k": 5_000, "bear60k": 60_000}
-"""The bears that come along; finer ones are made from them as from any mesh."""
+"""Sample meshes of the package, by name, with their numbers of faces."""
 
 
 class Arrays(NamedTuple):
-    """A mesh as a caller would hold it."""
+    """A mesh as the arrays that a caller would hold."""
 
     vertices: npt.NDArray[np.float64]
     faces: npt.NDArray[np.int32]
 
 
 def find_data(given: Path | None = None) -> Path | None:
-    """Return the folder with ``meshes``: given, SUPERFACETS_DATA, or ../shared/data, if there."""
+    """Return the folder with ``meshes``: given, SUPERFACETS_DATA or ../shared/data; or None."""
     beside = Path(__file__).resolve().parents[2] / "shared" / "data"
     folder = given or Path(os.environ.get("SUPERFACETS_DATA", beside))
     return folder if (folder / "meshes").is_dir() else None
 
 
 def split_name(name: str) -> tuple[str, int]:
-    """Return the base of a mesh and how often it is subdivided.
+    """Return the base of a mesh, and how many times it is subdivided.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def split_name(name: str) -> tuple[str, int]:
 
 @functools.lru_cache(maxsize=1)
 def build(name: str, data: Path | None) -> Arrays:
-    """Return the mesh of that name; the same arrays each time.
+    """Return the mesh of that name; the last one is cached.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def build(name: str, data: Path | None) -> Arrays:
 
 
 def count_faces(name: str, data: Path | None) -> int:
-    """Return how many faces the mesh of that name has, without building it."""
+    """Return the number of faces of the mesh of that name, without building it."""
     base, levels = split_name(name)
     return len(_base(base, data).faces) * int(4**levels)
 
@@ -95,7 +95,7 @@ def _base(base: str, data: Path | None) -> Arrays:
 
 
 def file_of(base: str, data: Path | None) -> Path:
-    """Return the file of a mesh in the data folder."""
+    """Return the file of a mesh in the data folder; a ValueError if there is none."""
     files = sorted((data / "meshes").glob(f"{base}.*")) if data else []
     if not files:
         raise ValueError(f"no mesh {base!r}: it is not in the data folder, or there is none")
@@ -108,10 +108,9 @@ def subdivide(arrays: Arrays) -> Arrays:
 
 
 def perturb(arrays: Arrays) -> Arrays:
-    """Shift each vertex at random, at most `NOISE` mean edge lengths along each axis.
+    """Shift each vertex at random, by at most `NOISE` mean edge lengths along each axis. Seeded.
 
-    The mean is rounded to a power of two, so that its last bits, which depend on how numpy adds,
-    do not show. Seeded.
+    The mean is rounded to a power of two, because its last bits depend on how numpy adds.
     """
     vertices, faces = arrays
     starts, ends = vertices[faces], vertices[np.roll(faces, -1, axis=1)]
@@ -122,7 +121,7 @@ def perturb(arrays: Arrays) -> Arrays:
 
 
 def shuffle(arrays: Arrays, *, vertices: bool) -> Arrays:
-    """Put the faces at random places, and the vertices too if asked for. Seeded."""
+    """Put the faces in random order and, if `vertices`, the vertices, too. Seeded."""
     rng = np.random.default_rng(SEED)
     faces = arrays.faces[rng.permutation(len(arrays.faces))]
     if not vertices:
@@ -133,7 +132,7 @@ def shuffle(arrays: Arrays, *, vertices: bool) -> Arrays:
 
 
 def icosahedron() -> Arrays:
-    """Return the regular icosahedron of radius 1: 12 vertices, 20 faces, normals outwards."""
+    """Return the regular icosahedron of radius 1: 12 vertices, 20 faces, with normals outwards."""
     g = (1.0 + math.sqrt(5.0)) / 2.0
     around_x = [[0.0, s, t * g] for s in (-1.0, 1.0) for t in (-1.0, 1.0)]
     vertices = np.array([np.roll(v, turn) for turn in range(3) for v in around_x])

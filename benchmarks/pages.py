@@ -1,11 +1,12 @@
-"""Costs of a page of ``superfacets.view`` in a browser, separately for scripts and pictures.
+"""Costs of a page of ``superfacets.view`` in a browser: sizes, memory, frames, scripts, pointing.
 
     python -m benchmarks page scan.ply
     python -m benchmarks page bear60k-x16 --segments 2000
-    python -m benchmarks page 2000000    # a knobby torus of so many faces
+    python -m benchmarks page 2000000    # a knobby torus of this number of faces
 
-Playwright and Chromium are needed. Without a graphics card Chromium draws in software, so that
-frames per second tell of the processor; milliseconds of script, calls, and bytes do not.
+Playwright and Chromium are needed. Without a graphics card, Chromium draws in software, so frames
+per second depend on the processor; milliseconds of script, calls and bytes do not depend on
+drawing.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ OPTIONS = [
 SIZE: Any = {"width": 1280, "height": 800}
 
 START_MS = 300_000
-"""A page of some million faces takes a while to be unpacked on a busy machine."""
+"""Limit in milliseconds: a page of some million faces takes long to unpack on a busy machine."""
 
-# Turns the view as a drag does, a step in each frame, and waits until the last one is drawn.
+# Turns the view like a drag, one step per frame, and waits until each frame is drawn.
 ORBIT = """async ([frames, isFine]) => {
     const { drawing } = superfacets;
     const drawn = () => drawing.gpu.read(0, 0, 1, 1);
@@ -86,7 +87,7 @@ FACTS = """() => {
 
 
 def knobby_torus(n_faces: int) -> sf.Mesh:
-    """Return a torus with knobs: a closed grid of n x n quads cut in two, `n_faces` at least."""
+    """Return a torus with knobs: a closed grid of quads cut in two, `n_faces` faces or more."""
     n = max(3, int(np.ceil(np.sqrt(n_faces / 2))))
     u, v = np.meshgrid(*[np.arange(n) * (2 * np.pi / n)] * 2, indexing="ij")
     radii = 0.4 + 0.05 * np.sin(12 * u) * np.sin(5 * v)
@@ -100,7 +101,7 @@ def knobby_torus(n_faces: int) -> sf.Mesh:
 
 
 def measure_page(mesh: sf.Mesh | sf.PolygonMesh, n_segments: int, frames: int) -> dict[str, Any]:
-    """Return sizes, memory and times of the page of a mesh with so many regions.
+    """Return sizes, memory and times of the page of a mesh with this number of regions.
 
     Raises
     ------
@@ -150,7 +151,7 @@ def _in_browser(tab: Any, file: Path, frames: int) -> dict[str, Any]:
 
 
 def page_table(found: dict[str, Any]) -> str:
-    """Return the results as lines of a table in Markdown."""
+    """Return the results as a table in Markdown."""
     megabytes = {
         "size of the file": "page_bytes", "buffers and textures": "gpu_bytes",
         "JavaScript heap": "heap_bytes", "of it, arrays": "array_bytes",

@@ -1,4 +1,4 @@
-"""One classification of all faces."""
+"""Times of one classification of all faces."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ Key = tuple[int, int]  # number of regions, threads
 
 
 def measure(mesh: str, arrays: Arrays, keys: list[Key], repeats: int) -> list[dict[str, Any]]:
-    """Return a row for each number of regions and threads: a full pass from the first seeds.
+    """Return a row for each number of regions and threads: one full pass from the first seeds.
 
     The pass is ``timings["classify"]`` of `segment_graph` with one iteration: from centers to
-    labels of all faces, with nothing known from an earlier pass. It includes the memory for the
-    result, not the copy of the graph along the curve (made once for all passes), seeds, update.
+    labels of all faces, without knowledge from an earlier pass. It includes the memory for the
+    result. It does not include the copy of the graph along the curve, which is made once for all
+    passes, the seeds, and the update.
     """
     surface = sf.Mesh(*arrays)
     faces = sf.build_face_graph(surface)

@@ -1,4 +1,4 @@
-"""The plan: meshes, numbers of regions, settings and threads."""
+"""The plan: meshes, numbers of regions, settings and numbers of threads."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ CATALOG = (
     "fandisk", "bunny", "hand", "hand-x4", "bunny-x16", "sphere-x65536", "hand-x16", "hand-x64",
     "bear60k", "bear60k-x4", "bear60k-x16", "bear60k-x64",
 )  # fmt: skip
-"""13 thousand to 7 million faces: real meshes, the same surfaces at several finenesses, and the
-1.31 million faces that rivals are compared on."""
+"""Meshes of 13 thousand to 7 million faces: real meshes, the same surfaces at several resolutions,
+and a mesh of 1.31 million faces on which rivals are compared."""
 
 SAMPLES = ("bear5k", "bear60k", "bear60k-x4", "bear60k-x16", "sphere-x65536", "bear60k-x64")
-"""Meshes without a folder of data."""
+"""Meshes that are run without a folder of data."""
 
 RACES = (("bunny", 150), ("bear60k", 150), ("sphere-x65536", 2_000), ("hand-x16", 2_000))
 
 HALTED = ("bunny", "hand-x4", "hand-x16")
-"""The meshes on which the paper's halted expansions are compared with exact ones."""
+"""Meshes on which the paper's halted expansions are compared with exact ones."""
 
 RACED = ("defaults", "plain", "10 iterations")
-"""Settings that rivals are compared with."""
+"""Names of the settings that rivals are compared with."""
 
 MANY = ("hand-x16", 100_000)
-"""A mesh, and a number of regions as superpoint networks use."""
+"""A mesh, and a number of regions as it is used by superpoint networks."""
 
 N_SEGMENTS = (150, 2_000)
 K_SERIES = (50, 150, 500, 2_000, 8_000)
@@ -41,22 +41,23 @@ class Plan:
     """Runs of the benchmark."""
 
     meshes: dict[str, int]
-    """Names and numbers of faces, in the order of the runs."""
+    """Names of the meshes and their numbers of faces, in the order of the runs."""
     data: Path | None
     races: tuple[tuple[str, int], ...]
-    """Mesh and number of regions for the comparison with rivals."""
+    """Meshes and numbers of regions for the comparison with rivals."""
     wanted_repeats: int | None
-    """Runs that count, where the user says; else 5, and 3 of large meshes."""
+    """Number of runs that are counted, if the user gives it; None: 5, or 3 for large meshes and
+    with `is_quick`."""
     is_quick: bool
 
     def repeats(self, mesh: str) -> int:
-        """Return how many runs of a mesh count."""
+        """Return the number of runs of a mesh that are counted."""
         if self.wanted_repeats is not None:
             return self.wanted_repeats
         return 3 if self.is_quick or self.meshes[mesh] >= LARGE else 5
 
     def cases(self, mesh: str, sections: frozenset[str]) -> list[Case]:
-        """Return the runs of a mesh for the sections `stages` and `scaling`."""
+        """Return the cases of a mesh for the sections `stages` and `scaling`."""
         cases = []
         if "stages" in sections:
             cases += self._stage_cases(mesh)
@@ -66,7 +67,7 @@ class Plan:
         return list(dict.fromkeys(fitting))
 
     def hashed_runs(self, mesh: str) -> list[tuple[int, str]]:
-        """Return number of regions and settings of all runs of a mesh, whose labels are hashed."""
+        """Return number of regions and settings of all runs of a mesh whose labels are hashed."""
         cases = self.cases(mesh, frozenset({"stages", "scaling"}))
         runs = [(case.n_segments, case.settings) for case in cases]
         runs += [(k, settings) for raced, k in self.races for settings in RACED if raced == mesh]
@@ -93,7 +94,7 @@ class Plan:
         return cases
 
     def _mesh_of_k_series(self) -> str:
-        """Return the largest mesh that is not too large to be run with many numbers of regions."""
+        """Return the largest mesh that is small enough to be run with many numbers of regions."""
         return max(
             self.meshes, key=lambda mesh: (self.meshes[mesh] < 1.2 * LARGE, self.meshes[mesh])
         )
@@ -107,12 +108,12 @@ def make_plan(
     quick: bool = False,
     data: Path | None = None,
 ) -> Plan:
-    """Return what is run: the meshes named, or those of the catalog, as far as not too large.
+    """Return the plan for the named meshes, or for the catalog, without meshes that are too large.
 
     Raises
     ------
     ValueError
-        If there is no such mesh, or none is left.
+        If there is no such mesh, or all meshes are too large.
     """
     data = find_data(data)
     limit = max_faces or (QUICK_FACES if quick else None)

@@ -1,4 +1,4 @@
-"""Whole processes: the import, and the command from file to file."""
+"""Times of whole processes: the import, and the command from file to file."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from .clock import interleaved, median, summary
 
 
 def measure_imports(repeats: int) -> dict[str, Any]:
-    """Return how many milliseconds ``import superfacets`` takes more than ``import numpy``.
+    """Return the milliseconds by which ``import superfacets`` takes longer than ``import numpy``.
 
-    Each is a process of its own, in turns; one pair before the first that counts fills the caches
-    of the file system.
+    Each import is a separate process, and the two take turns. A first pair, which is not counted,
+    fills the caches of the file system.
     """
     jobs = {
         module: partial(_run, ["-c", f"import {module}"]) for module in ("numpy", "superfacets")
@@ -37,9 +37,9 @@ def measure_imports(repeats: int) -> dict[str, Any]:
 
 
 def measure_command(mesh: str, file: Path, repeats: int) -> dict[str, Any]:
-    """Return the time of ``superfacets segment`` from PLY to PLY, process and all.
+    """Return the time of ``superfacets segment`` from PLY to PLY, as a whole process.
 
-    The labels in the file that the command writes must be those of `superfacets.segment`.
+    The labels in the file that the command writes must equal the labels of `superfacets.segment`.
     """
     labels = sf.segment(file).labels
     with tempfile.TemporaryDirectory() as folder:

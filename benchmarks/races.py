@@ -1,4 +1,4 @@
-"""Rivals and superfacets side by side: the same mesh, the same number of regions, in turns."""
+"""Rivals and superfacets side by side, in turns, with the same mesh and number of regions."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ Key = tuple[str, str]  # name, settings
 def race_for_labels(
     mesh: str, arrays: Arrays, n_segments: int, repeats: int, expected: Expected
 ) -> list[dict[str, Any]]:
-    """Return a row for superfacets on some settings and for each rival that is installed.
+    """Return a row for superfacets with each of its settings, and for each installed rival.
 
-    Each starts from arrays and ends with labels; an image is made beforehand. ``ratio`` is its
-    time against that of superfacets with the defaults, or, for SLIC, with 10 iterations as well.
+    Each run starts from arrays and ends with labels; the images for SLIC are made beforehand.
+    ``ratio`` is the time divided by the time of superfacets with the defaults or, for runs with 10
+    iterations such as SLIC, with 10 iterations.
     """
     checked: dict[Key, npt.NDArray[np.int32]] = {}
 
@@ -97,16 +98,16 @@ def _row(
 def race_for_one_pass(
     mesh: str, arrays: Arrays, n_segments: int, repeats: int
 ) -> list[dict[str, Any]]:
-    """Return rows for `superfacets.classify`, on one thread and all, and for SciPy's Dijkstra.
+    """Return rows for `superfacets.classify`, on all threads and on one, and for SciPy's Dijkstra.
 
-    All get the same graph and the same centers; the distances must agree.
+    All get the same graph and the same centers, and the distances must agree.
     """
     surface = sf.Mesh(*arrays)
     faces = sf.build_face_graph(surface)
     graph = faces.with_weights(sf.superfacet_weights(surface, faces))
     first = sf.classify(graph, sf.place_seeds(graph, n_segments, init="farthest"))
-    # Ours are sums of whole numbers of a unit, off by half a unit for each arc of a path: by far
-    # less than this fraction of the longest path.
+    # Distances of superfacets are sums of integer multiples of a unit, with an error of half a unit
+    # for each arc of a path. This is far less than this fraction of the longest path.
     accuracy = 1e-4 * float(first.distances.max())
 
     def accept(key: Key, result: sf.Classification | ScipyOutcome) -> None:

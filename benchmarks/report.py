@@ -14,7 +14,7 @@ CONTESTANT = ("mesh", "k", "who", "settings", "labels", "regions", "size spread"
 
 
 def _number(value: float | None) -> str:
-    """Return three digits, or all before the point."""
+    """Return three significant digits, or all digits before the point; "-" for None."""
     if value is None:
         return "-"
     return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
@@ -61,12 +61,12 @@ def _range(row: dict[str, Any]) -> str:
 
 
 def _iterations(row: dict[str, Any]) -> str:
-    """Return how many there were on each level, the coarsest first."""
+    """Return the numbers of iterations on all levels, the coarsest level first."""
     return " + ".join(str(n_iter) for _, n_iter in row["levels"])
 
 
 def _shares(results: Results) -> str:
-    """Return what share of its time each run with the defaults on all threads spends where."""
+    """Return the table of time fractions by stage, for runs with the defaults on all threads."""
     threads = results["machine"]["cores"]
     rows = [r for r in results["runs"] if (r["settings"], r["threads"]) == ("defaults", threads)]
     stages = list(dict.fromkeys(stage for row in rows for stage in row["stages"]))
@@ -257,15 +257,15 @@ def render(results: Results) -> str:
 
 
 def fill(document: str, results: Results) -> str:
-    """Return the document with the tables between its marks made anew.
+    """Return the document with new tables between its marks.
 
-    A table stands between ``<!-- table: NAME -->`` and ``<!-- end -->``; names are those of
+    A table is between ``<!-- table: NAME -->`` and ``<!-- end -->``; names are the keys of
     `DOC_TABLES`.
 
     Raises
     ------
     KeyError
-        If a mark names no table.
+        If a mark names an unknown table.
     """
 
     def replaced(match: re.Match[str]) -> str:
@@ -276,7 +276,7 @@ def fill(document: str, results: Results) -> str:
 
 
 def readme_table(rows: list[dict[str, Any]]) -> str:
-    """Return the table of the README."""
+    """Return the table of times for the README."""
     return markdown_table(
         ["faces", "regions", "iterations", "seconds"],
         (

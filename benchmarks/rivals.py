@@ -1,6 +1,6 @@
-"""Alternatives to superfacets, each with its best settings: labels, and seconds by part.
+"""Alternatives to superfacets, each with its best settings; they return labels and seconds by part.
 
-These packages are wanted by the benchmark alone and imported where they are used.
+Only the benchmark needs these packages; each is imported where it is used.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ from .meshes import SEED, Arrays
 
 
 class Outcome(NamedTuple):
-    """Labels of the rival's elements, and the seconds of each part of its work."""
+    """Labels of the rival's elements, and the seconds that each part of its work took."""
 
     labels: npt.NDArray[Any]
     seconds: dict[str, float]
 
 
 class Rival(NamedTuple):
-    """A rival on one of its settings."""
+    """A rival with one choice of settings."""
 
     name: str
     module: str
     elements: str
-    """The elements that it labels."""
+    """Name of the elements that it labels."""
     settings: str
     prepare: Callable[[Arrays], Any]
-    """Makes its input, if that is not the mesh; not timed."""
+    """Function that makes its input from the mesh; it is not timed."""
     run: Callable[[Any, int], Outcome]
 
 
 def is_installed(module: str) -> bool:
-    """Return whether the rival can be imported."""
+    """Return whether the module of a rival can be imported."""
     return importlib.util.find_spec(module) is not None
 
 
@@ -54,9 +54,9 @@ def _part(seconds: dict[str, float], name: str) -> Iterator[None]:
 
 
 def run_metis(arrays: Arrays, n_segments: int) -> Outcome:
-    """Partition the dual graph with METIS; parts are contiguous, all arcs count the same.
+    """Partition the dual graph with METIS into contiguous parts, with equal weights of all arcs.
 
-    METIS ignores the wish for contiguous parts where the graph is not connected.
+    METIS ignores the option for contiguous parts if the graph is not connected.
     """
     import pymetis
 
@@ -64,16 +64,16 @@ def run_metis(arrays: Arrays, n_segments: int) -> Outcome:
     with _part(seconds, "graph"):
         adjacency = pymetis.CSRAdjacency(*face_adjacency(arrays))
     with _part(seconds, "partition"):
-        options = pymetis.Options(contig=True)  # what `contiguous=True` sets, without a warning
+        options = pymetis.Options(contig=True)  # equals `contiguous=True`, without its warning
         parts = pymetis.part_graph(n_segments, adjacency, options=options).vertex_part
         labels = np.asarray(parts, dtype=np.int32)
     return Outcome(labels, seconds)
 
 
 def face_adjacency(arrays: Arrays) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return offsets and neighbors of faces that share an edge, by numpy alone: one sort.
+    """Return offsets and neighbors of faces that share an edge, with numpy alone and one sort.
 
-    Edges of two faces only; int64 is what pymetis takes without a copy.
+    An edge must have at most two faces. pymetis takes int64 without a copy.
     """
     corners = arrays.faces.astype(np.int64)
     following = np.roll(corners, -1, axis=1)
@@ -92,12 +92,12 @@ def face_adjacency(arrays: Arrays) -> tuple[npt.NDArray[np.int64], npt.NDArray[n
 
 
 def run_pyacvd(arrays: Arrays, n_segments: int) -> Outcome:
-    """Cluster the vertices with pyacvd, which does not subdivide unless asked."""
+    """Cluster the vertices with pyacvd, which by default does not subdivide the mesh."""
     return _cluster_vertices(arrays, lambda clustering: clustering.cluster(n_segments))
 
 
 def run_pyacvd_fast(arrays: Arrays, n_segments: int) -> Outcome:
-    """Cluster the vertices with the method of pyacvd that gives up even sizes for time."""
+    """Cluster the vertices with pyacvd's faster method, whose regions are less even in size."""
     return _cluster_vertices(arrays, lambda clustering: clustering.fast_cluster(n_segments))
 
 
@@ -107,9 +107,9 @@ def _cluster_vertices(arrays: Arrays, cluster: Callable[[Any], npt.NDArray[Any]]
 
     seconds: dict[str, float] = {}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # it calls what PyVista deprecates
+        warnings.simplefilter("ignore")  # pyacvd calls deprecated functions of PyVista
         with _part(seconds, "mesh"):
-            faces: Any = arrays.faces  # PyVista's types know no int32
+            faces: Any = arrays.faces  # PyVista's annotations exclude int32
             surface = pyvista.PolyData.from_regular_faces(arrays.vertices, faces)
         with _part(seconds, "neighbors"):
             clustering = pyacvd.Clustering(surface)
@@ -119,7 +119,7 @@ def _cluster_vertices(arrays: Arrays, cluster: Callable[[Any], npt.NDArray[Any]]
 
 
 def gray_image(n_pixels: int) -> npt.NDArray[np.float32]:
-    """Return an image of about so many pixels (not more), smooth with a little noise, seeded."""
+    """Return a smooth image with a little noise, seeded, of at most and about `n_pixels` pixels."""
     height = math.isqrt(n_pixels)
     width = n_pixels // height
     y, x = np.meshgrid(np.linspace(0, 9, height), np.linspace(0, 9, width), indexing="ij")
@@ -132,7 +132,7 @@ def _image_of_mesh_size(arrays: Arrays) -> npt.NDArray[np.float32]:
 
 
 def run_slic(image: npt.NDArray[np.float32], n_segments: int, *, connect: bool) -> Outcome:
-    """Segment a gray image of float32, the cheapest kind, with 10 iterations of SLIC."""
+    """Segment a gray image of float32, the fastest kind, with 10 iterations of SLIC."""
     from skimage.segmentation import slic
 
     seconds: dict[str, float] = {}
@@ -149,17 +149,17 @@ def run_slic(image: npt.NDArray[np.float32], n_segments: int, *, connect: bool) 
 
 
 def run_slic_connected(image: npt.NDArray[np.float32], n_segments: int) -> Outcome:
-    """SLIC whose regions are connected afterwards, as ours are."""
+    """SLIC with regions that are made connected afterwards, like those of superfacets."""
     return run_slic(image, n_segments, connect=True)
 
 
 def run_slic_loose(image: npt.NDArray[np.float32], n_segments: int) -> Outcome:
-    """SLIC alone; its regions may be in pieces."""
+    """SLIC without that step; its regions may be in several pieces."""
     return run_slic(image, n_segments, connect=False)
 
 
 class ScipyOutcome(NamedTuple):
-    """Distances to the nearest center, which center that is, and seconds."""
+    """Distances to the nearest center, the index of that center, and seconds by part."""
 
     distances: npt.NDArray[np.float64]
     centers: npt.NDArray[np.int32]
@@ -167,7 +167,7 @@ class ScipyOutcome(NamedTuple):
 
 
 def run_scipy(graph: sf.CellGraph, centers: npt.NDArray[np.int32]) -> ScipyOutcome:
-    """Classify once by SciPy's Dijkstra from all centers; arcs are there in both directions."""
+    """Classify once with SciPy's Dijkstra from all centers; arcs go in both directions."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 

@@ -1,4 +1,4 @@
-"""Arrays to labels, and the stages in between, as `superfacets.segment` times them itself."""
+"""Times from arrays to labels, and of the stages between, as `superfacets.segment` reports them."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "10 iterations": {**PLAIN, "tol": 0.0, "max_num_iter": 10},
     "halted, 10 iterations": {**PLAIN, "radius_factor": 2.0, "tol": 0.0, "max_num_iter": 10},
 }
-"""Names of keyword sets of `superfacets.segment`."""
+"""Keyword arguments of `superfacets.segment`, by name."""
 
 Row = dict[str, Any]
 
 
 class Case(NamedTuple):
-    """The settings of one row of the results."""
+    """Mesh and settings of one row of the results."""
 
     mesh: str
     n_segments: int
@@ -33,17 +33,17 @@ class Case(NamedTuple):
 
 
 def run_name(n_segments: int, settings: str) -> str:
-    """Return the name that a hash of labels is stored under."""
+    """Return the name under which a hash of labels is stored."""
     return f"k={n_segments}, {settings}"
 
 
 def measure(arrays: Arrays, cases: list[Case], repeats: int, expected: Expected) -> list[Row]:
-    """Return a row for each case of one mesh: medians over runs that take turns.
+    """Return a row for each case of one mesh, with medians over runs that take turns.
 
-    The labels of the warm-up are checked, and all later ones, of any number of threads, must be
-    the same.
+    The labels of the warm-up are checked. All later runs, on any number of threads, must give the
+    same labels.
     """
-    known: dict[str, tuple[str, str]] = {}  # run: hash of its labels, how they were checked
+    known: dict[str, tuple[str, str]] = {}  # by run: hash of labels, how they were checked
 
     def accept(case: Case, result: sf.Segmentation) -> tuple[sf.Segmentation, str]:
         run = run_name(case.n_segments, case.settings)
@@ -85,9 +85,9 @@ def _row(arrays: Arrays, case: Case, samples: list[Sample]) -> Row:
 
 
 def measure_orders(mesh: str, arrays: Arrays, n_segments: int, repeats: int) -> list[Row]:
-    """Return a row for a mesh as it is, one with its faces shuffled, and one with vertices, too.
+    """Return rows for a mesh as it is, with its faces shuffled, and with vertices shuffled, too.
 
-    Labels are checked by what must hold, and are the same in all runs of one order.
+    Labels are checked by invariants, and must be the same in all runs of one order.
     """
     orders = {
         "as it is": arrays,
@@ -115,13 +115,13 @@ def measure_orders(mesh: str, arrays: Arrays, n_segments: int, repeats: int) -> 
 
 
 def _over(samples: list[Sample], first: list[Sample], clock: str) -> float:
-    """Return the ratio of the medians of two lists of samples by one of their clocks."""
+    """Return the ratio of the medians of two lists of samples, by one of their clocks."""
     one, other = (median([getattr(s, clock) for s in taken]) for taken in (samples, first))
     return one / other
 
 
 def speedups(rows: list[Row]) -> list[Row]:
-    """Return, for each run that was measured on one thread, how much faster more threads are."""
+    """Return a row for each run that was also measured on one thread: how much faster it is."""
     alone = {_without_threads(row): row for row in rows if row["threads"] == 1}
     return [
         {name: row[name] for name in ("mesh", "faces", "k", "settings", "threads")}

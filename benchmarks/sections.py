@@ -1,4 +1,4 @@
-"""The parts of the benchmark, mesh by mesh, so that each mesh is made once."""
+"""Sections of the benchmark, mesh by mesh, so that each mesh is built only once."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from .plan import N_SEGMENTS, Plan
 SECTIONS = ("stages", "scaling", "passes", "orders", "rivals", "memory", "processes")
 
 MEMORABLE_FACES = 50_000
-"""Of smaller meshes, memory that the allocator holds back hides what a run takes."""
+"""Fewest faces of a mesh whose memory is measured. For smaller meshes, memory that the allocator
+retains hides the memory of a run."""
 
 Results = dict[str, Any]
 Say = Callable[[str], None]
@@ -82,7 +83,7 @@ def _measure_passes(plan: Plan, mesh: str, arrays: Arrays) -> list[dict[str, Any
 
 
 def _measure_memory(mesh: str, arrays: Arrays) -> dict[str, Any]:
-    """Measure the peak, and check that the other process found the labels of this one."""
+    """Measure the peak memory, and check that the labels equal those of this process."""
     row = memory.measure(mesh, arrays, N_SEGMENTS[0])
     labels = sf.segment(arrays, N_SEGMENTS[0]).labels
     require(row.pop("labels") == hash_labels(labels), f"{mesh}: labels of another process differ")
@@ -90,7 +91,7 @@ def _measure_memory(mesh: str, arrays: Arrays) -> dict[str, Any]:
 
 
 def _measure_processes(plan: Plan) -> Results:
-    """Time imports, and the command on the bunny, or on the sample mesh where there is none."""
+    """Time imports, and the command on the bunny, or on the sample mesh without a data folder."""
     repeats = plan.wanted_repeats or 11
     results = {"imports": processes.measure_imports(repeats)}
     if plan.data:

@@ -4,9 +4,9 @@
     python -m benchmarks.tiled measure scan.ply -o measured.json
     python -m benchmarks.tiled plan measured.json
 
-The first times the command with and without tiles, in turns. The second runs a mesh in tiles and
-notes, for each pass over the tiles, processor time and bytes read and written per face, with all
-arrays on the disk; the third simulates the same passes for more faces and workers.
+The first command times `superfacets segment` with and without tiles, in turns. The second runs a
+mesh in tiles with all arrays on the disk. It records, for each pass over the tiles, processor time
+and bytes read and written per face. The third simulates the same passes for more faces and workers.
 """
 
 from __future__ import annotations
@@ -40,27 +40,27 @@ from .checks import require
 from .clock import interleaved, median
 
 IO_FILE = Path("/proc/self/io")
-"""Where Linux counts the bytes that a process reads and writes."""
+"""File in which Linux counts the bytes that a process reads and writes."""
 
 
 @dataclass(frozen=True)
 class Pass:
-    """What one pass over the tiles, or over other pieces, costs.
+    """Costs of one pass over the tiles, or over other pieces.
 
     Attributes
     ----------
     name : str
-        Of the function that works on a piece.
+        Name of the function that works on a piece.
     jobs : int
-        Pieces that were worked on.
+        Number of pieces that were worked on.
     pieces : int
-        Pieces that there are.
+        Number of all pieces.
     seconds : float
-        Processor time per face of the mesh.
+        Processor time in seconds, per face of the mesh.
     n_read, n_written : float
-        Bytes per face of the mesh.
+        Bytes read and written, per face of the mesh.
     wall : float
-        Seconds that the pass took.
+        Wall time of the pass in seconds.
     """
 
     name: str
@@ -74,19 +74,19 @@ class Pass:
 
 @dataclass(frozen=True)
 class Measured:
-    """A run in tiles.
+    """Costs of a run in tiles.
 
     Attributes
     ----------
     n_faces, n_segments, tile_size, workers : int
     passes : list of Pass
     driver : dict of str to float
-        Processor time per face outside of passes, in the process that was started, by stage; with
-        several workers what it takes to hand out tiles is part of that.
+        Processor time per face outside of passes, in the process that was started, by stage. With
+        several workers it includes the time to hand out tiles.
     wall : float
-        Seconds in all.
+        Wall time of the run in seconds.
     halo : float
-        Faces of other tiles that a tile needs, as a share of its own.
+        Mean number of outer cells of a tile, as a fraction of its cells: an estimate of its halo.
     """
 
     n_faces: int
@@ -100,7 +100,7 @@ class Measured:
 
 
 class _Recorder(Run):
-    """Notes what runs cost."""
+    """A `Run` that records the costs of each pass."""
 
     def __init__(self, run: Run, n_faces: int) -> None:
         self.run = run
@@ -138,7 +138,7 @@ def _spent() -> tuple[float, float, float]:
 def measure(
     path: Path, n_faces: int, n_segments: int, tile_size: int, workers: int, scratch: Path
 ) -> Measured:
-    """Segment a file in tiles, and note what each pass costs."""
+    """Segment a file in tiles, and return the costs of each pass."""
     recorders: list[_Recorder] = []
 
     @contextlib.contextmanager
@@ -152,7 +152,7 @@ def measure(
         in_passes = sum(done.seconds for done in recorders[0].passes) if workers == 1 else 0.0
         marks.append((stage, time.process_time() / n_faces - in_passes))
 
-    started: list[float] = []  # without the start of workers
+    started: list[float] = []  # starts after the workers are running
     marks: list[tuple[str, float]] = []
     with mock.patch.object(segmenting, "open_run", recorded):
         segmenting.segment_tiled(
@@ -171,18 +171,18 @@ def measure(
 
 @dataclass(frozen=True)
 class Cluster:
-    """What workers have.
+    """Workers of a cluster, and their speed.
 
     Attributes
     ----------
     workers : int
-        Threads that work on a tile each.
+        Number of threads, each of which works on one tile at a time.
     bandwidth : float
-        Bytes per second that one of them reads or writes.
+        Bytes per second that one worker reads or writes.
     shared : float
-        Bytes per second that all do together.
+        Bytes per second that all workers read or write together.
     dispatch : float
-        Seconds that the scheduler takes to hand out a tile and to take its result.
+        Seconds that the scheduler takes to hand out a tile and to receive its result.
     """
 
     workers: int
@@ -194,18 +194,18 @@ class Cluster:
 def simulate(
     measured: Measured, n_faces: int, tile_size: int, cluster: Cluster
 ) -> tuple[float, float]:
-    """Seconds that a mesh would take, and those of them in which only the driver works.
+    """Seconds that a mesh would take, and the part of them in which only the driver works.
 
     Passes follow each other. In a pass, tiles are handed out one by one, each to the first worker
-    that is free; a tile takes its processor time, and the time to move its bytes. Rims grow
-    relative to tiles as these get smaller: by the root of their size.
+    that is free; a tile takes its processor time, plus the time to move its bytes. Halos grow
+    relative to tiles as tiles get smaller: by the square root of the ratio of sizes.
     """
     seconds = 0.0
     n_tiles = math.ceil(n_faces / tile_size)
     halo = measured.halo * math.sqrt(measured.tile_size / tile_size)
     growth = (1 + halo) / (1 + measured.halo)
     for done in measured.passes:
-        share = done.jobs / max(done.pieces, 1)  # of the tiles, in rounds of which not all need
+        share = done.jobs / max(done.pieces, 1)  # less than 1 if not all tiles need the pass
         n_jobs = max(1, round(n_tiles * share))
         per_job = n_faces / n_jobs * growth
         seconds += _makespan(
@@ -216,7 +216,7 @@ def simulate(
 
 
 def _makespan(n_jobs: int, seconds: float, n_bytes: float, cluster: Cluster) -> float:
-    """Seconds until all of some equal jobs are done."""
+    """Seconds until all of `n_jobs` equal jobs are done."""
     n_busy = min(n_jobs, cluster.workers)
     bandwidth = min(cluster.bandwidth, cluster.shared / n_busy)
     duration = seconds + n_bytes / bandwidth
@@ -243,7 +243,7 @@ def commands() -> None:
 def measure_command(
     mesh: Path, n_segments: int, tile_size: int, workers: tuple[int, ...], output: Path
 ) -> None:
-    """Run MESH in tiles on these numbers of workers, and write what each pass costs."""
+    """Run MESH in tiles on these numbers of workers, and write the costs of each pass."""
     os.environ["SUPERFACETS_NUM_THREADS"] = "1"
     with tempfile.TemporaryDirectory() as folder:
         n_faces = _count_faces(mesh, Path(folder))
@@ -300,7 +300,7 @@ def plan_command(
     measured: Path, tile_size: int, bandwidth: float, shared: float, dispatch: float,
     spread: tuple[str, ...],
 ) -> None:  # fmt: skip
-    """Print passes, and times for more faces and workers, from what was MEASURED."""
+    """Print passes, and times for more faces and workers, from the file MEASURED."""
     runs = [_run_of(facts) for facts in json.loads(measured.read_text())]
     alone = next(run for run in runs if run.workers == 1)
     _print_passes(alone)
@@ -323,7 +323,7 @@ def plan_command(
 
 
 def _spread(run: Measured, stages: Sequence[str]) -> Measured:
-    """The run as if these stages of the driver were passes over the tiles."""
+    """The run with these stages of the driver turned into passes over the tiles."""
     n_tiles = math.ceil(run.n_faces / run.tile_size)
     more = [Pass(stage, n_tiles, n_tiles, run.driver[stage], 0.0, 0.0, 0.0) for stage in stages]
     left = {stage: spent for stage, spent in run.driver.items() if stage not in stages}
@@ -335,7 +335,7 @@ def _run_of(facts: dict[str, Any]) -> Measured:
 
 
 def _print_passes(run: Measured) -> None:
-    """Print what each kind of pass costs; rounds of one kind are added up."""
+    """Print the costs of each kind of pass; repeated passes of a kind are added up."""
     click.echo("| pass | times | ns per face | bytes read per face | bytes written |")
     click.echo("|---|---|---|---|---|")
     names = dict.fromkeys(done.name for done in run.passes)

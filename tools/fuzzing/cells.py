@@ -1,4 +1,4 @@
-"""Random cells of every kind, segmented with random options, and all that is made of regions."""
+"""Random cells of every kind: segmentation with random options, and functions of regions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Options = dict[str, Any]
 
 
 def check_cells(rng: np.random.Generator, _folder: Path) -> None:
-    """Polygons, tetrahedra, points or triangles through segmentation, levels and pooling."""
+    """Run polygons, tetrahedra, points or triangles through segmentation, levels and pooling."""
     with refusals():
         cells = _random_cells(rng)
         options = random_options(rng, cells.n_cells)
@@ -27,7 +27,7 @@ def check_cells(rng: np.random.Generator, _folder: Path) -> None:
 
 
 def _random_cells(rng: np.random.Generator) -> Any:
-    """Some cells in several components, at times with ties or with cells that lie in one place."""
+    """Cells in several components, sometimes with ties or with several cells at one place."""
     kind = rng.integers(4)
     mesh = shapes.bumpy_sheet(int(rng.integers(2, 12)), int(rng.integers(1000)))
     if kind == 0:
@@ -35,7 +35,7 @@ def _random_cells(rng: np.random.Generator) -> Any:
     if kind == 1:
         return _tets(rng)
     if kind == 2:
-        corners = np.array(mesh.faces).reshape(-1, 2, 3)  # two triangles, one beside the other
+        corners = np.array(mesh.faces).reshape(-1, 2, 3)  # pairs of adjacent triangles
         quads = [
             np.unique(pair) if len(np.unique(pair)) == 3 else _around(pair) for pair in corners
         ]
@@ -46,7 +46,7 @@ def _random_cells(rng: np.random.Generator) -> Any:
 
 
 def _around(pair: np.ndarray) -> np.ndarray:
-    """The corners of two triangles that share an edge, around them; or those of the first."""
+    """The corners around two triangles that share an edge; of the first one if they do not."""
     first, second = pair.tolist()
     new = [corner for corner in second if corner not in first]
     old = [corner for corner in first if corner not in second]
@@ -68,7 +68,7 @@ def _cloud(mesh: sf.Mesh, rng: np.random.Generator) -> sf.PointCloud:
 
 
 def _tets(rng: np.random.Generator) -> sf.TetMesh:
-    """A block of cubes of five or so tetrahedra each, some of which are left out."""
+    """A block of cubes of six tetrahedra each, without some of the tetrahedra."""
     size = int(rng.integers(1, 5))
     grid = np.stack(np.meshgrid(*[np.arange(size + 1)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     step = np.array([(size + 1) ** 2, size + 1, 1])
@@ -83,7 +83,7 @@ def _tets(rng: np.random.Generator) -> sf.TetMesh:
 
 
 def random_options(rng: np.random.Generator, n_cells: int) -> Options:
-    """Options of `segment`; most are left at their defaults."""
+    """Random options of `segment`; most options are left at their defaults."""
     options: Options = {
         "weights": str(rng.choice(["creases", "superfacets", "stk02"])),
         "init": str(rng.choice(["geodesic", "farthest", "flood", "grid"])),
@@ -108,7 +108,7 @@ def random_options(rng: np.random.Generator, n_cells: int) -> Options:
 
 
 def _check_segmentation(cells: Any, result: sf.Segmentation, options: Options) -> None:
-    """Masks and barriers hold, and the number of threads changes nothing."""
+    """Check masks and barriers, and that the number of threads changes nothing."""
     labels = np.asarray(result.labels)
     kept = np.asarray(options.get("mask", np.ones(len(labels), bool)))
     assert np.array_equal(labels >= 0, kept)
@@ -123,7 +123,7 @@ def _check_segmentation(cells: Any, result: sf.Segmentation, options: Options) -
 
 
 def _check_regions(cells: Any, result: sf.Segmentation, rng: np.random.Generator) -> None:
-    """The graph of the regions is symmetric, levels are nested, and pooling is undone."""
+    """Check that the region graph counts all cells, levels nest, and `pool` reverts `unpool`."""
     labels = result.labels
     graph = sf.region_graph(cells, labels)
     assert graph.n_regions == result.n_segments

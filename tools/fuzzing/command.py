@@ -36,9 +36,9 @@ Check = Callable[[np.random.Generator, Path], None]
 
 
 class Kind(NamedTuple):
-    """What runs a case, the share of the kind in all cases, and how long a case may take.
+    """A kind of cases: the function that runs a case, its share of all cases, and its time limit.
 
-    The limits are generous, as a machine may be busy; that of a file is a promise.
+    Time limits are generous, because a machine may be busy; the limit for files is promised.
     """
 
     check: Check
@@ -57,14 +57,15 @@ KINDS = {
 }
 
 MEMORY_LIMIT = 6 << 30
-"""Bytes of address space: cases are small, so more is an amplification."""
+"""Limit of the address space in bytes. Cases are small, so a case that needs more multiplies its
+input."""
 
 MOST_FAILURES = 20
-"""After so many, the search ends: they are likely to be one."""
+"""Number of failures after which the search ends, since they probably have one cause."""
 
 
 def main() -> None:
-    """Run what the command line says."""
+    """Parse the command line, and run the search or one case."""
     parser = argparse.ArgumentParser(prog="tools/fuzz", description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0, help="how long to search")
     parser.add_argument("--cases", type=int, help="how many cases to run, however long it takes")
@@ -87,7 +88,7 @@ def main() -> None:
 
 
 def _numbers(seconds: float, n_cases: int | None) -> Iterator[int]:
-    """0, 1, 2 and so on, for so long or so many times."""
+    """Case numbers 0, 1, 2, ...: `n_cases` of them, or as many as start within `seconds`."""
     if n_cases is not None:
         return iter(range(n_cases))
     end = time.monotonic() + seconds
@@ -95,7 +96,7 @@ def _numbers(seconds: float, n_cases: int | None) -> Iterator[int]:
 
 
 class Search(NamedTuple):
-    """Cases of some kinds: a case is made of this and of its number alone."""
+    """Cases of some kinds. A case depends only on these fields and on its number."""
 
     seed: int
     kinds: tuple[str, ...]
@@ -106,7 +107,7 @@ class Search(NamedTuple):
         return self._start_of(number)[0]
 
     def run_case(self, number: int, folder: Path) -> None:
-        """Run the case of this number; an error if something does not hold."""
+        """Run the case of this number; an error is raised if a property does not hold."""
         kind, rng = self._start_of(number)
         if kind == "files":
             check_file(rng, folder, self.formats)
@@ -120,7 +121,7 @@ class Search(NamedTuple):
         return self.kinds[place], rng
 
     def failure_of(self, number: int) -> str | None:
-        """Run the case of this number; return what is wrong with it, if anything is."""
+        """Run the case of this number; return the traceback of its failure, or None."""
         with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
             try:
                 self.run_case(number, Path(folder))
@@ -129,7 +130,7 @@ class Search(NamedTuple):
         return None
 
     def run(self, numbers: Iterator[int], n_jobs: int) -> int:
-        """Run cases in processes of their own; return the exit status."""
+        """Run cases in separate processes, and print the failures; return the exit status."""
         tally: Counter[str] = Counter()
         n_failed = 0
         began = time.monotonic()
@@ -148,14 +149,14 @@ class Search(NamedTuple):
         return 1 if n_failed else 0
 
     def _command(self, number: int) -> str:
-        """The command that runs a case again."""
+        """The command line that runs a case again."""
         words = ["tools/fuzz", "--seed", str(self.seed), "--case", str(number)]
         words += ["--only", *self.kinds] if self.kinds != tuple(KINDS) else []
         words += ["--formats", *self.formats] if self.formats else []
         return " ".join(words)
 
     def outcomes(self, numbers: Iterator[int], n_jobs: int) -> Iterator[tuple[int, str | None]]:
-        """Numbers of cases that have ended, and what is wrong with each."""
+        """Numbers of cases as they end, with the failure of each or None."""
         methods = multiprocessing.get_all_start_methods()
         context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
         with ProcessPool(n_jobs, context=context, initializer=prepare) as pool:
@@ -174,20 +175,20 @@ class Search(NamedTuple):
 
 
 def _outcome(future: concurrent.futures.Future[str | None]) -> str | None:
-    """What is wrong with a case that has ended."""
+    """The failure of a case that has ended, or None."""
     try:
         return future.result()
     except concurrent.futures.TimeoutError as error:
         return f"it did not end within {error.args[-1]:g} seconds"
-    except Exception as error:  # Pebble's, of a process that ended
+    except Exception as error:  # errors of Pebble if the process ended
         return f"the process ended: {error!r}, exit status {getattr(error, 'exitcode', None)}"
 
 
 def prepare() -> None:
-    """Bound the memory of this process, and make errors of warnings."""
+    """Limit the memory of this process, and turn warnings into errors."""
     faulthandler.enable()
     warnings.simplefilter("error")
-    for right in (IslandWarning, SliverWarning):  # about many of these meshes
+    for right in (IslandWarning, SliverWarning):  # true of many of these meshes
         warnings.simplefilter("ignore", right)
     with contextlib.suppress(ImportError):  # Windows has no such limit
         import resource

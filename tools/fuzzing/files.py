@@ -1,4 +1,4 @@
-"""Damaged files: read, or refused by a MeshError of one short line that begins with the path."""
+"""Damaged files are read, or refused by a MeshError of one short line with the path."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .promises import check_labels, refusals
 Read = Callable[[Path], Any]
 
 MOST_CELLS = 2000
-"""Larger ones, of which there are few, are read and not segmented."""
+"""Largest number of cells that are segmented; larger inputs, which are rare, are only read."""
 
 _POINTS = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n"
 _NODES = "".join(f"{i} {line}\n" for i, line in enumerate(_POINTS.splitlines(), 1))
@@ -43,7 +43,7 @@ TETS = {
     "text.vtk": "# vtk DataFile Version 2.0\ntets\nASCII\nDATASET UNSTRUCTURED_GRID\n"
     f"POINTS 5 double\n{_POINTS}CELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n",
 }  # fmt: skip
-"""Files of tetrahedra that no writer here makes."""
+"""Files of tetrahedra in formats that this package does not write."""
 
 ODD_VALUES = (
     None, True, -1, 0, 1, 2**31, 2**63, 10**400, 0.5, -1e308, "", "\ud800", "../a",
@@ -52,7 +52,7 @@ ODD_VALUES = (
 
 
 def check_file(rng: np.random.Generator, folder: Path, formats: tuple[str, ...] = ()) -> None:
-    """A damaged file of a mesh, a cloud or labels; what is read of it can be segmented."""
+    """Read a damaged file of a mesh, a cloud or labels, and segment the cells that were read."""
     source = random.Random(int(rng.integers(2**63)))
     read, name, data = source.choice(_whole_files(formats))
     if name.endswith((".gltf", ".glb")) and source.random() < 0.5:
@@ -67,7 +67,7 @@ def check_file(rng: np.random.Generator, folder: Path, formats: tuple[str, ...] 
 
 
 def _check_cells(cells: Any) -> None:
-    """Cells are segmented, or refused."""
+    """Check that cells are segmented, or refused."""
     if cells.n_cells <= MOST_CELLS:
         with refusals():
             result = sf.segment(cells, min(3, cells.n_cells))
@@ -76,7 +76,7 @@ def _check_cells(cells: Any) -> None:
 
 @functools.cache
 def _whole_files(formats: tuple[str, ...]) -> list[tuple[Read, str, bytes]]:
-    """A function that reads, a name and the content of small files of all formats, or of these."""
+    """Reader, name and content of small files, in all formats or in the given ones."""
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         folder = Path(name)
         files = [(sf.read_mesh, *item) for item in mesh_files.whole_files().items()]
@@ -102,7 +102,7 @@ def _can_read(read: Read, path: Path) -> bool:
 
 
 def _written_files(folder: Path) -> Iterator[Path]:
-    """Files that writers of this package, or of other libraries, make."""
+    """Write files with this package and with other libraries, and with texts of this module."""
     mesh = shapes.cube()
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1.0]])
     tets = sf.TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
@@ -130,7 +130,7 @@ def _written_files(folder: Path) -> Iterator[Path]:
 
 
 def _las_files(folder: Path) -> Iterator[Path]:
-    """LAS and LAZ of an old and a new point format, with further numbers."""
+    """Write LAS and LAZ files in old and new point formats, with extra dimensions."""
     import laspy
 
     for point_format, ending in ((3, ".las"), (3, ".laz"), (8, ".las"), (8, ".laz"), (10, ".laz")):
@@ -144,7 +144,7 @@ def _las_files(folder: Path) -> Iterator[Path]:
 
 
 def _e57_files(folder: Path) -> Iterator[Path]:
-    """Two scans with colors, one of them moved; where its library is installed."""
+    """Write an E57 file of two scans with colors, one of them moved, if pye57 is installed."""
     try:
         import pye57
     except ModuleNotFoundError:
@@ -162,14 +162,14 @@ def _e57_files(folder: Path) -> Iterator[Path]:
 
 
 def _with_checksums(data: bytes) -> bytes:
-    """An E57 file with the right checksum of each page, without which libE57 reads none."""
+    """An E57 file with the correct checksum of each page; libE57 refuses pages without it."""
     pages = [data[place : place + 1020] for place in range(0, len(data), 1024)]
     return b"".join(page + struct.pack(">I", _checksum(page)) for page in pages)
 
 
 @functools.cache
 def _checksum_table() -> tuple[int, ...]:
-    """CRC-32C of each byte."""
+    """Table of CRC-32C for each byte."""
     table = []
     for byte in range(256):
         rest = byte
@@ -187,7 +187,7 @@ def _checksum(page: bytes) -> int:
 
 
 def _with_odd_document(name: str, source: random.Random) -> bytes:
-    """A glTF file, with odd values in its JSON."""
+    """A glTF file with odd values in its JSON document."""
     document = json.dumps(_odd_document(source))
     if name.endswith(".gltf"):
         return document.encode()
@@ -195,7 +195,7 @@ def _with_odd_document(name: str, source: random.Random) -> bytes:
 
 
 def _odd_document(source: random.Random) -> dict[str, Any]:
-    """A glTF document with one to three of its values replaced, or doubled."""
+    """A glTF document in which one to three values are replaced, or lists are repeated."""
     document: dict[str, Any] = mesh_files.gltf_document()
     for _ in range(source.choice((1, 1, 2, 3))):
         place: Any = document
@@ -215,7 +215,7 @@ def _odd_document(source: random.Random) -> dict[str, Any]:
 
 
 def _damaged(data: bytes, source: random.Random) -> bytes:
-    """The file, mostly with bytes changed, or cut, or as another of these begins."""
+    """The file, usually with changed bytes; or cut, or begun like another file, or unchanged."""
     kind = source.random()
     if kind < 0.03:
         return data

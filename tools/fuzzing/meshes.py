@@ -21,7 +21,7 @@ MOST_FACES_OF_TWINS = 60
 
 
 def check_mesh(rng: np.random.Generator, _folder: Path) -> None:
-    """A mesh through all stages."""
+    """Run a mesh through all stages."""
     with refusals():
         mesh = _random_mesh(rng)
         _check_segmentation(mesh, rng)
@@ -32,18 +32,18 @@ def check_mesh(rng: np.random.Generator, _folder: Path) -> None:
 
 
 def _random_mesh(rng: np.random.Generator) -> sf.Mesh:
-    """A mesh with anything wrong that a mesh can have."""
+    """A mesh with any of the faults that meshes can have."""
     vertices, faces = _regular(rng) if rng.random() < 0.7 else _scattered(rng)
     if rng.random() < 0.3:  # holes and islands
         faces = faces[rng.random(len(faces)) < rng.uniform(0.3, 1)]
-    if rng.random() < 0.2:  # neighbors that face opposite ways
+    if rng.random() < 0.2:  # neighbors of opposite orientation
         turned = rng.random(len(faces)) < 0.2
         faces[turned] = faces[turned, ::-1]
-    if rng.random() < 0.2 and len(faces):  # faces twice, edges of many faces
+    if rng.random() < 0.2 and len(faces):  # duplicate faces, and edges of many faces
         faces = np.concatenate([faces, rng.choice(faces, len(faces) // 3)])
-    if rng.random() < 0.2:  # edges and faces without size, and ties
+    if rng.random() < 0.2:  # edges of length 0, faces of area 0, and ties
         vertices = np.round(vertices * 4) / 4
-    if rng.random() < 0.2:  # vertices apart that lie at one place
+    if rng.random() < 0.2:  # separate vertices at one position
         vertices, faces = vertices[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3)
     if rng.random() < 0.2:
         vertices = vertices * 10.0 ** rng.integers(-13, 13) + rng.choice([0.0, 1e3])
@@ -64,14 +64,14 @@ def _regular(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _scattered(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Faces between any vertices, which lie anywhere."""
+    """Faces between random vertices at random positions of a grid."""
     n_vertices = int(rng.integers(1, 40))
     vertices = rng.integers(-3, 4, (n_vertices, 3)).astype(float)
     return vertices, rng.integers(0, n_vertices, (int(rng.integers(1, 60)), 3))
 
 
 def _random_options(rng: np.random.Generator, mesh: sf.Mesh) -> Options:
-    """Options of `segment`; each is left at its default half of the time."""
+    """Random options of `segment`; most options are left at their defaults."""
     options: Options = {
         "weights": rng.choice(["creases", "superfacets", "stk02"]),
         "init": rng.choice(["geodesic", "farthest", "flood", "grid"]),
@@ -111,7 +111,7 @@ def _check_segmentation(mesh: sf.Mesh, rng: np.random.Generator) -> None:
 
 
 def _check_clean_up(mesh: sf.Mesh, rng: np.random.Generator) -> None:
-    """Clean-up and metrics of labels that no segmentation would give."""
+    """Check clean-up and metrics with labels that no segmentation would give."""
     graph = sf.build_face_graph(mesh)
     n_labels = int(rng.integers(1, min(mesh.n_faces, 20) + 1))
     scattered = rng.integers(0, n_labels, mesh.n_faces)
@@ -129,7 +129,7 @@ def _check_clean_up(mesh: sf.Mesh, rng: np.random.Generator) -> None:
 
 
 def _check_carried(mesh: sf.Mesh, rng: np.random.Generator) -> None:
-    """Values and labels of regions at faces, vertices and points."""
+    """Check values and labels of regions that are carried to faces, vertices and points."""
     labels = np.unique(rng.integers(0, 9, mesh.n_faces), return_inverse=True)[1]
     field = rng.normal(size=labels.max() + 1)
     assert np.array_equal(sf.pool(sf.unpool(field, labels), labels, cells=mesh), field)
@@ -146,5 +146,5 @@ def _check_carried(mesh: sf.Mesh, rng: np.random.Generator) -> None:
     for n_threads in THREADS[1:]:
         carried = sf.transfer(mesh, labels, points, n_threads=n_threads)
         assert np.array_equal(carried, labels[found.faces]), f"{n_threads} threads"
-    own = sf.transfer(mesh, labels, mesh)  # faces in one place may take the labels of each other
+    own = sf.transfer(mesh, labels, mesh)  # faces at one place may swap labels
     assert np.isin(own, labels).all()

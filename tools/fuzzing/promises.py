@@ -1,4 +1,4 @@
-"""What has to hold, whatever the input."""
+"""Properties that must hold for any input."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ import shapes
 THREADS = (1, 2, 3, 7)
 
 LONGEST_MESSAGE = 400
-"""Characters, without the path."""
+"""Largest number of characters of a message, without the path."""
 
 
 @contextlib.contextmanager
 def refusals() -> Iterator[None]:
-    """End the block where the package refuses what it was given, by an error that it means.
+    """End the block without an error if the package refuses its input by an explicit ``raise``.
 
-    A ValueError or TypeError that nobody meant, out of numpy say, goes on.
+    Other errors of type ValueError or TypeError, such as errors raised within numpy, are raised
+    again.
     """
     try:
         yield
@@ -33,7 +34,7 @@ def refusals() -> Iterator[None]:
 
 @contextlib.contextmanager
 def short_messages(path: Path, *kinds: type[Exception]) -> Iterator[None]:
-    """End the block where it raises such an error; the message is one short line."""
+    """End the block without an error if it raises such an error with one short line."""
     try:
         yield
     except kinds as error:
@@ -43,7 +44,7 @@ def short_messages(path: Path, *kinds: type[Exception]) -> Iterator[None]:
 
 
 def check_labels(labels: Any, n_cells: int, n_regions: int) -> None:
-    """Labels are int32, one per cell, and each of 0..K-1 occurs."""
+    """Check that labels are int32, one per cell, and that each of 0..K-1 occurs."""
     labels = np.asarray(labels)
     assert labels.dtype == np.int32
     assert labels.shape == (n_cells,)
@@ -51,18 +52,18 @@ def check_labels(labels: Any, n_cells: int, n_regions: int) -> None:
 
 
 def check_result(result: Any, graph: Any) -> None:
-    """Labels are whole, and each center is in its own region."""
+    """Check the labels, the stop reason, and that each center is in its own region."""
     check_labels(result, graph.n_cells, result.n_segments)
     assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
     assert result.stop_reason in ("converged", "cycle", "max_num_iter")
 
 
 def check_number(result: Any, graph: Any, n_segments: int) -> None:
-    """There are k regions, and at most one more for each component but one."""
+    """Check that there are k regions, plus at most one for each component but one."""
     n_components = shapes.count_pieces(graph, np.zeros(graph.n_cells, int))
     assert n_segments <= result.n_segments <= n_segments + n_components - 1
 
 
 def check_pieces(labels: Any, graph: Any) -> None:
-    """Every region is in one piece."""
+    """Check that every region is connected."""
     assert shapes.count_pieces(graph, labels) == len(np.unique(labels))

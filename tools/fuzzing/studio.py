@@ -1,4 +1,4 @@
-"""Damaged work files of the studio: opened, or refused by one line that names the file."""
+"""Damaged work files of the studio are opened, or refused with one line that names the file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .promises import short_messages
 
 
 def check_work_file(rng: np.random.Generator, folder: Path) -> None:
-    """A work file with bytes changed, or with odd values under right checksums."""
+    """Open a work file with changed bytes, or with odd values and correct checksums."""
     source = random.Random(int(rng.integers(2**63)))
     mesh, work = _whole_work()
     path = folder / "cube.ply"
@@ -41,7 +41,7 @@ def check_work_file(rng: np.random.Generator, folder: Path) -> None:
 
 @functools.cache
 def _whole_work() -> tuple[bytes, bytes]:
-    """The file of a mesh, and that of some work on it."""
+    """Content of a mesh file, and of a work file for it."""
     with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
         path = Path(folder, "cube.ply")
         sf.write_mesh(path, shapes.bumpy_sheet(4))
@@ -54,7 +54,7 @@ def _whole_work() -> tuple[bytes, bytes]:
 
 
 def _odd(work: bytes, source: random.Random) -> bytes:
-    """The lines with one value replaced, and lines left out or doubled; checksums are right."""
+    """A work file with one odd value and some lines left out or repeated; checksums are correct."""
     lines = [json.loads(line) for line in work.splitlines()]
     number = source.randrange(len(lines))
     line = lines[number]

@@ -1,4 +1,4 @@
-"""Labels of tiles: those of the same cells in memory."""
+"""Labels that are computed in tiles, compared with labels of the same cells in memory."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .promises import THREADS, refusals
 
 
 def check_tiles(rng: np.random.Generator, folder: Path) -> None:
-    """A mesh or a cloud of a few tiles, with random options."""
+    """Segment a mesh or a cloud of a few tiles with random options, and compare with `segment`."""
     mesh = shapes.bumpy_sheet(int(rng.integers(30, 80)), int(rng.integers(1000)))
     cells = sf.PointCloud(mesh.vertices) if rng.random() < 0.3 else _with_holes(mesh, rng)
     options = {
@@ -36,6 +36,6 @@ def check_tiles(rng: np.random.Generator, folder: Path) -> None:
 
 
 def _with_holes(mesh: sf.Mesh, rng: np.random.Generator) -> sf.Mesh:
-    """The mesh without some of its faces, in any order."""
+    """The mesh without some of its faces, in random order."""
     kept = rng.permutation(mesh.n_faces)[: int(mesh.n_faces * rng.uniform(0.5, 1))]
     return sf.Mesh(mesh.vertices, mesh.faces[kept])

@@ -1,9 +1,10 @@
 """The generator of the sample mesh: a plush bear, as a union of ellipsoids.
 
-``python -m tools.sample_bear`` writes the files that `superfacets.sample_mesh` reads. A grid is
-filled with the ellipsoids, its border becomes a surface net (Gibson, "Constrained elastic surface
-nets", 1998), and Newton's method takes the net's vertices to the ellipsoids while smoothing spreads
-them. Nobody who uses the package needs this, so it is not in it.
+``python -m tools.sample_bear`` writes the files that `superfacets.sample_mesh` reads. The generator
+marks the points of a grid that are inside the ellipsoids, and makes a surface net from the border
+of these points (Gibson, "Constrained elastic surface nets", 1998). Newton's method moves the
+vertices of the net onto the ellipsoids, while smoothing spreads them. Users of the package do not
+need this generator, so the package does not contain it.
 
 bear      the ellipsoids
 lattice   which points of a grid are inside
@@ -28,26 +29,29 @@ from .seams import place_seams
 __all__ = ["MIN_FACES", "PART_NAMES", "make_bear", "parts_of"]
 
 MIN_FACES = 3_000
-"""With fewer faces the grid is too coarse for the ears, and holes open beside them."""
+"""Smallest number of faces. With fewer, the grid is too coarse for the ears, and holes open beside
+them."""
 
-# Faces times the square of the grid spacing, measured at 20,000 to 2,000,000 faces (36.4 to 37.4);
-# it follows from the area of the bear. A coarser grid misses a little: 34.6 at 3,000.
+# Number of faces times the square of the grid spacing, measured at 20,000 to 2,000,000 faces (36.4
+# to 37.4). It follows from the area of the bear. A coarser grid misses details: 34.6 at 3,000
+# faces.
 _FACES_PER_SPACING = 36.8
 
 _ROUNDS = 2
-"""Seams are placed again once vertices are spread: the first guess is off by a quad at places."""
+"""Number of times that seams are placed and vertices are spread: the first seams are off by a quad
+in places."""
 
 
 def make_bear(n_faces: int) -> tuple[FloatArray, npt.NDArray[np.int32]]:
-    """Return vertices and faces of a bear of about so many faces, within 10 percent.
+    """Return vertices and faces of a bear with about `n_faces` faces, within 10 percent.
 
-    The surface is closed, manifold, of one piece and genus 0, and oriented outward. It bounds the
-    union of the ellipsoids, and vertices lie on it: along a crease, on both ellipsoids at once.
-    From 12,000 faces on, less than one face in 2,000 has an angle under 5 degrees, and next to none
-    is folded; with fewer, eyes and nose are too small for the grid. Every face has an area.
+    The surface is closed, manifold, connected, of genus 0, and oriented outward. It is the boundary
+    of the union of the ellipsoids. Vertices are on the ellipsoids: along a crease, on both at once.
+    From 12,000 faces on, less than one face in 2,000 has an angle under 5 degrees, and almost none
+    is folded. With fewer faces, eyes and nose are too small for the grid. No face has area 0.
 
-    Time is linear in `n_faces` but for the filling, which is linear in the points of the grid,
-    about n_faces**1.5 / 20. The last bits of the vertices differ from machine to machine.
+    Time is linear in `n_faces`, except for marking the grid points, whose number is about
+    n_faces**1.5 / 20. The last bits of the vertices differ between machines.
 
     Raises
     ------
@@ -66,6 +70,6 @@ def make_bear(n_faces: int) -> tuple[FloatArray, npt.NDArray[np.int32]]:
 def parts_of(vertices: FloatArray, faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """Return the part of the bear that each face belongs to, (F,): an index into `PART_NAMES`.
 
-    It is the solid nearest to the face's centroid. The bear may be neither moved nor scaled.
+    This is the solid nearest to the centroid of the face. The bear must not be moved or scaled.
     """
     return ellipsoids().nearest(vertices[faces].mean(axis=1))

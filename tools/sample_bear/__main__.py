@@ -11,13 +11,13 @@ from . import make_bear
 FOLDER = Path(__file__).resolve().parents[2] / "src" / "superfacets" / "sample"
 
 SIZES = {"bear-5k.npz": 5_000, "bear-60k.npz": 60_000}
-"""The demo wants a round bear, tests and examples a small one."""
+"""The demo uses the large mesh, tests and examples use the small one."""
 
 
 def main() -> None:
-    """Write vertices in single precision, and the steps from each corner of a face to the next.
+    """Write vertices in single precision, and faces as differences of successive corners.
 
-    Corners of faces that follow one another are near: steps take less than half the room when
+    Successive faces have similar vertex numbers, so differences take less than half the space when
     compressed.
     """
     for name, n_faces in SIZES.items():

@@ -15,7 +15,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Solid:
-    """An ellipsoid: radii along its own axes, turned about x, then y, then z (degrees)."""
+    """An ellipsoid: radii along its own axes, then turned about x, y and z, in degrees."""
 
     name: str
     center: tuple[float, float, float]
@@ -23,8 +23,8 @@ class Solid:
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-# The bear sits, looks along +z, and y is up. It is a little lopsided, so that no two distances
-# on it are equal. Surfaces cross at 45 degrees and more: shallower creases polygonise badly.
+# The bear sits and looks along +z; y is up. It is slightly asymmetric, so that no two distances on
+# it are equal. Surfaces cross at 45 degrees or more, because shallower creases give poor meshes.
 SOLIDS = (
     Solid("body", (0.0, 0.0, 0.0), (0.60, 0.70, 0.52), (-6, 0, 0)),
     Solid("head", (0.04, 0.98, 0.10), (0.55, 0.47, 0.46), (4, 8, -5)),
@@ -46,7 +46,7 @@ SOLIDS = (
 )
 
 PART_NAMES = tuple(solid.name for solid in SOLIDS)
-"""Name of each solid, in the order of the numbers that `sample_parts` gives."""
+"""Name of each solid; `sample_parts` returns indices into this tuple."""
 
 
 @dataclass(frozen=True)
@@ -54,18 +54,18 @@ class _Ellipsoids:
     """The solids as arrays: p is inside solid s where |frames[s] @ (p - centers[s])| < 1."""
 
     centers: FloatArray  # (S, 3)
-    frames: FloatArray  # (S, 3, 3), rows are the own axes divided by their radii
-    reach: FloatArray  # (S, 3), half of each solid's bounding box
+    frames: FloatArray  # (S, 3, 3), rows are the axes of the solid divided by its radii
+    reach: FloatArray  # (S, 3), half of the side lengths of each solid's bounding box
 
     def levels(self, solid: int, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Value, (N,), and gradient, (N, 3), of a function that is 0 on the solid's surface."""
         local = (points - self.centers[solid]) @ self.frames[solid].T
         radius = np.sqrt(np.einsum("ij,ij->i", local, local))
-        np.maximum(radius, 1e-9, out=radius)  # at the very center there is no gradient
+        np.maximum(radius, 1e-9, out=radius)  # there is no gradient at the center
         return radius - 1.0, (local @ self.frames[solid]) / radius[:, None]
 
     def nearest(self, points: FloatArray) -> npt.NDArray[np.int32]:
-        """Index of the solid with the least signed distance to each point, to first order."""
+        """Index of the solid with the smallest signed distance to each point, to first order."""
         blocks = [self._nearest_in_block(block) for block in cut_into_blocks(points)]
         return np.concatenate(blocks)
 
@@ -83,7 +83,7 @@ class _Ellipsoids:
 
 @cache
 def ellipsoids() -> _Ellipsoids:
-    """Convert the table of solids."""
+    """Return the solids of the table as arrays."""
     rotations = np.array([_rotation(*np.radians(solid.turn)) for solid in SOLIDS])
     radii = np.array([solid.radii for solid in SOLIDS])
     return _Ellipsoids(
@@ -94,7 +94,7 @@ def ellipsoids() -> _Ellipsoids:
 
 
 def cut_into_blocks(rows: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
-    """Cut into views of 16,384 rows, whose intermediate results stay in the cache."""
+    """Cut an array into views of 16,384 rows, whose intermediate results fit into the cache."""
     return [rows[start : start + 16_384] for start in range(0, len(rows), 16_384)]
 
 

@@ -1,4 +1,4 @@
-"""Which points of a grid are inside the bear, such that the border of the inside is manifold."""
+"""Grid points inside the bear, chosen such that the border of the inside is manifold."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ IndexArray = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Lattice:
-    """Which points of a regular grid are inside; the outermost two layers are outside."""
+    """A regular grid, and whether each point is inside; the outermost two layers are outside."""
 
     inside: npt.NDArray[np.bool_]  # (Z, Y, X), contiguous
-    origin: FloatArray  # (3,), x, y, z of the first point
+    origin: FloatArray  # (3,), position x, y, z of the first point
     spacing: float
 
     @property
     def strides(self) -> tuple[int, int, int]:
-        """Steps in the flat array along x, y and z."""
+        """Differences of the flat index for a step along x, y and z."""
         _, n_y, n_x = self.inside.shape
         return 1, n_x, n_x * n_y
 
@@ -35,12 +35,13 @@ class Lattice:
 
 
 def fill_lattice(spacing: float) -> Lattice:
-    """Mark the grid points inside any solid."""
+    """Return a grid in which the points inside any solid are marked."""
     solids = ellipsoids()
     origin = (solids.centers - solids.reach).min(axis=0) - 2 * spacing
     extent = (solids.centers + solids.reach).max(axis=0) - origin
     n_x, n_y, n_z = np.ceil(extent / spacing).astype(int) + 3
-    # Difference along x of the number of solids around a point; the sum along x gives the number.
+    # Change, from point to point along x, of the number of solids around it. The prefix sum along x
+    # is the number itself.
     steps = np.zeros((n_z, n_y, n_x), dtype=np.int8)
     for solid in range(len(solids.centers)):
         z, y, first, last = _rows_inside(solid, origin, spacing)
@@ -53,9 +54,9 @@ def fill_lattice(spacing: float) -> Lattice:
 def _rows_inside(
     solid: int, origin: FloatArray, spacing: float
 ) -> tuple[IndexArray, IndexArray, IndexArray, IndexArray]:
-    """Rows of the grid that run through a solid, and the points in it: z, y, first x, last x + 1.
+    """Grid rows that cross a solid, and the range of points inside it: z, y, first x, last x + 1.
 
-    Along a row a x^2 + 2 b x + c <= 0 inside, x counted from the solid's center.
+    A point of a row is inside if a x^2 + 2 b x + c <= 0, where x is relative to the solid's center.
     """
     solids = ellipsoids()
     center, frame, reach = solids.centers[solid], solids.frames[solid], solids.reach[solid]
@@ -78,15 +79,15 @@ def _rows_inside(
 
 
 def crossed_edges(lattice: Lattice) -> list[IndexArray]:
-    """Edges of the grid that cross the surface, for x, y and z: the flat index of the lower end."""
+    """Edges of the grid that cross the surface, for x, y and z: flat indices of lower ends."""
     flat = lattice.inside.ravel()
     return [np.flatnonzero(flat[step:] != flat[:-step]) for step in lattice.strides]
 
 
 def cells_around(lattice: Lattice, axis: int, edges: IndexArray) -> IndexArray:
-    """Cells around each edge, (E, 4), counterclockwise seen from its upper end.
+    """Cells around each edge, (E, 4), counterclockwise as seen from its upper end.
 
-    A cell is named by its lowest corner.
+    A cell is identified by its lowest corner.
     """
     second = lattice.strides[(axis + 1) % 3]
     third = lattice.strides[(axis + 2) % 3]
@@ -94,14 +95,15 @@ def cells_around(lattice: Lattice, axis: int, edges: IndexArray) -> IndexArray:
 
 
 def without_pinches(lattice: Lattice) -> Lattice:
-    """Lattice with points added until the surface between inside and outside is manifold.
+    """Return the lattice with points added such that the surface around the inside is manifold.
 
-    It is if no cell's face has its two inside corners on one diagonal, and no cell has two
-    opposite corners on one side and the other six on the other: the inside is then well-composed
-    (Latecki, Eckhardt and Rosenfeld 1995). Points are only added, so this ends.
+    The surface is manifold if the inside is well-composed (Latecki, Eckhardt and Rosenfeld 1995):
+    no face of a cell has exactly two inside corners, on a diagonal; and in no cell are two opposite
+    corners on one side of the surface and the other six on the other side. Points are only added,
+    so this ends.
     """
     repaired = replace(lattice, inside=lattice.inside.copy())
-    inside = repaired.inside.reshape(-1)  # a view
+    inside = repaired.inside.reshape(-1)  # a view, so that changes apply to the lattice
     corners = np.array([0, 1])
     for step in lattice.strides[1:]:
         corners = np.concatenate([corners, corners + step])
@@ -120,9 +122,9 @@ def without_pinches(lattice: Lattice) -> Lattice:
 
 @cache
 def _well_composed_codes() -> npt.NDArray[np.uint8]:
-    """For the corners inside a cell, as 8 bits: those bits, and the corners that must be added.
+    """Code of each set of inside corners of a cell, with the corners that must be added.
 
-    Bit 4 z + 2 y + x stands for corner (x, y, z).
+    A code has 8 bits: bit 4 z + 2 y + x is corner (x, y, z).
     """
     codes = np.arange(256)
     wanted = codes.copy()

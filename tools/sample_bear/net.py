@@ -1,4 +1,4 @@
-"""The surface net of a lattice, its vertices moved onto the solids and spread."""
+"""The surface net of a lattice, whose vertices are moved onto the solids and spread."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from .lattice import IndexArray, Lattice, cells_around, crossed_edges
 from .quads import QuadSurface, solids_of_vertices
 
 _RELAX_STEPS = 6
-"""Smoothing steps a round after which slivers are gone; more change little."""
+"""Smoothing steps per round; slivers are gone after these, and further steps change little."""
 
 
 def surface_net(lattice: Lattice) -> QuadSurface:
-    """Surface with a vertex in each cell that it crosses and a quad across each crossed edge."""
+    """Surface with a vertex in each cell that it crosses, and a quad across each crossed edge."""
     inside = lattice.inside.ravel()
     quads, middles = [], []
     for axis, edges in enumerate(crossed_edges(lattice)):
@@ -33,10 +33,10 @@ def surface_net(lattice: Lattice) -> QuadSurface:
 
 
 def relax(surface: QuadSurface, spacing: float) -> QuadSurface:
-    """Spread the vertices evenly over the surface, those on creases along them.
+    """Spread the vertices evenly over the surface; vertices on creases stay on them.
 
-    A vertex moves toward the mean of its neighbors that lie on all of its solids. On a closed,
-    oriented surface the sides of the quads hold each pair of neighbors once either way.
+    A vertex moves toward the mean of its neighbors that are on all of its solids. In a closed,
+    oriented surface, the sides of the quads contain each pair of neighbors once in each direction.
     """
     solids_of_vertex = solids_of_vertices(surface)
     targets = surface.quads.ravel()
@@ -49,7 +49,7 @@ def relax(surface: QuadSurface, spacing: float) -> QuadSurface:
     points = _project(surface.points, groups, spacing, n_steps=3)
     for _ in range(_RELAX_STEPS):
         means = _sum_at(targets, points[sources], n_vertices) / np.maximum(n_guides, 1)
-        # 0.7: full steps let vertices of a checkerboard swing.
+        # With a factor of 1 instead of 0.7, vertices of a checkerboard pattern would oscillate.
         points = np.where(n_guides > 0, points + 0.7 * (means - points), points)
         points = _project(points, groups, spacing, n_steps=1)
     points = _project(points, groups, spacing, n_steps=3)
@@ -57,7 +57,7 @@ def relax(surface: QuadSurface, spacing: float) -> QuadSurface:
 
 
 def _groups(solids_of_vertex: IndexArray) -> list[tuple[list[int], IndexArray]]:
-    """Vertices by the solids they have to lie on."""
+    """Vertices grouped by the solids that they must be on."""
     masks, group = np.unique(solids_of_vertex, return_inverse=True)
     order = np.argsort(group, kind="stable")
     parts = np.split(order, np.cumsum(np.bincount(group))[:-1])
@@ -83,14 +83,14 @@ def _project(
 
 
 def _newton_step(points: FloatArray, solids: list[int], longest: float) -> FloatArray:
-    """Shortest step away from where all linearized functions are 0, (N, 3), cut to a length."""
+    """Newton step to subtract, (N, 3): of least length, and cut to a largest length."""
     levels = [ellipsoids().levels(solid, points) for solid in solids]
     values = np.stack([value for value, _ in levels], axis=1)
     gradients = np.stack([gradient for _, gradient in levels], axis=1)
     gram = gradients @ gradients.transpose(0, 2, 1)
     if len(solids) == 1:
         factors = values / gram[:, :, 0]
-    else:  # a trace of ridge, for more solids at a point than there are dimensions
+    else:  # a slight regularization, for points on more than three solids
         ridge = 1e-9 * np.trace(gram, axis1=1, axis2=2)[:, None, None] * np.eye(len(solids))
         factors = np.linalg.solve(gram + ridge, values[:, :, None])[:, :, 0]
     step = np.einsum("ns,nsd->nd", factors, gradients)
@@ -99,6 +99,6 @@ def _newton_step(points: FloatArray, solids: list[int], longest: float) -> Float
 
 
 def _sum_at(targets: IndexArray, rows: FloatArray, n_targets: int) -> FloatArray:
-    """Sum of the rows, (N, 3), that go to each target."""
+    """Sum of the rows, (N, 3), for each target."""
     sums = [np.bincount(targets, weights=column, minlength=n_targets) for column in rows.T]
     return np.stack(sums, axis=1)

@@ -18,11 +18,11 @@ class QuadSurface:
 
     points: FloatArray  # (V, 3)
     quads: IndexArray  # (Q, 4), counterclockwise seen from outside
-    owners: IndexArray  # (Q,), the solid
+    owners: IndexArray  # (Q,), the solid of each quad
 
 
 def solids_of_vertices(surface: QuadSurface) -> IndexArray:
-    """Owners of the quads around each vertex, as bits, (V,): the solids it has to lie on."""
+    """Owners of the quads around each vertex, as bits, (V,): the solids that it must be on."""
     solids = np.zeros(len(surface.points), dtype=np.int64)
     bits = np.int64(1) << surface.owners
     for corner in range(4):
@@ -31,15 +31,16 @@ def solids_of_vertices(surface: QuadSurface) -> IndexArray:
 
 
 def is_on_seam(solids_of_vertex: IndexArray) -> npt.NDArray[np.bool_]:
-    """Whether more than one bit is set."""
+    """Whether each vertex is on more than one solid: whether more than one bit is set."""
     return np.asarray(solids_of_vertex & (solids_of_vertex - 1) != 0)
 
 
 def split_quads(surface: QuadSurface) -> npt.NDArray[np.int32]:
-    """Triangles, (2 Q, 3): each quad cut along the diagonal that makes the rounder triangles.
+    """Triangles, (2 Q, 3): each quad is cut along the diagonal that gives the rounder triangles.
 
-    A diagonal between different solids, or one that cuts off a triangle with all corners on a
-    crease, is the last choice: it would bridge the crease.
+    A diagonal that would bridge a crease is chosen only if the other one does, too: a diagonal
+    between vertices without a common solid, or one that cuts off a triangle with all corners on a
+    crease.
     """
     quads = surface.quads
     solids = solids_of_vertices(surface)
@@ -55,7 +56,7 @@ def split_quads(surface: QuadSurface) -> npt.NDArray[np.int32]:
 
 
 def _roundness(corners: FloatArray) -> FloatArray:
-    """4 sqrt(3) area / sum of squared sides, of triangles (..., 3, 3): 1 equilateral, 0 flat."""
+    """Roundness of triangles (..., 3, 3): 4 sqrt(3) area / sum of squared sides, 0 to 1."""
     sides = np.roll(corners, -1, axis=-2) - corners
     doubled_area = np.linalg.norm(np.cross(sides[..., 0, :], sides[..., 1, :]), axis=-1)
     return np.asarray(2 * math.sqrt(3) * doubled_area / (sides**2).sum(axis=(-2, -1)))

@@ -1,4 +1,4 @@
-"""Which quads belong to which solid, such that the seams between solids are smooth."""
+"""The solid that each quad belongs to, chosen such that the seams between solids are smooth."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .quads import QuadSurface, is_on_seam, solids_of_vertices
 def place_seams(surface: QuadSurface) -> QuadSurface:
     """Give each quad to the nearest solid, then smooth the seams between quads of two solids.
 
-    Vertices on a seam will be put on the crease. A quad with all corners on seams would be
-    squeezed flat there, and a spur two quads wide be folded over. So quads that are outvoted by
-    the quads around them change hands, one at a time around a vertex. Only those outvoted at the
-    start do, lest small parts be worn away turn by turn; flat ones always. A few turns suffice;
-    the bound is for creases that the grid cannot resolve at all.
+    Vertices on a seam will be moved onto the crease. A quad with all corners on seams would become
+    flat, and a spur two quads wide would be folded over. So quads that are outvoted by the quads
+    around them change their solid, one at a time around a vertex. Only quads that are outvoted at
+    the start change, because otherwise small parts would be worn away step by step; flat quads may
+    always change. A few rounds suffice; the bound of 8 is for creases that the grid cannot resolve.
     """
     middles = surface.points[surface.quads].mean(axis=1)
     owners = ellipsoids().nearest(middles).astype(np.int64)
@@ -40,10 +40,10 @@ def place_seams(surface: QuadSurface) -> QuadSurface:
 def _vote(
     quads: IndexArray, owners: IndexArray, on_seam: npt.NDArray[np.bool_]
 ) -> tuple[IndexArray, IndexArray]:
-    """Strongest other solid around each quad, (Q,), and its votes less those of the quad's own.
+    """Strongest other solid around each quad, (Q,), and its votes minus the own solid's votes.
 
-    Each quad votes at each of its corners, so neighbors across a side have two votes, but not for
-    itself. Away from seams the margin is -1.
+    Each quad votes at each of its corners, but not for itself, so neighbors across a side have two
+    votes. Away from seams the margin is -1.
     """
     n_solids = len(ellipsoids().centers)
     ballots = (quads * n_solids + owners[:, None]).ravel()
@@ -59,7 +59,7 @@ def _vote(
 
 
 def _lowest_around(quads: IndexArray, n_vertices: int) -> npt.NDArray[np.bool_]:
-    """Which of the quads are the first in the list at all of their corners."""
+    """Whether each quad comes first in the list among the quads at each of its corners."""
     first = np.full(n_vertices, len(quads))
     rank = np.arange(len(quads))
     np.minimum.at(first, quads.ravel(), np.repeat(rank, 4))

@@ -21,7 +21,7 @@ from .segment_options import file_options, options_of, segment_options
 def _formats(
     ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Callback of options: names from comma-separated lists, as one tuple."""
+    """Callback of an option: join the names of all comma-separated lists into one tuple."""
     names = tuple(name.strip() for text in given for name in text.split(","))
     for name in names:
         if name not in OUTPUT_FORMATS:
@@ -77,8 +77,8 @@ def batch_command(
     """Segment all meshes and point clouds in IN on all cores, or on a cluster.
 
     IN are files, folders, patterns in quotes ("scans/**/*.ply"), or @LIST, a text file with a path
-    per line. DIR/manifest.jsonl gets a line per file. A second start does what is missing or has
-    changed. A file that fails does not stop the others; the exit status is 1 if one did.
+    per line. DIR/manifest.jsonl gets a line per file. A second start does only what is missing or
+    has changed. If a file fails, the others are still processed, and the exit status is 1.
     """
     options = options_of(**given)
     tried: list[str] = []
@@ -116,7 +116,7 @@ def _failure(record: dict[str, Any]) -> str:
 
 
 def _facts(result: BatchResult, output: Path) -> dict[str, Any]:
-    """The batch as an object for JSON."""
+    """The batch as a JSON object."""
     failed = {record["name"]: record["error"] for record in result.records if "error" in record}
     return {
         "n_files": len(result.records),

@@ -65,7 +65,7 @@ def convert_command(
 ) -> None:  # fmt: skip
     """Write the mesh in the file IN, with its LABELS, in other formats.
 
-    LABELS are those in IN where it has any and no file is named.
+    Without a file of LABELS, the labels in IN are written if there are any.
     """
     job, ending = _plan(mesh, labels, outputs, folder, formats, ascii=ascii)
     form = FormatOptions.checked(
@@ -103,11 +103,11 @@ class _Found:
     cells: Cells
     labels: npt.NDArray[np.int32] | None
     attributes: MeshAttributes | None
-    are_named: bool  # whether labels come from a file of their own
+    are_named: bool  # whether the labels come from a separate file
 
     @property
     def facts(self) -> dict[str, int | None]:
-        """Numbers of cells and labels; None if there are none."""
+        """Numbers of cells and of labels; None for labels if there are none."""
         count = {f"n_{kind_of(self.cells).noun}s": self.cells.n_cells}
         if self.labels is None:
             return {**count, "n_labels": None}
@@ -130,7 +130,7 @@ def _plan(
     *,
     ascii: bool,
 ) -> tuple[Job, str | None]:
-    """Outputs, and the ending of the files of regions, if given."""
+    """The outputs, and the ending of region files if a format is given."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
     also_read = [] if labels is None else [str(labels)]
@@ -147,7 +147,7 @@ def _plan(
 
 def _read(mesh: Path, labels: Path | None, named: str, format: str | None, *, keep: bool) -> _Found:
     cells, attributes = load_cells_and_attributes(str(mesh), format, keep=keep)
-    if labels is None and format is not None:  # the format is not known from the ending
+    if labels is None and format is not None:  # labels in IN would be searched by its ending
         return _Found(cells, None, attributes, False)
     found = labels_beside(mesh, labels, cells.n_cells, named)
     return _Found(cells, found, attributes, labels is not None)
@@ -156,7 +156,7 @@ def _read(mesh: Path, labels: Path | None, named: str, format: str | None, *, ke
 def _write(
     job: Job, found: _Found, form: FormatOptions, folder: Path | None, ending: str | None
 ) -> tuple[list[str], int]:
-    """Write all files; return those of regions, and the number of regions without a vertex."""
+    """Write all files; return paths of region files, and the number of regions without a vertex."""
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
     n_lost = write_outputs(
         job.files,

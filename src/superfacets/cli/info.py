@@ -30,8 +30,8 @@ def info_command(
 ) -> None:
     """Print counts and sizes of the meshes and point clouds in the files IN.
 
-    IN may be - for standard input. An input that fails does not stop the others; the exit status
-    is 1 if one did.
+    IN may be - for standard input. If an input fails, the others are still read, and the exit
+    status is 1.
     """
     check_inputs(inputs)
     n_failed = 0

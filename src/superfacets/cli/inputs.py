@@ -39,7 +39,8 @@ def name_of(text: str) -> str:
 def load_cells(text: str, format: str | None) -> Cells:
     """Return the mesh or cloud in a file, or on standard input for ``-``.
 
-    Its format is the one given, or that of the file's ending, or that of the content.
+    The format is `format` if it is given. Otherwise the ending of the file tells it or, on standard
+    input, the content.
     """
     return load_cells_and_attributes(text, format, keep=False)[0]
 
@@ -47,7 +48,7 @@ def load_cells(text: str, format: str | None) -> Cells:
 def load_cells_and_attributes(
     text: str, format: str | None, *, keep: bool = True
 ) -> tuple[Cells, MeshAttributes | None]:
-    """Return the mesh or cloud, and attributes of a PLY or a cloud if they are to be kept."""
+    """Return the mesh or cloud; with `keep`, also the attributes of a PLY or a cloud, else None."""
     data, ending, folder = _content(text, None if format is None else f".{format}")
     try:
         return parse_cells_and_attributes(data, ending, folder, keep=keep)
@@ -58,9 +59,9 @@ def load_cells_and_attributes(
 def labels_beside(
     mesh: Path, labels: Path | None, n_cells: int, name: str
 ) -> npt.NDArray[np.int32] | None:
-    """Labels from a file, or from the file of the mesh; None if there are neither.
+    """Labels from a file, or else from the file of the mesh; None if that has no labels.
 
-    The name is that of the labels in files that hold more.
+    `name` is the name of the labels in files that hold more than labels.
     """
     if labels is None and not has_labels(mesh, name=name):
         return None
@@ -68,7 +69,7 @@ def labels_beside(
 
 
 def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
-    """Content, the ending that names its format, and the folder of the file."""
+    """Content of an input, the ending that names its format, and the folder of the file."""
     if text != STANDARD_STREAM:
         path = Path(text)
         return read_content(path), ending or cell_ending(path), path.parent
@@ -123,7 +124,7 @@ def constraint_options(command: Any) -> Any:
 def constraints_of(
     mask: Path | None, barriers: Path | None, n_cells: int, name: str
 ) -> dict[str, Any]:
-    """Return the files as keywords of `segment`; the name is as for `read_labels`."""
+    """Read the files, and return them as keywords of `segment`; `name` is as for `read_labels`."""
     keywords: dict[str, Any] = {}
     if mask is not None:
         keywords["mask"] = _read_mask(mask, n_cells, name)
@@ -133,7 +134,7 @@ def constraints_of(
 
 
 def _read_mask(path: Path, n_cells: int, name: str) -> npt.NDArray[np.bool_]:
-    """Whether each cell is kept: not 0 in a file of labels, or True in a .npy."""
+    """Whether each cell is kept: its label in the file is not 0, or its value in a .npy is True."""
     if known_ending(path, LABEL_ENDINGS) != ".npy":
         return np.asarray(read_labels(path, n_cells, name=name) != 0)
     data = read_content(path)

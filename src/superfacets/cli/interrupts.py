@@ -1,4 +1,4 @@
-"""Signals, and work in a thread of its own, so that Ctrl-C is heard while the core computes."""
+"""Signals, and work in a separate thread, so that Ctrl-C is handled while the core computes."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ _ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(si
 """Signals that end the command as Ctrl-C does. Windows has no SIGHUP."""
 
 GRACE = 3.0
-"""Seconds for cleaning up after a signal. Ending workers takes 0.3."""
+"""Seconds for cleaning up after a signal. Ending worker processes takes 0.3 seconds."""
 
 
 def hear_signals() -> None:
     """Let SIGTERM and SIGHUP raise a KeyboardInterrupt, so that temporary files are removed.
 
-    Only the first of them does: `timeout` sends two, and the second would cut the removal short. A
-    signal that the process was started to ignore stays ignored, as SIGHUP under nohup.
+    Only the first signal does this, because `timeout` sends two, and the second would interrupt the
+    removal. A signal that this process was started to ignore, such as SIGHUP under nohup, stays
+    ignored.
     """
     for number in _ENDING:
         if signal.getsignal(number) is not signal.SIG_IGN:
@@ -36,9 +37,9 @@ def hear_signals() -> None:
 
 @contextlib.contextmanager
 def while_importing() -> Iterator[None]:
-    """Let these signals end the process at once, with the message and status of later interrupts.
+    """Let Ctrl-C, SIGTERM and SIGHUP end the process at once, with the usual message and status.
 
-    An error that is raised amid imports may be lost there, or change the exit status.
+    A KeyboardInterrupt raised during an import may be lost there, or change the exit status.
     """
     if (
         threading.current_thread() is not threading.main_thread()
@@ -48,7 +49,7 @@ def while_importing() -> Iterator[None]:
     raising = (
         signal.default_int_handler,
         _interrupt,
-    )  # other handlers were set by the parent process
+    )  # other handlers, set by the parent process, are kept
     heard = {
         number: handler
         for number in (signal.SIGINT, *_ENDING)
@@ -78,8 +79,8 @@ def _ignore(*_: object) -> None:
 def soon_ended() -> Iterator[None]:
     """Let a signal end the process if the block has not ended within `GRACE` seconds.
 
-    Python handles signals between two of its instructions. One that reads from a dead network
-    drive, or computes in the core, may take forever.
+    Python handles signals only between two of its instructions. An instruction that reads from a
+    dead network drive, or computes in the core, may take forever.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -123,8 +124,8 @@ SECONDS_BETWEEN_TICKS = 0.1
 def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None = None) -> T:
     """Return the result of `work`, or raise its error, and call `tick` while it runs.
 
-    An interrupt ends the waiting, not the work: it goes on until the process ends, and so must not
-    write files.
+    A KeyboardInterrupt ends the waiting but not the work, which continues until the process ends.
+    So `work` must not write files.
     """
     results: list[T] = []
     errors: list[BaseException] = []

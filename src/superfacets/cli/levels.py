@@ -54,7 +54,7 @@ from .report import notes_on_attributes
 
 ARRAYS = ".npz"
 ALL_LEVELS = (ARRAYS, ".sstk.json")
-"""Files that hold all levels."""
+"""Endings of files that hold all levels."""
 
 
 @click.command("levels")
@@ -144,7 +144,7 @@ def levels_command(
 
 
 def _report(job: Job, cells: Cells, nested: Hierarchy, *, as_json: bool) -> None:
-    """Print the results and files: two lines, or an object."""
+    """Print the results and files: as two lines, or as a JSON object."""
     is_to_stderr = job.stream is not None
     if as_json:
         facts = {"file": job.input, "levels": list(nested.counts), "n_finest": nested.n_finest}
@@ -165,7 +165,8 @@ class _Plan:
     """The files to write."""
 
     files: tuple[tuple[Path, str, tuple[Path, ...]], ...]
-    """Outputs as given, their endings, and the file of all levels, or one file per level."""
+    """For each output: its path as given, its ending, and the files to write. These are one file of
+    all levels, or one file per level."""
     stream: str | None
     """Ending of the output on standard output, if there is one."""
 
@@ -178,7 +179,7 @@ class _Plan:
 def _planned(
     outputs: tuple[str, ...], format_of_stream: str | None, counts: tuple[int, ...]
 ) -> _Plan:
-    """The files for outputs as given; a usage error if they are wrong."""
+    """The files to write for the outputs as given; a usage error if these are wrong."""
     has_stream = STANDARD_STREAM in outputs
     if outputs.count(STANDARD_STREAM) > 1:
         raise click.UsageError("-o takes - once")
@@ -202,7 +203,7 @@ def _ending_of(output: Path) -> str:
 
 
 def _paths_of_levels(output: Path, ending: str, counts: tuple[int, ...]) -> tuple[Path, ...]:
-    """The file that holds all levels; or one file per level, the finest first, with its number."""
+    """The file of all levels; or one per level, finest first, named by its number of regions."""
     if ending in ALL_LEVELS:
         return (output,)
     stem, given = output.name[: -len(ending)], output.name[-len(ending) :]
@@ -225,7 +226,7 @@ def _computed(
     source: _Source, counts: tuple[int, ...], endings: set[str], *, keeps: bool,
     features: tuple[str, ...], islands: Islands, n_threads: int | None,
 ) -> tuple[Cells, MeshAttributes | None, Hierarchy]:  # fmt: skip
-    """Read the files, and make the levels; an error before that if no output can hold them."""
+    """Read the files, check that all outputs can hold the cells, and compute the levels."""
     keeps_any = keeps or bool(features)
     cells, attributes = load_cells_and_attributes(source.input, source.format, keep=keeps_any)
     n_cells = cells.n_cells
@@ -235,7 +236,7 @@ def _computed(
     check_fit(cells, given, endings - {ARRAYS}, FormatOptions())
     constraints = constraints_of(source.mask, source.barriers, n_cells, source.labels_named)
     table = features_of(features, cells, attributes, checked_threads(n_threads))
-    with warnings.catch_warnings():  # levels are exact, and slivers do not matter here
+    with warnings.catch_warnings():  # levels have exact numbers of regions
         warnings.simplefilter("ignore", IslandWarning)
         warnings.simplefilter("ignore", SliverWarning)
         nested = hierarchy(
@@ -260,7 +261,7 @@ def _write(plan: _Plan, cells: Cells, attributes: MeshAttributes | None, nested:
 def _writers(
     plan: _Plan, cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
 ) -> Iterator[Callable[[IO[bytes]], None]]:
-    """Return a function that writes each file."""
+    """Yield a function for each file, which writes it."""
     for output, ending, _ in plan.files:
         if ending in ALL_LEVELS:
             yield partial(_write_all, ending=ending, nested=nested)
@@ -277,7 +278,7 @@ def _with_name(
 
 
 def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> None:
-    """Write the labels of all levels; in arrays, also the parents and the merge tree."""
+    """Write the labels of all levels; in an .npz, also the parents and the merge tree."""
     if ending != ARRAYS:
         write_sstk(file, nested.levels)
         return

@@ -42,8 +42,8 @@ def main() -> NoReturn:
     hear_signals()
     try:
         if sys.argv[1:2] == ["batch"] and _NO_WORKERS.isdisjoint(map(_option_of, sys.argv)):
-            with contextlib.suppress(OSError):  # they are started later, when needed
-                prepare()  # they import packages while the command does
+            with contextlib.suppress(OSError):  # workers are then started later
+                prepare()  # workers then import packages while the command does
         status = commands.main(standalone_mode=False)
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx else _command_path()
@@ -102,7 +102,7 @@ def _option_of(word: str) -> str:
 
 
 def _command_path() -> str:
-    """The name of the command, for errors of click's parser that do not know it."""
+    """Name of the command, for usage errors that click's parser raises without a context."""
     called = [name for name in sys.argv[1:2] if name in COMMANDS]
     return " ".join(["superfacets", *called])
 

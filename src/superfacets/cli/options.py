@@ -20,7 +20,7 @@ class Count(click.IntRange):
         self._lowest = lowest
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """The number; a usage error that says what is expected."""
+        """Return the number; a usage error names the numbers that are allowed."""
         try:
             number = int(value)
         except ValueError:
@@ -31,12 +31,12 @@ class Count(click.IntRange):
 
 
 class Real(click.FloatRange):
-    """Finite numbers; click's own let NaN and infinity through."""
+    """Finite numbers; click's FloatRange would accept NaN and infinity."""
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """The number; a usage error that says what is expected."""
+        """Return the number; a usage error names the numbers that are allowed."""
         try:
             number = float(value)
         except ValueError:
@@ -94,7 +94,7 @@ def format_option(what: str, *, name: str = "--format", of_stream: bool = False)
 
 
 def drop_attributes_option(what: str, listed: str = "") -> Decorator:
-    """Add the option that drops all data besides the mesh."""
+    """Add the option that drops all data of an input except the mesh."""
     return click.option(
         "--drop-attributes",
         is_flag=True,

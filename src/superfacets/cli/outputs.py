@@ -39,7 +39,7 @@ ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk"))
 
 
 def output_option(help: str, *, required: bool = False) -> Decorator:
-    """Add the option ``-o`` for the outputs; `plan_jobs` takes its values."""
+    """Add the option ``-o`` for the outputs, whose values are for `plan_jobs`."""
     return click.option(
         "-o",
         "--output",
@@ -81,7 +81,7 @@ class Job:
 
     @property
     def holds_labels(self) -> bool:
-        """Whether some output holds labels only."""
+        """Whether some output holds labels, or data made from labels, without the cells."""
         return not self.endings <= CELL_OUTPUTS
 
     @property
@@ -93,12 +93,12 @@ class Job:
 
     @property
     def names(self) -> list[str]:
-        """The outputs in the form of a command line."""
+        """The outputs as on a command line: paths, and - for standard output."""
         return [*map(str, self.files), *([STANDARD_STREAM] if self.stream else [])]
 
 
 def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
-    """Function from an input and endings to the names of its results."""
+    """Names of the results of an input: one per ending, or a default name without endings."""
     return output_names(Path(text).name, endings)
 
 
@@ -118,16 +118,16 @@ def plan_jobs(
     inputs : sequence of str
         Files, or one ``-``.
     outputs : sequence of str
-        Files, a folder, or ``-``. None: standard output for standard input, else files beside the
-        inputs.
+        Files, a folder, or ``-``. If empty: standard output for standard input, and otherwise files
+        beside the inputs.
     formats : sequence of str
-        Formats of outputs without a name. None: PLY, or VTU for files of tetrahedra.
+        Formats of outputs without a name. If empty: PLY, or VTU for files of tetrahedra.
     ascii : bool
-        Whether meshes are text, which a terminal can show.
+        Whether meshes are written as text, which a terminal can show.
     also_read : sequence of str
         Further files that no output may replace.
     names : callable
-        Takes an input and endings, and returns the names of the results in a folder.
+        Takes an input and endings, and returns the names of its results in a folder.
     """
     folders = [text for text in outputs if _is_folder(text)]
     _check_outputs(inputs, outputs, folders)
@@ -153,7 +153,7 @@ def plan_jobs(
 
 
 def _is_folder(text: str) -> bool:
-    """Whether an output is a folder: it ends in a slash, or is one and has no ending of a file."""
+    """Whether an output is a folder: it ends in a slash, or exists and has no ending of a file."""
     if text.endswith(("/", os.sep)):
         return True
     return bool(text) and Path(text).is_dir() and not text.lower().endswith(OUTPUT_ENDINGS)

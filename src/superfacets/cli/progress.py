@@ -40,7 +40,7 @@ advance, and later iterations are shorter: on the same meshes, 13 to 18 iteratio
 and half of the time was spent after 6 to 8."""
 
 NEARLY = 0.95
-"""Fraction at which the bar waits for a stage that takes longer than expected."""
+"""Largest fraction of a stage, except the loop, that the bar shows before the stage ends."""
 
 
 class Estimate:
@@ -54,7 +54,7 @@ class Estimate:
     Attributes
     ----------
     stage : str
-        Key of `SHARES`; the first before any has begun.
+        Key of `SHARES`: the current stage, or the first one before any has begun.
     """
 
     def __init__(self, now: float) -> None:
@@ -74,7 +74,7 @@ class Estimate:
         self._n_iterations = n_iterations
 
     def fraction(self, now: float) -> float:
-        """From 0 to 1, never falling as long as the clock does not."""
+        """Return the finished fraction, 0 to 1, which never decreases unless the clock does."""
         done = 0.0
         for stage, share in SHARES.items():
             if stage == self.stage:
@@ -96,7 +96,7 @@ class Bar:
     """A progress bar on stderr; draws nothing if stderr is not a terminal, or if `is_quiet`."""
 
     layout: ClassVar[str]
-    """Format of tqdm."""
+    """Format of the bar, for tqdm."""
 
     def __init__(self, *, is_quiet: bool = False) -> None:
         self._is_shown = not is_quiet and sys.stderr.isatty()

@@ -110,7 +110,7 @@ def regions_command(
 def _checked_outputs(
     output: Path | None, arcs: Path | None, borders: Path | None
 ) -> tuple[Path, ...]:
-    """Outputs by kind; a usage error if an ending is wrong."""
+    """Paths of the given outputs; a usage error if an ending is wrong."""
     try:
         for path in (output, arcs):
             if path is not None:

@@ -102,7 +102,7 @@ def chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) -
 
 
 def values_named(color_by: str | None) -> npt.NDArray[Any] | str | None:
-    """Values from a file, or from a column of the region table."""
+    """Values read from a file, or the name of a column of the region table as it is given."""
     if color_by is None or Path(color_by).suffix.lower() not in VALUE_ENDINGS:
         return color_by
     return read_values(Path(color_by))

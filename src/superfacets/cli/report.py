@@ -33,15 +33,15 @@ def notes_of(
     Parameters
     ----------
     outcome : Outcome
-        What was written.
+        The data that was written.
     asked : int or None
-        The number of regions that was asked for, if one was.
+        Number of regions given with -n; None without -n.
     endings : collection of str
-        Those of all outputs.
+        Endings of all outputs.
     holds_labels : bool
-        Whether labels were written of their own.
+        Whether any output holds labels without the cells.
     n_lost : int
-        Number of regions that no vertex has in files of labels of vertices.
+        Number of regions without a vertex in files of vertex labels.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
     kind = kind_of(mesh)
@@ -85,7 +85,7 @@ def notes_on_result(result: Segmentation) -> list[str]:
 
 
 def _is_connected_anyway(params: Mapping[str, Any]) -> bool:
-    """Whether regions were asked to be connected and are."""
+    """Whether --connect was given although the regions are connected without it."""
     is_exact = params["radius_factor"] is None and params["islands"] == "keep"
     return is_exact and params["enforce_connectivity"]
 
@@ -116,7 +116,7 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
 
 
 def _notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list[str]:
-    """Notes on outputs that lack labels of the faces of a subdivided input."""
+    """Notes on regions that files of labels lack because the input was subdivided."""
     n_lost = result.n_segments - len(np.unique(listed[listed >= 0]))
     if not n_lost:
         return []
@@ -139,7 +139,8 @@ def notes_on_attributes(
 ) -> list[str]:
     """Notes on data of the input that the labeled PLY does not hold.
 
-    Properties that are labels in the input are not replaced where these are the labels.
+    Without `are_replaced`, the labels come from the input itself, so none of its properties are
+    replaced.
     """
     notes = []
     if attributes.left_out:
@@ -157,7 +158,7 @@ def facts_of(
     outputs: Sequence[str],
     noun: str = "face",
 ) -> dict[str, Any]:
-    """The run as an object for JSON; `noun` is the name of the labeled elements."""
+    """The run as a JSON object; `noun` is the name of the labeled elements."""
     return {
         "file": name,
         f"n_{noun}s": len(result.labels),
@@ -180,7 +181,7 @@ def summary_of(
     outputs: Sequence[str],
     noun: str = "face",
 ) -> str:
-    """A line per file written, and one for the run; `noun` is the name of the labeled elements."""
+    """A line for each file written, and a line for the run; `noun` names the labeled elements."""
     seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in timings.items())
     lines = [
         f"wrote {'standard output' if output == STANDARD_STREAM else output}" for output in outputs

@@ -76,7 +76,7 @@ def reproduce_command(
 
 
 def _names(text: str | None, known: tuple[str, ...], what: str) -> tuple[str, ...]:
-    """Names in a list with commas, in the order of the known ones."""
+    """Names from a comma-separated list, in the order of `known`."""
     if text is None:
         return known
     wanted = [name.strip() for name in text.split(",")]

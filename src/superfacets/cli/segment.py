@@ -81,9 +81,9 @@ def segment_command(
 ) -> None:
     """Segment the meshes and point clouds in the files IN and write their labels.
 
-    IN may be - for standard input; the result then goes to standard output, if -o names no other
-    place. What is printed goes to stderr where standard output holds the result. An input that
-    fails does not stop the others; the exit status is 1 if one did.
+    IN may be - for standard input; the result then goes to standard output, unless -o names another
+    place. If standard output holds the result, messages go to stderr. If an input fails, the others
+    are still processed, and the exit status is 1.
     """
     tiles = TileOptions.taken_from(given)
     options = options_of(**given)
@@ -110,7 +110,7 @@ def segment_command(
 
 @dataclass(frozen=True)
 class _Run:
-    """Plan the outputs of each input."""
+    """Options of the command, with which each job is run."""
 
     options: FileOptions
     format: str | None

@@ -26,7 +26,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def _defaults_of(parameter: str) -> str:
-    """Default of a parameter for each kind of weights, as text."""
+    """All different defaults of a parameter among the kinds of weights, as text."""
     used = [
         weight.defaults[parameter] for weight in WEIGHTS.values() if parameter in weight.defaults
     ]
@@ -175,7 +175,7 @@ def file_options(function: Function) -> Function:
 
 
 def _with_options(function: Function, options: tuple[Callable[[Any], Any], ...]) -> Function:
-    for option in reversed(options):  # click lists the option first that is added last
+    for option in reversed(options):  # click lists options in the opposite order of their addition
         function = option(function)
     return function
 
@@ -193,7 +193,7 @@ def options_of(
     drop_attributes: bool,
     **given: Any,
 ) -> FileOptions:
-    """Return the options as given, or of a preset; an error if they are wrong."""
+    """Return the given options, completed by those of a preset; an error if they do not fit."""
     keywords = {name: value for name, value in given.items() if value is not None}
     if paper and parts:
         raise click.UsageError("--paper and --parts are two methods: give one of them")

@@ -81,7 +81,7 @@ def tile_options(function: Function) -> Function:
 
 @dataclass(frozen=True)
 class TileOptions:
-    """Settings of the work in tiles."""
+    """Options of the work in tiles."""
 
     tile_size: int | None
     scratch: Path | None
@@ -96,7 +96,7 @@ class TileOptions:
 
     @classmethod
     def taken_from(cls, given: dict[str, Any]) -> TileOptions | None:
-        """Take the options of tiles out of all given options; None without ``--tiled``.
+        """Remove the options of tiles from `given`, and return them; None without ``--tiled``.
 
         A usage error if they contradict each other.
         """
@@ -138,7 +138,7 @@ class TileOptions:
             **{name: options.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
             **others,
         }
-        if refused["--init"] == "geodesic":  # the only way for tiles
+        if refused["--init"] == "geodesic":  # tiles know no other placement of centers
             del refused["--init"]
         for name, value in refused.items():
             if value:

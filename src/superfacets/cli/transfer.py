@@ -66,9 +66,9 @@ def transfer_command(
 ) -> None:  # fmt: skip
     """Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.
 
-    TARGET is of the same object, in the same place. Each of its faces or points gets the label of
-    the nearest face or point of IN. LABELS are read from .npy, .seg, .txt or
-    labeled .ply or .vtp files; a labeled IN may be given twice.
+    TARGET must be of the same object, in the same place. Each of its faces or points gets the label
+    of the nearest face or point of IN. LABELS are read from .npy, .seg, .txt or labeled .ply or
+    .vtp files; a labeled IN may be given twice.
     """
     read = (str(source), str(labels))
     (job,) = plan_jobs((str(target),), outputs, formats, ascii=ascii, also_read=read)
@@ -106,7 +106,7 @@ def _notes(job: Job, goal: Cells, attributes: MeshAttributes | None, n_lost: int
 
 
 def _report(job: Job, goal: Cells, labels: npt.NDArray[np.int32], *, as_json: bool) -> None:
-    """Print a line per file written, and one for the run; or the facts as an object."""
+    """Print a line for each file written, and a line for the run; or the facts as a JSON object."""
     n_without = int(np.count_nonzero(labels < 0))
     n_labels = len(np.unique(labels[labels >= 0]))
     if as_json:

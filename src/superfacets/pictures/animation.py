@@ -1,4 +1,4 @@
-"""Pictures that move: files of a mesh that turns."""
+"""Animated pictures: GIF and video files of a turning mesh."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ MOVING_ENDINGS = (".gif", ".mp4")
 # Seconds per turn: slow enough to see each region pass.
 _SECONDS = 4.8
 
-# Quality of H.264, 0 (lossless) to 51. Flat colors and thin lines show losses early.
+# Constant rate factor of H.264: 0 is lossless, 51 is the worst quality. Flat colors and thin lines
+# show losses early, so the factor is low.
 _CRF = 18
 
 _N_COLORS = 256
@@ -46,12 +47,12 @@ def gif_of(frames: list[Picture]) -> bytes:
 
 
 def _milliseconds(n_frames: int) -> int:
-    """Milliseconds per picture: files count in steps of 10, and browsers slow down below 20."""
+    """Milliseconds per picture: GIF stores multiples of 10, and browsers slow down below 20."""
     return max(20, round(100 * _SECONDS / n_frames) * 10)
 
 
 def check_video() -> Any:
-    """Return the module that writes videos; a RenderError if it is not installed."""
+    """Return the module that writes videos, or raise a RenderError if it is not installed."""
     try:
         return importlib.import_module("imageio_ffmpeg")
     except ModuleNotFoundError:
@@ -61,7 +62,7 @@ def check_video() -> Any:
 
 
 def write_video(frames: list[Picture], path: Path) -> None:
-    """Write the pictures as H.264; sides of odd length get one more row or column."""
+    """Write the pictures as an H.264 video; a side of odd length gets one more row or column."""
     height, width = frames[0].shape[:2]
     margin = ((0, height % 2), (0, width % 2), (0, 0))
     writer = check_video().write_frames(

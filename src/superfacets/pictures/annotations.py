@@ -14,12 +14,13 @@ from .colors import Scale, scale_colors
 from .scene import Picture
 
 TITLE_SHARE, SCALE_SHARE = 0.07, 0.12
-"""Heights of the strips of titles and of the scale, as fractions of the picture's height."""
+"""Heights of the title strip and of the scale strip, as fractions of the picture's height."""
 
-# Heights of the text and of the bar in the strip of the scale, and width of the bar in pictures.
+# Heights of the text and of the color bar, as fractions of the height of the scale strip, and width
+# of the bar as a fraction of the strip's width.
 _TEXT, _BAR, _BAR_WIDTH = 0.26, 0.22, 0.5
 
-# Most ticks; their distance is 1, 2 or 5 times a power of ten.
+# Upper bound on the number of intervals between ticks, which are 1, 2 or 5 times a power of ten.
 _MAX_TICKS = 6
 _STEPS = (1, 2, 5, 10)
 _TINY = 1e-290
@@ -28,7 +29,7 @@ Color = tuple[int, int, int]
 
 
 def title_strip(titles: Sequence[str], width: int, height: int, background: Color) -> Picture:
-    """Titles side by side, each centered above a picture of this width."""
+    """A strip of titles side by side, each centered above a picture of this width."""
     image, pen = _canvas(width * len(titles), height, background)
     for i, title in enumerate(titles):
         font = _fitting_font(title, 0.55 * height, 0.96 * width)
@@ -38,7 +39,7 @@ def title_strip(titles: Sequence[str], width: int, height: int, background: Colo
 
 
 def scale_strip(scale: Scale, width: int, height: int, background: Color) -> Picture:
-    """The scale's colors with ticks and its title, and the gray of missing values."""
+    """A strip with the scale's title, colors and ticks, and a gray box if values are missing."""
     image, pen = _canvas(width, height, background)
     ink, font = _ink(background), _font(_TEXT * height)
     left, right = round(width * (0.5 - _BAR_WIDTH / 2)), round(width * (0.5 + _BAR_WIDTH / 2))
@@ -86,7 +87,7 @@ def _fitting_font(text: str, size: float, width: float) -> Any:
 
 
 def _ticks(low: float, high: float) -> list[float]:
-    """Round numbers from low to high; low and high alone if no usual step fits."""
+    """Round numbers from low to high; low and high alone if their range is tiny or infinite."""
     if not _TINY < high - low < math.inf:
         return sorted({low, high})
     least = (high - low) / _MAX_TICKS

@@ -13,13 +13,13 @@ from typing import Any
 
 from ..errors import MissingExtraError, RenderError
 
-# Mesa reports on stderr why a device does not start.
+# Silences Mesa's EGL, which otherwise reports on stderr why a device does not start.
 _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
 
 
 @contextlib.contextmanager
 def quiet_vtk() -> Iterator[None]:
-    """Let VTK draw off screen without messages; restore the settings of VTK and the process."""
+    """Let VTK draw off screen without messages; restore its settings and environment at the end."""
     window = ensure_gl()
     wanted = dict(_QUIET_EGL)
     if window is not None:
@@ -48,15 +48,17 @@ def _environment(wanted: Mapping[str, str]) -> Iterator[None]:
 
 
 def ensure_gl() -> str | None:
-    """Return the kind of window that VTK should make here, or None to leave it the choice.
+    """Return the class of window that VTK must create here, or None if VTK may choose.
 
-    VTK ends the process where it finds no OpenGL, so this looks first. A display comes first
-    because mixing it with EGL in one process, where a user's own windows are open, is not safe.
+    VTK ends the process if it finds no OpenGL, so this function looks for OpenGL first. A display
+    is preferred to EGL: where a user's own windows are open on the display, mixing it with EGL in
+    one process is not safe.
+
 
     Raises
     ------
     RenderError
-        If nothing is found that VTK can draw with; the message says what to install.
+        If VTK can draw with none of a display, EGL and OSMesa; the message says what to install.
     """
     if not sys.platform.startswith("linux"):
         return None
@@ -104,10 +106,11 @@ def _has_display() -> bool:
 
 
 def _has_egl() -> bool:
-    """Whether EGL has a device that starts, as VTK will need.
+    """Whether EGL has a device that can be initialized, which VTK needs.
 
-    The library alone is not enough: without a vendor's part it has no devices, and without a
-    driver it cannot start them. A started device is left so: others in the process may use it.
+    The library alone is not enough: without a vendor library it has no devices, and without a
+    driver it cannot initialize them. The device is not terminated here, because other code in the
+    process may use it.
     """
     egl = _load_library("libEGL.so.1")
     if egl is None:
@@ -131,11 +134,12 @@ def _has_egl() -> bool:
 
 
 def _has_osmesa() -> bool:
-    """Whether Mesa's software renderer is there, under a name that VTK looks for."""
+    """Whether Mesa's software renderer is installed under a name that VTK looks for."""
     return any(_load_library(f"libOSMesa.so.{version}") is not None for version in (8, 6))
 
 
-# The next to last holds the rendering classes, which VTK looks up when a window is created.
+# vtkRenderingOpenGL2 holds the OpenGL versions of the rendering classes, which VTK looks up when a
+# window is created.
 _VTK_MODULES = (
     "vtkCommonCore",
     "vtkCommonDataModel",
@@ -154,7 +158,7 @@ def import_vtk() -> Any:
     MissingExtraError
         If VTK is not installed.
     RenderError
-        If it is, but cannot be loaded.
+        If VTK is installed but cannot be loaded.
     """
     members: dict[str, Any] = {}
     try:
@@ -168,7 +172,7 @@ def import_vtk() -> Any:
 
 
 def import_pillow(module: str) -> Any:
-    """Return a module of Pillow; a MissingExtraError if it is not installed."""
+    """Return a module of Pillow, or raise a MissingExtraError if Pillow is not installed."""
     try:
         return importlib.import_module(f"PIL.{module}")
     except ModuleNotFoundError:

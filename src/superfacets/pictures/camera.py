@@ -88,8 +88,8 @@ class View:
     def named(name: str, *, up: Up = "auto", zoom: float = 1.0) -> View:
         """Return the view from one side: front, back, left, right, top, bottom or iso.
 
-        Left and right are those of someone who looks at the front. From ``"iso"`` front, right and
-        top are seen alike.
+        "Left" and "right" are as seen by someone who faces the front. ``"iso"`` shows the front,
+        the right and the top at equal angles.
 
         Raises
         ------
@@ -118,8 +118,8 @@ def place_camera(points: FloatArray, view: View, aspect: float) -> Camera:
     across_middle, height_middle, depth_middle = map(_midrange, (across, height, depth))
     slope = math.tan(math.radians(_HALF_VIEW_ANGLE))
     distance = 0.0
-    # In perspective the middle of the box is not the middle of the picture; each iteration reduces
-    # the error more than fivefold.
+    # In perspective, the middle of the bounding box is not the middle of the picture. Each
+    # iteration reduces this error more than fivefold.
     for _ in range(4):
         x, y, z = across - across_middle, height - height_middle, depth - depth_middle
         reach = np.maximum(np.abs(y), np.abs(x) / aspect) / (slope * (1 - _MARGIN))
@@ -131,9 +131,10 @@ def place_camera(points: FloatArray, view: View, aspect: float) -> Camera:
 
 
 def turned_cameras(points: FloatArray, view: View, aspect: float, n: int) -> list[Camera]:
-    """N cameras around the origin; the points just fill the frame in at least one of them.
+    """Return n cameras on a circle around the up axis; in each, all points fit into the frame.
 
-    They go around to the right, at the same height and distance; the first has the view's azimuth.
+    The cameras go around to the right, at the same height and distance; the first has the view's
+    azimuth.
     """
     start = replace(view, azimuth=0.0)
     camera = place_camera(_swept(points, start), start, aspect)
@@ -150,7 +151,7 @@ def turned_cameras(points: FloatArray, view: View, aspect: float, n: int) -> lis
 
 
 def _swept(points: FloatArray, view: View) -> FloatArray:
-    """Points around the solid that the given points sweep in a turn around the up axis."""
+    """Points on rings around the solid that the given points sweep in a turn about the up axis."""
     right, front, up = view_axes(replace(view, elevation=0.0))
     heights, radii = points @ up, np.hypot(points @ right, points @ front)
     levels = np.linspace(heights.min(), heights.max(), _N_RINGS + 1)

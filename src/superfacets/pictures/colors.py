@@ -59,9 +59,9 @@ def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
-        As for `segment`; or cells of one's own.
+        As for `segment`; or a `CellGraph` of cells of your own.
     labels : array_like of integers, shape (F,)
-        Region of each face, any numbers; -1 where there is none, which is gray.
+        Region of each face, any integers; -1 for a face in no region, which becomes gray.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -
     Raises
     ------
     ValueError, TypeError
-        If there is not one label per face, or they are not integers.
+        If there is not one label per face, or the labels are not integers.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -
 
 
 def colors_of_cells(colors: Bytes, labels: Ints) -> Bytes:
-    """Colors of cells, (N, 3), given those of their regions; gray for label -1."""
+    """Colors of cells, (N, 3), given the colors of their regions; gray for label -1."""
     return np.concatenate([colors, np.array([NO_COLOR], dtype=np.uint8)])[labels]
 
 
@@ -101,13 +101,13 @@ def _colors_of(cells: Cells | CellGraph, labels: Ints) -> Bytes:
 def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> Bytes:
     """Return a color for each region, clearly different where regions touch.
 
-    Regions that touch differ by at least `MIN_COLOR_DISTANCE` in OKLab, as seen by normal eyes and
+    Regions that touch differ by at least `MIN_COLOR_DISTANCE` in OKLab, both for normal vision and
     in protanopia, deuteranopia and tritanopia, wherever `PALETTE` suffices, as it does for regions
-    of a surface: regions of few neighbors are put aside until none is left, and colored in the
-    opposite order, each with the least used color that is far from those its neighbors have. So a
-    region of a planar map has at most 5 neighbors with colors when its turn comes. Where neighbors
-    have taken the whole palette, which takes 10, the region gets the color, of a wider choice,
-    whose distance to the nearest of theirs is largest.
+    of a surface. Regions with few neighbors are removed until none is left, and then colored in the
+    opposite order. Each gets the least used color that is far from the colors of its neighbors. In
+    a planar map, at most 5 neighbors of a region are colored before it. If neighbors have all 10
+    colors of the palette, the region gets a color of a wider choice: the color whose distance to
+    the nearest color of a neighbor is largest.
 
     The same input gives the same colors. Time and memory are linear in arcs and in pairs of
     neighboring regions.
@@ -118,7 +118,7 @@ def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> Bytes:
         ``offsets``, shape (N + 1,), and ``neighbors``, shape (M,), undirected: with both
         directions of each arc.
     labels : array_like of integers, shape (N,)
-        Region of each cell, 0 to K - 1, or -1 where there is none.
+        Region of each cell, 0 to K - 1, or -1 for a cell in no region.
 
     Returns
     -------
@@ -142,10 +142,11 @@ def _colors_of_adjacency(starts: Longs, touching: Longs) -> Bytes:
 
 
 def _peeled_order(starts: Longs, touching: Longs) -> Longs:
-    """An order of regions in which few neighbors precede each.
+    """An order of the regions in which only a few neighbors of a region come before it.
 
-    Regions with at most 5 neighbors left, or else with the fewest, are taken away together, again
-    and again; those taken away last come first. In planar graphs at most 5 come before any other.
+    Each round removes all regions with at most 5 remaining neighbors or, if there are none, the
+    regions with the fewest. The regions of the last round come first in the order. In a planar
+    graph, at most 5 neighbors come before a region.
     """
     n_left = np.diff(starts)  # remaining neighbors of each region
     left = np.arange(len(n_left))
@@ -203,7 +204,7 @@ def _farthest_color(taken: list[int]) -> int:
 
 @cache
 def _choices() -> Bytes:
-    """The palette, then further colors, (C, 3): steps of 51 in each channel, alike in lightness."""
+    """The palette, then further colors, (C, 3): multiples of 51, not dark, white or near gray."""
     steps = np.arange(0, 256, 51)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     lightness = oklab(cube)[:, 0]
@@ -214,7 +215,7 @@ def _choices() -> Bytes:
 
 @cache
 def _distances() -> Floats:
-    """Distances between all choices, under the worst vision."""
+    """Distances in OKLab between all choices, under the worst vision."""
     return color_distances(_choices(), _choices())
 
 
@@ -228,15 +229,16 @@ def _near_colors() -> list[int]:
 def scale_colors(n: int = 256) -> Bytes:
     """Return n colors for values from low to high, (n, 3), sRGB.
 
-    They run from blue over green to yellow, in steps of about the same length in OKLab. Lightness
-    rises evenly: the order is seen without colors too. Dark borders are seen on the darkest.
+    The colors run from blue through green to yellow, in steps of about the same length in OKLab.
+    Lightness rises evenly, so the order is visible without colors, too. Dark border lines are
+    visible even on the darkest color.
     """
     at = np.linspace(0, len(_SCALE) - 1, n)
     places = np.stack([np.interp(at, range(len(_SCALE)), column) for column in _SCALE.T], axis=1)
     return from_oklab(places)
 
 
-# In OKLab.
+# Control points of the scale in OKLab: lightness, green-red, blue-yellow.
 _SCALE = np.array(
     [
         (0.40, 0.0, -0.18), (0.535, -0.05, -0.11), (0.67, -0.10, -0.015),
@@ -251,9 +253,9 @@ _N_COLORS = 256
 def checked_values(
     given: Any, name: str, n_cells: int, n_regions: int | None
 ) -> tuple[Floats, Literal["cell", "region"]]:
-    """Return finite or NaN values, and whether there is one per cell or one per region.
+    """Return values, finite or NaN, and whether they are given per cell or per region.
 
-    Without regions, ``n_regions`` is None.
+    `n_regions` is None if values per region are not allowed.
     """
     refuse_mask(given, name)
     array = np.asarray(given)
@@ -272,7 +274,7 @@ def checked_values(
 
 @dataclass(frozen=True)
 class Scale:
-    """Meaning of colors: `scale_colors` from the lowest value to the highest."""
+    """Color scale: maps values from ``low`` to ``high`` to the colors of `scale_colors`."""
 
     low: float
     high: float

@@ -16,7 +16,8 @@ from .camera import Camera
 from .scene import Picture, Scene
 
 MAX_SIDE = 8192
-"""Longest side of a picture; samples have twice this size, the limit of graphics drivers."""
+"""Largest width and height of a picture in pixels. It is drawn at twice this size, the limit of
+graphics drivers."""
 
 # Samples per pixel in each direction, averaged for smooth borders and outlines.
 _SAMPLES = 2
@@ -29,17 +30,17 @@ _CREASE_ANGLE = 40.0
 # stays visible on a surface tilted by 70 degrees (tan 70 / 2).
 _LINE_LIFT = 1.4
 
-# Ambient occlusion: radius as a fraction of the diagonal, and the fraction of it that a surface
-# must stand out to cast a shadow. Concave creases get darker.
+# Ambient occlusion: radius as a fraction of the diagonal, and the fraction of the radius by which a
+# surface must stand out to cast a shadow. Concave creases get darker.
 _SHADOW_REACH = 0.05
 _SHADOW_BIAS = 0.06
 
-# Samples per pixel for ambient occlusion; noise is blurred.
+# Samples per pixel for ambient occlusion; the noise that is left is blurred.
 _SHADOW_SAMPLES = 64
 
-# Longest side, in pixels, at which soft shadows are drawn: at least two fifths of the picture's, at
-# most that of its samples. Shadows vary slowly and are magnified smoothly; at the size of the
-# samples they would dominate the time.
+# Longest side, in pixels, of the drawing of soft shadows; but at least 0.4 and at most 2 times the
+# longest side of the picture. Shadows vary slowly, so they are drawn small and magnified smoothly.
+# Drawn at twice the picture's size, they would dominate the time.
 _SHADOW_SIDE = 480
 
 _LINE_COLOR = (28, 28, 32)
@@ -69,9 +70,9 @@ class _Lines:
     """Border lines, which are moved in front of the surface for each camera."""
 
     actor: Any
-    places: Any  # points of VTK
-    ends: Floats  # (P, 3), points on the surface
-    lift: float  # per distance from the camera
+    places: Any  # VTK's points, moved for each camera
+    ends: Floats  # (P, 3), positions of the points on the surface
+    lift: float  # shift toward the camera, as a fraction of the distance to it
 
 
 def draw(
@@ -112,7 +113,7 @@ def _set_stage(vtk: Any, scene: Scene, half_slope: float, height: int, line_widt
     surface, lines = _surface(vtk, scene), None
     renderer.AddActor(surface)
     if line_width > 0 and len(scene.borders):
-        pixel = 2 * half_slope / height  # in units of the distance
+        pixel = 2 * half_slope / height  # height of a pixel at distance 1
         lines = _border_lines(vtk, scene, line_width, _LINE_LIFT * line_width * pixel)
         renderer.AddActor(lines.actor)
     _light(vtk, renderer)
@@ -137,7 +138,7 @@ def _surface(vtk: Any, scene: Scene) -> Any:
     actor = _actor(vtk, faces)
     look = actor.GetProperty()
     look.SetInterpolationToPhong()
-    look.SetColor(1, 1, 1)  # for faces without colors
+    look.SetColor(1, 1, 1)  # white where colors are switched off, for soft shadows
     look.SetSpecularPower(20.0)
     return actor
 
@@ -158,7 +159,7 @@ def _border_lines(vtk: Any, scene: Scene, line_width: float, lift: float) -> _Li
 def _poly_data(
     vtk: Any, points: Floats, *, faces: Longs | None = None, lines: Longs | None = None
 ) -> Any:
-    """Points, and the faces, (F, 3), or lines, (B, 2), between them."""
+    """VTK data of points, and of the faces, (F, 3), or lines, (B, 2), between them."""
     data, places = vtk.vtkPolyData(), vtk.vtkPoints()
     places.SetData(vtk.numpy_to_vtk(points.astype(np.float32), deep=True))
     data.SetPoints(places)
@@ -245,7 +246,7 @@ def _shadow_frame(frame: tuple[int, int]) -> tuple[int, int]:
 
 
 def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
-    """Pixels of the window, (height, width, 3), row 0 at the top."""
+    """Render the window at this size; return its pixels, (height, width, 3), row 0 at the top."""
     stage.window.SetSize(width, height)
     stage.window.Render()
     pixels = vtk.vtkUnsignedCharArray()
@@ -257,15 +258,16 @@ def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
 
 
 def _combined(samples: Picture, shadows: Picture, background: tuple[int, int, int]) -> Picture:
-    """Means of blocks of samples, multiplied by the shadows, which are gray and of another size.
+    """Average blocks of samples, and multiply them by the gray shadows, scaled to the same size.
 
-    Shadows do not spread to where there is nothing but background.
+    Pixels that show nothing but background get no shadow.
     """
     image, chops, blurs = (import_pillow(name) for name in ("Image", "ImageChops", "ImageFilter"))
     lit = image.fromarray(np.ascontiguousarray(samples)).reduce(_SAMPLES)
     gray = image.fromarray(np.ascontiguousarray(shadows[..., 0])).filter(blurs.BoxBlur(1))
     factors = np.array(gray.resize(lit.size, image.Resampling.BILINEAR))
-    # Four bytes at a time; three would take most of the time of this function.
+    # Compares four bytes per pixel as one number. Comparing three channels would take most of the
+    # time of this function.
     bare = np.frombuffer(bytes((*background, 255)), np.uint32)
     packed = np.frombuffer(lit.convert("RGBA").tobytes(), np.uint32)
     factors.ravel()[packed == bare] = 255

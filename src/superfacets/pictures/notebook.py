@@ -19,17 +19,20 @@ from .colors import PALETTE
 from .rendering import render
 
 MAX_DRAWN = 200_000
-"""Most faces or tetrahedra that are drawn. A notebook shows a result at the end of each cell, and
-more would take seconds without a graphics card; `render` has no such limit."""
+"""Largest number of faces or tetrahedra that are drawn. A notebook shows a result at the end of
+each cell, and drawing more would take seconds without a graphics card; `render` has no such limit.
+"""
 
 MAX_DRAWN_POINTS = 50_000
-"""Most points that are drawn: their neighbors have to be computed again."""
+"""Largest number of points that are drawn: their neighbors have to be computed again."""
 
-# Size of the picture, and its size on the page: two pixels per CSS pixel, for sharp displays.
+# Size of the picture in pixels, and its width on the page: two pixels per CSS pixel, for sharp
+# displays.
 _SIZE = (640, 480)
 _SHOWN_WIDTH = 320
 
-# A notebook stores its pictures: a palette makes them a fifth of the size.
+# Number of colors in the palette. Notebooks store their pictures, and a palette makes them a fifth
+# of the size.
 _N_COLORS = 256
 
 _CHART_WIDTH, _CHART_HEIGHT, _MAX_BARS = 240, 64, 24
@@ -39,7 +42,7 @@ _drawn: WeakKeyDictionary[_Result, bytes | None] = WeakKeyDictionary()
 
 
 class _Result(Protocol):
-    """A `Segmentation`, whose class is of a higher layer."""
+    """The part of a `Segmentation` that is used here. Its class belongs to a higher layer."""
 
     @property
     def labels(self) -> Ints: ...
@@ -58,9 +61,9 @@ class _Result(Protocol):
 def png_of(result: _Result) -> bytes | None:
     """Return a picture of a result as PNG, or None if there is none.
 
-    There is none without the mesh or cloud that was segmented, of more cells than `MAX_DRAWN` or
-    `MAX_DRAWN_POINTS`, without the extra `viz`, and on a machine without OpenGL. No display is
-    needed.
+    There is no picture if the result does not hold the mesh or cloud that was segmented, if this
+    has more cells than `MAX_DRAWN` or `MAX_DRAWN_POINTS`, without the extra `viz`, or on a machine
+    without OpenGL. No display is needed.
     """
     if result not in _drawn:
         _drawn[result] = _draw(result.labels, result.cells)
@@ -82,7 +85,7 @@ def _draw(labels: Ints, cells: Cells | CellGraph | None) -> bytes | None:
 
 
 def html_of(result: _Result) -> str:
-    """Return HTML that stands alone: the picture, if there is one, counts and the histogram."""
+    """Return self-contained HTML: the picture, if there is one, counts and the histogram."""
     png = png_of(result)
     picture = ""
     if png is not None:
@@ -118,7 +121,7 @@ def _facts(result: _Result, noun: str, sizes: Array) -> dict[str, str]:
 
 
 def _histogram(sizes: Array, noun: str) -> str:
-    """Inline SVG of the numbers of cells that regions have, in bars of equal width."""
+    """Histogram of the sizes of regions in cells, as inline SVG with bars of equal width."""
     low, high = int(sizes.min()), int(sizes.max())
     n_bars = min(_MAX_BARS, high - low + 1)
     counts, edges = np.histogram(sizes, bins=n_bars, range=(low, high + 1))

@@ -1,4 +1,4 @@
-"""Pictures with annotations: several labelings, a color scale, turns."""
+"""Pictures with annotations: several labelings side by side, a color scale, turning meshes."""
 
 from __future__ import annotations
 
@@ -44,15 +44,14 @@ _ENDINGS = (".png", *MOVING_ENDINGS)
 
 @dataclass(frozen=True, eq=False)
 class Plot:
-    """One picture, or the pictures of a turn: the result of `plot`.
+    """Result of `plot`: one picture, or the pictures of a turn around the up axis.
 
-    In a notebook it shows itself, as the last line of a cell; ``numpy.asarray`` gives the first
-    picture.
+    A notebook shows it if it is the last line of a cell; ``numpy.asarray`` gives the first picture.
 
     Attributes
     ----------
     frames : list of ndarray of uint8, shape (height, width, 3)
-        One picture, or as many as the turn has; sRGB, row 0 at the top.
+        One picture, or all pictures of a turn; sRGB, row 0 at the top.
     """
 
     frames: list[Picture] = field(repr=False)
@@ -69,12 +68,13 @@ class Plot:
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write a .png, or a .gif or .mp4 of a turn, and return its path.
 
-        The file is complete or not there: an existing one is replaced at the very end.
+        The file is written completely or not at all: an existing file is replaced at the very end.
 
         Raises
         ------
         ValueError
-            If the path has another ending, or that of a turn where there is one picture.
+            If the path has another ending, or ends in .gif or .mp4 where there is one picture, or
+            in .png where there are several.
         RenderError
             If the path ends in .mp4 and imageio-ffmpeg is not installed.
         OSError
@@ -122,53 +122,54 @@ def plot(
 ) -> Plot:
     """Return a picture of cells and their regions: one or several labelings, still or turning.
 
-    It is what `render` draws, with more around it: labelings side by side, colors by value with
-    their scale, a turn around the axis that points up. Regions that touch have colors that
-    color-blind people tell apart, too. No display is needed. Time is linear in cells, in pixels,
-    and in pictures.
+    The picture is drawn as by `render`, and more can be added: labelings side by side, colors by
+    value with their scale, a turn around the axis that points up. Regions that touch have colors
+    that color-blind people tell apart, too. No display is needed. Time is linear in cells, in
+    pixels, and in pictures.
 
     Parameters
     ----------
     cells : Mesh or mesh-like, PointCloud or cloud-like
         As for `segment`. Points are drawn as small hexagons on the surface, without borders.
     labels : array_like of integers, shape (N,), optional
-        Region of each cell, any numbers; -1 where there is none, which is gray. Without labels a
-        mesh is plain, and a cloud has its own colors, if it has any.
+        Region of each cell, any integers; -1 for a cell in no region, which is drawn gray. Without
+        labels a mesh has one plain color, and a cloud has its own colors, if it has any.
     output : path, optional
-        Where to write the picture, as .png; or a turn, as .gif or .mp4.
+        File to write: .png for one picture, .gif or .mp4 for a turn.
     compare : sequence of array_like of integers, shape (N,) each
         More labelings of the same cells, drawn to the right from the same point of view.
     titles : sequence of str, optional
-        One for each labeling, above it.
+        A title above each labeling.
     colors : array_like of uint8, shape (N, 3), optional
         Color of each cell, sRGB; by default `face_colors`.
     color_by : array_like of numbers, shape (N,) or (K,), or str, optional
-        What cells are colored by instead: a value per cell; a value per region, in the order of
-        their numbers, if there is one labeling; or a column of `RegionGraph.table` by name, such as
-        ``"area"``. Blue is lowest, yellow highest, and gray what is NaN or in no region. Below
-        stands the scale, which is the same for all labelings.
+        Values that colors show: a value per cell; a value per region, in ascending order of
+        their labels, if there is one labeling; or the name of a column of `RegionGraph.table`, such
+        as ``"area"``. Blue is the lowest value, yellow the highest; NaN and cells in no region are
+        gray. The scale below the pictures is the same for all labelings.
     scale_title : str, optional
-        What stands above the scale; by default the name of the column.
+        Title of the scale; by default the name of the column.
     size : (int, int), optional
-        Width and height of each labeling's picture in pixels, at most 8192 each, with title and
-        scale. By default (1200, 900), and (640, 480) of a turn.
+        Width and height of each labeling's picture in pixels, at most 8192 each, including title
+        and scale. By default (1200, 900), or (640, 480) for a turn.
     view : View or str, optional
-        Where the cells are seen from, or the name of a view as for `View.named`: "front", "top",
-        "iso" ... By default from the right and a little above. A turn begins there.
+        Viewpoint, or the name of a view as for `View.named`: "front", "top", "iso" ... By default
+        from the right and a little above. A turn begins there.
     n_frames : int, optional
-        Number of pictures of one turn, which takes about 5 seconds. By default 60 if `output` is a
-        .gif or .mp4, and otherwise 1, which does not turn.
+        Number of pictures of one turn, which lasts about 5 seconds; 1 for a single picture. By
+        default 60 if `output` is a .gif or .mp4, and otherwise 1.
     border_width : float, optional
-        As for `render`: pixels, 0 for none, by default in proportion to the regions.
+        As for `render`: width in pixels, 0 for no borders, by default in proportion to the regions.
     background : str, default "white"
-        Name that CSS knows, or "#rrggbb", of a color.
+        Name of a color in CSS, or "#rrggbb".
     clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
-        Which half of a `TetMesh` is shown, as for `render`. By default the outside of all.
+        Half of a `TetMesh` to show, as for `render`. By default the outer surface of the whole
+        mesh.
 
     Returns
     -------
     Plot
-        With ``image``, ``frames`` and ``save(path)``; it shows itself in a notebook.
+        Has ``image``, ``frames`` and ``save(path)``; a notebook shows the picture or the turn.
 
     Raises
     ------
@@ -212,7 +213,7 @@ def plot(
 
 
 def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
-    """Number of pictures of a turn; one without a turn."""
+    """Number of pictures of a turn; 1 without a turn."""
     if given is not None:
         return checked_count(given, "n_frames")
     is_moving = output is not None and Path(output).suffix.lower() in MOVING_ENDINGS
@@ -281,7 +282,7 @@ class _Panels:
 def _draw_side_by_side(
     panels: _Panels, style: Style, n_frames: int, titles: Sequence[str] | None, scale: Scale | None
 ) -> list[Picture]:
-    """The panels from each camera, between their titles and the scale."""
+    """The panels side by side, seen from each camera, between their titles and the scale."""
     width, height = style.frame
     count = len(panels.series)
     above, below = [], []

@@ -25,7 +25,7 @@ from .colors import face_colors
 from .drawing import MAX_SIDE, draw
 from .scene import Picture, Scene, build_cloud_scene, build_scene, default_border_width, guess_up
 
-_PNG_RUNS = 3  # Z_RLE of zlib
+_PNG_RUNS = 3  # zlib's Z_RLE, which compresses runs of equal bytes only
 
 
 def render(
@@ -42,35 +42,38 @@ def render(
 ) -> Picture:
     """Return a shaded picture of a mesh, its regions colored and outlined.
 
-    No display is needed: on Linux, Mesa's EGL or OSMesa will do. Shading is smooth, but for creases
-    of more than 40 degrees. Borders between regions are drawn where faces of two labels share an
-    edge; vertices at exactly the same position count as one. A file is complete or not there: an
-    existing one is replaced at the very end. Time is linear in faces and in pixels.
+    No display is needed: on Linux, Mesa's EGL or OSMesa suffices. Shading is smooth except across
+    creases of more than 40 degrees. Borders between regions are drawn where faces of two labels
+    share an edge; vertices at exactly the same position count as one. A file is written completely
+    or not at all: an existing file is replaced at the very end. Time is linear in faces and in
+    pixels.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
         As for `segment`. Points are drawn as small hexagons on the surface, without borders.
     labels : array_like of integers, shape (F,), optional
-        Region of each face or point, any numbers; -1 where there is none, which is gray. Without
-        labels a mesh is plain, and a cloud has its own colors, if it has any.
+        Region of each face or point, any integers; -1 for a cell in no region, which is drawn gray.
+        Without labels a mesh has one plain color, and a cloud has its own colors, if it has any.
     output : path, optional
-        Where to write the picture, as PNG.
+        PNG file to write.
     colors : array_like of uint8, shape (F, 3), optional
         Color of each face, sRGB; by default `face_colors`.
     size : (int, int), default (1200, 900)
         Width and height in pixels, at most 8192 each.
     view : View or str, optional
-        Where the picture is taken from, or the name of a view as for `View.named`: "front", "top",
-        "iso" ... By default from the right and a little above.
+        Viewpoint, or the name of a view as for `View.named`: "front", "top", "iso" ... By default
+        from the right and a little above.
     border_width : float, optional
-        Pixels; 0 draws no borders. By default 2 % of the diameter that the mean region has on the
-        picture, but 0.6 pixels at least, and at most a 250th of the picture's height (or 1).
+        Width of borders in pixels; 0 draws none. By default 2 % of the diameter of a mean region in
+        the picture, but at least 0.6 pixels, and at most 1 / 250 of the picture's height or 1
+        pixel, whichever is larger.
     background : str, default "white"
-        Name that CSS knows, or "#rrggbb", of a color.
+        Name of a color in CSS, or "#rrggbb".
     clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
-        Of a `TetMesh`, show the tetrahedra with centroids on one side of the middle of the bounding
-        box: ``"x"`` those of larger x, ``"-x"`` those of smaller x. By default the outside of all.
+        Half of a `TetMesh` to show: the tetrahedra with centroids on one side of the middle of the
+        bounding box, at larger x for ``"x"``, at smaller x for ``"-x"``. By default the outer
+        surface of the whole mesh.
 
     Returns
     -------
@@ -144,7 +147,8 @@ def scene_of(
         return build_scene(surface, labels, colors)
     if labels is not None:
         labels, _ = compact_partial_labels(labels, cells.n_cells)
-        colors = face_colors(cells, labels) if colors is None else colors  # once for all views
+        # Colors come from the whole volume, so that they do not depend on the clip.
+        colors = face_colors(cells, labels) if colors is None else colors
         labels = labels[sources]
     if colors is not None:
         colors = _colors_of(colors, cells.n_cells)[sources]
@@ -169,7 +173,7 @@ def upright(view: View, scene: Scene) -> View:
 
 
 def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Picture]:
-    """Draw the scene from each camera; all have the same distance."""
+    """Draw the scene from each camera; all cameras must be at the same distance."""
     width = style.border_width
     if width is None:
         width = default_border_width(scene.mean_region_area, cameras[0], style.frame[1])

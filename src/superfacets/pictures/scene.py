@@ -1,4 +1,4 @@
-"""What is drawn: cells with colors, borders between regions, and the axis that points up."""
+"""Scenes: colored triangles, borders between regions, and a guess of the axis that points up."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def border_edges(mesh: FaceMesh, graph: FaceGraph, labels: Ints) -> Ints:
 def default_border_width(mean_area: float, camera: Camera, height: int) -> float:
     """Width in pixels, >= 0.6, for regions of this mean area on a picture of this height.
 
-    The diameter is that of a disk of the area, seen face on at the middle of the mesh.
+    A region counts as a disk of this area, seen face on at the middle of the mesh.
     """
     distance = float(np.linalg.norm(camera.position - camera.target))
     pixels_per_unit = height / (2 * camera.half_slope * distance)
@@ -56,8 +56,8 @@ Picture = Bytes
 
 _PLAIN_COLOR = (205, 197, 184)
 
-# Radius of the hexagon of a point, in square roots of the area around it: closes nearly all gaps
-# between points spread at random.
+# Radius of the hexagon of a point, in units of the square root of the area around the point. It
+# closes nearly all gaps between points spread at random.
 _RADIUS = 1.32
 _HEXAGON = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
 
@@ -66,8 +66,8 @@ _HEXAGON = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
 class Scene:
     """Cells scaled and moved to a box of diagonal 1 around the origin, with colors and borders."""
 
-    points: FloatArray  # (P, 3), without duplicates, all used
-    triangles: Longs  # (T, 3), faces, or triangulated polygons
+    points: FloatArray  # (P, 3), each used by a triangle; without duplicates in a mesh
+    triangles: Longs  # (T, 3): faces, triangles of polygons, or triangles of hexagons around points
     colors: Picture  # (T, 3)
     borders: Longs  # (B, 2), ends of edges between regions
     n_regions: int  # 1 without regions
@@ -162,30 +162,31 @@ def hexagons_of(graph: PointGraph) -> FloatArray:
     return np.stack([graph.positions + radii * spoke for spoke in spokes], axis=1).reshape(-1, 3)
 
 
-# Height above the lowest point, in diagonals, up to which points touch the ground. With less, a
-# slightly shorter foot would not count; with more, round things would stand.
+# Height above the lowest point, in diagonals, up to which points touch the ground. With a smaller
+# height, a slightly shorter foot would not count; with a larger one, round objects would stand.
 _GROUND = 0.02
 
-# Lead in stability, in diagonals, that z must have over y. Most files have y up, and a thing on its
-# back or side lies more stably than it stands. On 79 models with a clear up direction, 0.05 to 0.12
-# give the same result for all but two.
+# Lead in stability, in diagonals, that z must have over y. Most files have y up, and an object on
+# its back or side lies more stably than it stands. On 79 models with a clear up direction, 0.05 to
+# 0.12 give the same result for all but two.
 _LEAD = 0.1
 
-# Number of directions in which a mesh could tip over.
+# Number of horizontal directions in which a mesh is tested for tipping over.
 _N_DIRECTIONS = 32
 
-# Most triangles, and points on the ground, that are examined. Evenly spread samples of larger
-# meshes move the center by less than a thousandth of the diagonal.
+# Upper limit on the number of triangles, and of ground points, that are examined. Larger meshes are
+# sampled evenly, which moves the center of mass by less than a thousandth of the diagonal.
 _MAX_SAMPLES = 100_000
 
 
 def guess_up(scene: Scene) -> Literal["y", "z"]:
     """Return "z" if the mesh stands much more stably with z up than with y up, otherwise "y".
 
-    It stands if its center of mass, taken as that of its surface, is above the convex hull of the
-    points that touch the ground, and the more firmly the farther it is from the hull's border.
-    Rooms, terrain, tables and animals with z up are found; what stands firmly either way, such as
-    a body that could lie on its back, is taken to have y up. Of large meshes a sample is looked at.
+    A mesh stands if the center of mass of its surface is above the convex hull of the points that
+    touch the ground. It stands the more firmly, the farther the center is from the hull's border.
+    Rooms, terrain, tables and animals with z up are recognized. A shape that stands firmly on
+    either axis, such as a body that could lie on its back, is taken to have y up. Large meshes are
+    sampled.
     """
     first, second, third = (scene.points[corner] for corner in _sampled(scene.triangles).T)
     areas = np.linalg.norm(np.cross(second - first, third - first), axis=1)

@@ -78,7 +78,7 @@ def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = 
 
 
 def from_oklab(places: Floats) -> Bytes:
-    """Return colors of OKLab, (N, 3), in sRGB, clipped to its range."""
+    """Return OKLab colors, (N, 3), in sRGB, clipped to its range."""
     linear = (places @ np.linalg.inv(_CONES_TO_OKLAB).T) ** 3 @ np.linalg.inv(_LINEAR_TO_CONES).T
     linear = np.clip(linear, 0, 1)
     shares = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
@@ -86,7 +86,7 @@ def from_oklab(places: Floats) -> Bytes:
 
 
 def _linear(colors: Array) -> Floats:
-    """Linear sRGB, 0 to 1."""
+    """Convert sRGB colors, 0 to 255, to linear sRGB, 0 to 1."""
     scaled = np.asarray(colors, dtype=np.float64) / 255.0
     return np.where(scaled <= 0.04045, scaled / 12.92, ((scaled + 0.055) / 1.055) ** 2.4)
 

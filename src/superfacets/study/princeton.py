@@ -2,7 +2,7 @@
 
 Chen, Golovinskiy and Funkhouser, "A Benchmark for 3D Mesh Segmentation", 2009: 380 models in 19
 categories of 20, each cut into parts by about eleven people. A folder holds ``off/N.off`` for model
-N and ``seg/Benchmark/N/N_j.seg`` for its ground truths; any part of it will do.
+N and ``seg/Benchmark/N/N_j.seg`` for its ground truths; a part of the benchmark is enough.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _SHELVES = (
     "Human", "Cup", "Glasses", "Airplane", "Ant", "Chair", "Octopus", "Table", "Teddy", "Hand",
     "Plier", "Fish", "Bird", "", "Armadillo", "Bust", "Mech", "Bearing", "Vase", "Fourleg",
 )  # fmt: skip
-"""Models 1 to 20, 21 to 40, ...; the fourteenth (261 to 280) is empty."""
+"""Category of models 1 to 20, 21 to 40, ...; models 261 to 280 do not exist."""
 
 CATEGORIES = tuple(name for name in _SHELVES if name)
 """The 19 categories, in the order of their models."""
@@ -64,9 +64,9 @@ class Model:
     category : str
     mesh : Mesh
     ground_truths : tuple of ndarray of int32, shape (F,)
-        Segment of each face, one array for each file that could be used, in the order of j.
+        Segment of each face, one array for each readable file, in the order of j.
     problems : tuple of str
-        A line for each file that is missing or does not fit the mesh, and was left out.
+        A line for each file that is missing or does not fit the mesh, and was therefore left out.
     """
 
     number: int
@@ -87,12 +87,12 @@ class Benchmark:
     Attributes
     ----------
     numbers : tuple of int
-        Models that have a mesh file, ascending. Files of other names are not looked at.
+        Models that have a mesh file, ascending. Files of other names are ignored.
 
     Raises
     ------
     MeshError
-        If there is no such folder, or no model in it.
+        If there is no such folder, or it holds no model.
     """
 
     def __init__(self, root: str | os.PathLike[str]) -> None:
@@ -117,7 +117,8 @@ class Benchmark:
         Raises
         ------
         MeshError
-            If the mesh cannot be used. (A ground truth that cannot is left out, and named.)
+            If the mesh cannot be used. (Unusable ground truths are left out, and listed in
+            `problems`.)
         OSError
             If there is no mesh of this number.
         ValueError
@@ -142,7 +143,7 @@ class Benchmark:
         return self.root / "seg" / "Benchmark" / str(number)
 
     def _truth_files(self, number: int) -> list[Path]:
-        """Numbers of files from N_0.seg to the last one found, so that gaps are noticed."""
+        """Paths from N_0.seg to the last existing file, so that missing files are noticed."""
         pattern = re.compile(rf"{number}_(\d+)\.seg")
         folder = self._truth_folder(number)
         names = (pattern.fullmatch(path.name) for path in folder.glob("*.seg"))

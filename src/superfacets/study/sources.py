@@ -1,4 +1,4 @@
-"""The meshes: models of the benchmark with their ground truths, and files of the user's."""
+"""Meshes for studies: benchmark models with their ground truths, and files of the user."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .princeton import Benchmark, Model
 
 @dataclass(frozen=True)
 class Source:
-    """A mesh that can be loaded, and what is known of it before."""
+    """A mesh that can be loaded, and facts about it that are known before."""
 
     name: str
     """Number in the benchmark, or name of the file."""
@@ -39,13 +39,13 @@ class Source:
 
     @property
     def is_model(self) -> bool:
-        """Whether there is ground truth to compare with."""
+        """Whether the mesh is a model of the benchmark, which has ground truth."""
         return self.number > 0
 
 
 @dataclass(frozen=True)
 class Sources:
-    """The meshes found, smallest first, and one line for each file that is missing or not used."""
+    """The meshes found, smallest first, and a line for each file that is missing or not used."""
 
     found: tuple[Source, ...]
     problems: tuple[str, ...]
@@ -58,14 +58,14 @@ def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
     ----------
     root : path
     numbers : iterable of int, optional
-        Only these models.
+        Only these models; None means all.
 
     Raises
     ------
     MeshError
-        If the folder is not laid out as the benchmark is, or no model in it can be used.
+        If the folder does not have the layout of the benchmark, or no model in it can be used.
     ValueError
-        If a model of `numbers` is not there.
+        If a model of `numbers` does not exist.
     """
     benchmark = Benchmark(root)
     found, problems = [], []
@@ -75,7 +75,7 @@ def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
     for number in wanted:
         try:
             model = benchmark.load(number)
-        except (ValueError, OSError) as error:  # it cannot be read, or there is no such number
+        except (ValueError, OSError) as error:  # no readable file, or no such number
             problems.append(f"model {number} is left out: {error}")
             continue
         problems += model.problems
@@ -115,12 +115,12 @@ def find_meshes(folder: Path) -> Sources:
 
 @lru_cache(maxsize=1)  # the tasks of one mesh mostly follow one another
 def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
-    """Return the mesh, and its ground truths: none if it is not of the benchmark.
+    """Return the mesh and its ground truths, which are none for meshes outside of the benchmark.
 
     Raises
     ------
     MeshError, OSError
-        If the files changed meanwhile, or cannot be read any more.
+        If a file can no longer be read, or files of a model have changed since `source` was made.
     """
     if not source.is_model:
         mesh = as_mesh(read_mesh(source.path))
@@ -135,7 +135,7 @@ def load_model(source: Source) -> Model:
     Raises
     ------
     MeshError, OSError
-        If the files changed meanwhile, or cannot be read any more.
+        If the files have changed since `source` was made, or can no longer be read.
     """
     model = Benchmark(source.path).load(source.number)
     if _digest(model.mesh, model.ground_truths) != source.digest:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 EMPTY = "(not measured)"
-"""What stands for a table without rows in Markdown."""
+"""Text that replaces a table without rows in Markdown."""
 
 _NUMBER = re.compile(r"[\d.,]+(\s?\w+)?")
 
@@ -22,7 +22,7 @@ _NUMBER = re.compile(r"[\d.,]+(\s?\w+)?")
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Return a Markdown table, or `EMPTY`. Needs tabulate.
 
-    Columns of numbers, as the first row has them, go to the right.
+    Columns whose first cell is a number are aligned to the right.
 
     Examples
     --------
@@ -46,8 +46,8 @@ def html_table(
 ) -> Markup:
     """Return a table in HTML: names in the first column, numbers in all others.
 
-    Needs tabulate and markupsafe. Text is escaped. Rows whose first cell is among the marked ones
-    have it within <mark>.
+    Needs tabulate and markupsafe. Text is escaped. If the first cell of a row is in `marked`, it is
+    put into <mark>.
     """
     from markupsafe import Markup, escape
     from tabulate import tabulate
@@ -67,7 +67,7 @@ def html_table(
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows with the columns of all of them; missing values are empty.
+    """Write rows as CSV, with all columns that occur; missing values are empty.
 
     Raises
     ------

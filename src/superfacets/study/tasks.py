@@ -1,4 +1,4 @@
-"""Long studies: tasks in worker processes, a record for each piece, and starts that resume.
+"""Long studies: tasks in worker processes, a record for each piece of work, and resumption.
 
 A task groups pieces of work that share something, such as a mesh that is loaded once. Each piece
 writes a record, also if it fails, so a second start runs only missing and failed pieces.
@@ -29,7 +29,7 @@ Record = dict[str, Any]
 """The results of a piece; or, if it failed, the cause under "reason"."""
 
 _MEMORY_SHARE = 0.8
-"""Share of the free memory that tasks plan with; the rest is for everything else."""
+"""Fraction of the free memory that tasks may use; the rest is for other programs."""
 
 
 class Job(Protocol):
@@ -45,7 +45,7 @@ class Job(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A unit of work, and its record."""
+    """A unit of work, with the path and key of its record."""
 
     subject: Any
     """The input of the piece; only the task interprets it."""
@@ -54,7 +54,7 @@ class Piece:
 
 
 class Task(Protocol):
-    """Pieces that one worker does in sequence. It is pickled for that."""
+    """Pieces that one worker does in sequence. Tasks are pickled to send them to workers."""
 
     @property
     def pieces(self) -> tuple[Piece, ...]:
@@ -84,19 +84,19 @@ def run_tasks(
     Parameters
     ----------
     title : str
-        For the progress bar, which is shown on a terminal.
+        Title of the progress bar, which is shown on a terminal.
     tasks : sequence of Task
     n_workers : int
         Processes, >= 1.
     memory : int
-        Bytes that the tasks at work may need together; a task that needs more runs alone.
+        Bytes that running tasks may need together; a task that needs more runs alone.
     deadline : float, optional
-        `time.monotonic` after which no task is begun.
+        Time by `time.monotonic` after which no task is started.
 
     Returns
     -------
     dict
-        By path, why a record could not be written.
+        Reasons why records could not be written, by path.
     """
     lost: dict[Path, str] = {}
     jobs = [_Recording(task, deadline) for task in tasks]
@@ -116,7 +116,7 @@ class _Recording:
 
     task: Task
     deadline: float | None = None
-    """Deadline for the start, by `time.monotonic`, which all processes share."""
+    """Time after which the task is not started, by `time.monotonic`, which all processes share."""
 
     @property
     def memory(self) -> int:
@@ -130,7 +130,7 @@ class _Recording:
             _forget_failure(piece)
         try:
             make = self.task.prepare()
-        except Exception as error:  # of any kind: it is recorded, and other tasks go on
+        except Exception as error:  # any exception is recorded, and other tasks go on
             for piece in self.task.pieces:
                 lost |= _record_failure(piece, reason_of(error))
             return lost
@@ -143,7 +143,7 @@ class _Recording:
 
 
 def _forget_failure(piece: Piece) -> None:
-    """Remove the record of an earlier failure, which would hide the death of the worker."""
+    """Remove the record of an earlier failure, which would hide that the worker was killed now."""
     record = read_piece(piece)
     if record is not None and "reason" in record:
         with contextlib.suppress(OSError):
@@ -151,7 +151,7 @@ def _forget_failure(piece: Piece) -> None:
 
 
 def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
-    """Record why a piece failed; return the cause by path if that cannot be written."""
+    """Record why a piece failed. If that cannot be written, return the cause by path."""
     try:
         write_record(piece.path, piece.key, {"reason": reason})
     except OSError as error:
@@ -160,7 +160,7 @@ def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
 
 
 def _record_death(task: Task, death: Killed) -> dict[Path, str]:
-    """Record why the remaining pieces of a killed worker have no result."""
+    """Record for the remaining pieces of a killed worker that they have no result."""
     lost: dict[Path, str] = {}
     for piece in task.pieces:
         if read_piece(piece) is None:
@@ -171,10 +171,11 @@ def _record_death(task: Task, death: Killed) -> dict[Path, str]:
 def run_shown(
     title: str, jobs: Sequence[Job], n_workers: int, *, memory: int
 ) -> Generator[tuple[Any, Any], None, None]:
-    """Yield jobs with their results as they end, with a progress bar on a terminal.
+    """Yield each job with its result when it ends, and show a progress bar on a terminal.
 
-    The result is a `Killed` for a job whose worker was killed, and an error of a job is raised.
-    Jobs begin in their order, but one that does not fit into the memory beside the others waits.
+    If the worker of a job was killed, the result is a `Killed`. If a job raises an error, it is
+    raised here. Jobs start in their order, but a job waits if it does not fit into the memory
+    beside the running ones.
     """
     from tqdm import tqdm
 
@@ -210,7 +211,7 @@ def write_record(path: Path, key: Key, record: Record) -> None:
     ValueError
         If a number is not finite.
     OSError
-        If it cannot be written.
+        If the record cannot be written.
     """
     whole = {"checksum": _checksum(key, record), "key": key, "record": record}
     text = json.dumps(whole, indent=1, allow_nan=False)
@@ -220,7 +221,7 @@ def write_record(path: Path, key: Key, record: Record) -> None:
 
 
 def read_record(path: Path, key: Key) -> Record | None:
-    """Return a record; None if there is none, it is damaged, or it was made from another key.
+    """Return a record; None if it is missing, damaged, or made from another key.
 
     A checksum detects any damage.
     """

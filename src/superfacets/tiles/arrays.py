@@ -1,4 +1,4 @@
-"""Searches and boxes of arrays that several modules of tiles need."""
+"""Array searches and bounding boxes that several modules of tiles share."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs
 
 MAX_SPAN = 1 << 26
-"""Largest range of values for which `compacted` makes a table."""
+"""Largest range of values for which `compacted` makes a lookup table."""
 
 _MOST_SPARSE = 16
-"""Largest range of `near`, in multiples of its length, for which a table is made."""
+"""Largest range of `near`, in multiples of its length, for which `index_near` makes a table."""
 
 
 def rows(offsets: Longs, chosen: Array) -> tuple[Longs, Longs]:
@@ -30,7 +30,7 @@ def merged(lists: Sequence[Longs]) -> Longs:
 
 
 def index_near(values: Array, among: Array, near: Array) -> Longs:
-    """As `index_in`, but fast where most values lie between the ends of `near`, which ascends."""
+    """As `index_in`, but fast if most values are in the range of `near`, which ascends."""
     low, high = (int(near[0]), int(near[-1]) + 1) if len(near) else (0, 0)
     if high - low > _MOST_SPARSE * len(near):
         high = low
@@ -59,7 +59,7 @@ def is_among(values: Array, among: Array) -> Bools:
 
 
 def compacted(values: Array) -> tuple[Longs, Ints]:
-    """As ``np.unique(values, return_inverse=True)`` for integers, faster."""
+    """Sorted distinct integers and the index of each value in them, as `np.unique`, but faster."""
     low, high = (int(values.min()), int(values.max()) + 1) if len(values) else (0, 0)
     if high - low > MAX_SPAN:
         used, at = np.unique(values, return_inverse=True)

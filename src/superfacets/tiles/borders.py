@@ -1,4 +1,4 @@
-"""Stage 5 on tiles: straighten borders in memory, with only the cells around them."""
+"""Stage 5 on tiles: straighten borders with only the cells around them in memory."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .part import Part, surface_of, with_neighbors
 from .store import TileStore, find_cells
 
 STEPS = {"triangles": 14, "polygons": 10, "points": 8}
-"""Width of the first band: steps along arcs from the borders to its outermost cells.
+"""Width of the first band: number of cells along arcs from a border to the band's outer edge.
 Triangles need two steps for the distance between two vertices."""
 
 MOST_STEPS = 160
 
 
 def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
-    """Names of the arrays of the band, with some of arcs."""
+    """Names of the arrays of the band, including these arrays of its arcs."""
     of_faces, of_points = ("corners", "corners/vertices"), ("positions", "measures")
     columns = of_points if store.kind == "points" else of_faces
     return "cells", *columns, *(f"arcs/{name}" for name in arcs)
@@ -43,12 +43,12 @@ class BorderRule:
 def straighten_tiled(
     store: TileStore, rule: BorderRule, labels: Ints, centers: Ints, run: Run
 ) -> None:
-    """Change labels in place to those that `smooth_borders` gives for all cells at once.
+    """Change labels in place to the result of `smooth_borders` for all cells at once.
 
-    Only the *band* is in memory: the cells within some steps of a border. Moves are tried for cells
-    at borders, and each try reads only the cells around. Cells at the edge of the band lack
-    neighbors. If the smoother tried to move one of them, the band grows there, and the smoother
-    starts again.
+    Only the *band* is in memory: the cells within a number of steps of a border, at first `STEPS`.
+    The smoother tries to move cells at borders, and each try reads only the cells nearby. Cells at
+    the edge of the band lack neighbors. If the smoother tried to move one of them, the band grows
+    there, and the smoother starts again.
     """
     marks = _Marks(store, run)
     marks.begin(labels)
@@ -61,13 +61,16 @@ def straighten_tiled(
         if not len(growing):
             break
         more = cells[growing]
-        del band  # before the next one is loaded
+        del band  # free this band before the next one is loaded
         marks.add(more)
     labels[cells] = moved
 
 
 class _Marks:
-    """Steps left from each cell, 0 outside of the band; ``steps`` of a tile and its ghosts."""
+    """Marks of cells: 1 at the outer edge of the band, more toward borders, and 0 outside of it.
+
+    The array ``steps`` of a tile has the marks of its cells, then those of its ghosts.
+    """
 
     def __init__(self, store: TileStore, run: Run) -> None:
         self._store = store
@@ -85,7 +88,7 @@ class _Marks:
         store.remove_from_all("labels")
 
     def add(self, cells: Ints) -> None:
-        """Mark the cells around the given ones, twice as far as the time before."""
+        """Mark the given cells and the cells around them, twice as far as before."""
         self._n_steps = min(2 * self._n_steps, MOST_STEPS)
         store = self._store
         self._spread(self._run.all(_mark_cells, store, store.n_tiles, cells, self._n_steps))
@@ -108,7 +111,7 @@ class _Marks:
 
 
 def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
-    """Mark the cells of a tile that have a neighbor of another label."""
+    """Mark the cells of a tile around borders; return the marks of its ghosts."""
     arcs = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     labels = store.read(tile, "labels")
     steps = np.zeros(len(labels), np.uint8)
@@ -117,13 +120,13 @@ def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
 
 
 def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
-    """Mark the given cells that are in a tile."""
+    """Mark the given cells that are in a tile, and the cells around; return the marks of ghosts."""
     places = store.starts[tile] + find_cells(store, tile, cells)[1]
     return _mark_places(store, tile, places, np.uint8(n_steps))
 
 
 def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.uint8) -> Bytes:
-    """Mark cells of a tile that steps from other tiles have reached."""
+    """Raise the marks of cells of a tile and of the cells around; return the marks of ghosts."""
     steps = store.read(tile, "steps").copy()
     return _spread(store, tile, steps, places - store.starts[tile], marks)
 
@@ -131,9 +134,9 @@ def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.u
 def _spread(
     store: TileStore, tile: int, steps: Bytes, front: Longs, marks: Bytes | np.uint8
 ) -> Bytes:
-    """Raise the marks of the front, spread them within the tile, and write them.
+    """Raise the marks of the cells `front`, spread them within the tile, and write them.
 
-    Returns the marks of the ghosts. No mark gets lower.
+    Returns the marks of the ghosts. No mark is lowered.
     """
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     n_own, is_new = store.size(tile), np.zeros(len(steps), bool)
@@ -152,7 +155,7 @@ def _spread(
 
 
 def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
-    """Write the marked cells of a tile with their arcs; return their places and cells."""
+    """Write the marked cells of a tile with their arcs; return their places and cell numbers."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
     part = Part.of_tile(store, tile, _names(store, "targets", "sides", lengths)).take(chosen)
@@ -172,9 +175,10 @@ def _load_band(store: TileStore, ends: str, tile: int) -> Part:
 
 
 def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
-    """Replace targets by ranks in the band, and return the ends: where arcs leave the band.
+    """Replace targets of arcs by ranks in the band; return the *ends*, where arcs leave the band.
 
-    Ends are vertices of the sides that such arcs cross; in a cloud, ranks of their sources.
+    Ends are the vertices of the sides that leaving arcs cross; in a cloud, the ranks of the points
+    from which these arcs start.
     """
     part, is_cloud = _load_band(store, "targets", tile), store.kind == "points"
     connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)
@@ -192,11 +196,11 @@ def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Band:
-    """The cells around borders, sorted by their numbers in the input."""
+    """The cells around borders, sorted by cell number."""
 
     store: TileStore
     part: Part
-    ends: Array  # where arcs leave the band: vertices, or points of a cloud
+    ends: Array  # vertices, or ranks of points, where arcs leave the band
 
     @classmethod
     def gathered(cls, store: TileStore, rule: BorderRule, run: Run) -> _Band:
@@ -212,7 +216,7 @@ class _Band:
     def straightened(
         self, rule: BorderRule, labels: Ints, centers: Ints
     ) -> tuple[Ints, Ints | Longs]:
-        """Labels of the band, and the cells from which it must grow."""
+        """New labels of the band, and the indices of the cells from which it must grow."""
         surface = surface_of(self.store, self.part, rule.n_threads)
         lengths, cells = self.part.lists["arcs"].entries["lengths"], self.part.columns["cells"]
         costs = BorderCosts(surface, lengths, rule.unit, rule.scale)
@@ -224,10 +228,10 @@ class _Band:
         return moved, self._at_ends_of(examined)
 
     def _at_ends_of(self, cells: Ints) -> Ints | Longs:
-        """The cells of the band at the ends that the given cells touch.
+        """Cells of the band at the ends that the given cells touch; in a cloud, the given cells.
 
-        Two faces that share a vertex may be far apart along arcs, with holes between them. The band
-        must grow from the one that lacks a neighbor, too.
+        Two faces that share a vertex may be far apart along arcs if there are holes between them.
+        The band must also grow from the face that lacks a neighbor.
         """
         if self.store.kind == "points":
             return cells
@@ -237,7 +241,7 @@ class _Band:
         return np.flatnonzero(self._have_end(is_touched))
 
     def _have_end(self, is_chosen: bool | Bools = True) -> Bools:
-        """Whether each face has a vertex at an end, of the chosen vertices."""
+        """Whether each face has an end among its vertices, of the chosen vertices."""
         offsets, corners = self.part.corners()
         is_end = is_among(self.part.vertices["ids"], self.ends) & is_chosen
         return np.logical_or.reduceat(is_end[corners], offsets[:-1])
@@ -245,7 +249,8 @@ class _Band:
     def _is_at_edge(self) -> Bools:
         """Whether a move of each cell may read a cell outside of the band.
 
-        Moves of a face read the faces around its corners; moves of a point, neighbors of neighbors.
+        A move of a face reads the faces around its corners; a move of a point reads the neighbors
+        of its neighbors.
         """
         if self.store.kind != "points":
             return self._have_end()

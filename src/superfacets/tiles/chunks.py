@@ -1,4 +1,4 @@
-"""Stage 0 on disk: the input in chunks; vertices are welded, and cells sorted by code."""
+"""Stage 0 on disk: read the input in chunks, weld vertices, and sort cells by Morton code."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ class BlockRows:
 def weld(
     run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int, name: str
 ) -> BlockRows | None:
-    """The lowest vertex at exactly the position of each (-0.0 is 0.0); None if no two are equal.
+    """Lowest vertex at the position of each vertex (-0.0 is 0.0); None if all positions differ.
 
-    `size` vertices are in memory at a time. They are split into buckets by a hash of the position;
-    buckets are welded one by one, and duplicates are listed per block. A MeshError names the first
-    vertex that is not finite as ``name[i]``.
+    Only `size` vertices are in memory at a time. They are split into buckets by a hash of the
+    position; each bucket is welded on its own; then the representatives of each block are written.
+    A MeshError names the first vertex that is not finite as ``name[i]``.
     """
     n_blocks = -(-vertices.n_rows // size)
     n_buckets = 1 << (n_blocks - 1).bit_length()
@@ -63,7 +63,7 @@ def weld(
 def _fill_buckets(
     scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
 ) -> None:
-    """Sort the vertices of a block by bucket, stable; a MeshError if one is not finite."""
+    """Write the vertices of a block, sorted by bucket; a MeshError if one is not finite."""
     begin = block * size
     positions = vertices.read(begin, min(begin + size, vertices.n_rows))
     is_finite = np.isfinite(positions).all(axis=1)
@@ -82,12 +82,12 @@ def _fill_buckets(
 
 
 def _buckets_of(positions: Floats, n_buckets: int) -> Array:
-    """A bucket for each position, the same for equal ones; their number is a power of two."""
+    """Bucket of each position, the same for equal positions; `n_buckets` is a power of two."""
     if n_buckets == 1:
         return np.zeros(len(positions), np.uint16)
     bits = (positions + 0.0).view(np.uint64).reshape(-1, 3)  # -0.0 becomes 0.0
-    # Multiplication brings all bits of a coordinate to the upper ones of the product; the upper
-    # bits are then brought down and mixed once more.
+    # Multiplication carries all bits of a coordinate into the upper bits of the product; the upper
+    # bits are then shifted down and mixed once more.
     factors = (0x9E3779B97F4A7C15, 0xD6E8FEB86659FD93, 0xA0761D6478BD642F)
     mixed = np.zeros(len(bits), np.uint64)
     for axis, factor in enumerate(factors):
@@ -135,8 +135,8 @@ def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buck
 
 
 LOW_BITS = 15
-"""Half of the bits of a code. Codes are counted by their upper bits; then, where a tile begins
-within such a group, by their lower bits."""
+"""Half of the bits of a code. Codes are counted by their upper bits. Where a tile begins within a
+group of equal upper bits, the codes of the group are counted by their lower bits."""
 
 
 @dataclass(frozen=True)
@@ -195,9 +195,9 @@ class Chunks:
 
 
 def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
-    """Where each tile begins in each run, shape (T + 1, chunks).
+    """First row of each tile in each run, shape (T + 1, chunks), for tiles that begin at `starts`.
 
-    `counts`, (chunks, 2^15), are how often each value of the upper bits occurs in each run.
+    `counts`, (chunks, 2^15), tells how often each value of the upper bits occurs in each run.
     """
     before = np.zeros((len(counts), counts.shape[1] + 1), np.int32)
     np.cumsum(counts, axis=1, out=before[:, 1:])
@@ -215,9 +215,9 @@ def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
 
 
 def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
-    """How many cells of each range are among the first n_left of all, by (code, run, place).
+    """Number of cells of each range among the first n_left of all, sorted by (code, run, place).
 
-    The codes in all ranges have the same upper bits.
+    `ranges` has a range of rows per run. All codes in them have the same upper bits.
     """
 
     def codes_of(chunk: int) -> Array:

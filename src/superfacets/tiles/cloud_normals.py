@@ -1,4 +1,4 @@
-"""Stage 1 for clouds on tiles: normals that agree with each other."""
+"""Stage 1 for clouds on tiles: normals that are oriented consistently."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from .part import Part
 from .store import TileStore
 
 PAIRS_AT_ONCE = 1 << 21
-"""Pairs that are read and sorted at a time, 25 bytes each; more only if they have one cost."""
+"""Approximate number of pairs that are read and sorted at a time, 25 bytes each. Pairs of equal
+cost stay together, however many they are."""
 
 OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 
 
 def turn_normals(store: TileStore) -> None:
-    """Turn the directions in ``estimated`` so that neighbors agree, as `segment` turns them.
+    """Flip the normals in ``estimated`` so that neighbors agree, as `segment` does.
 
-    The result is a minimum spanning tree over one order of all pairs of neighbors: first pairs with
-    similar normals, tile by tile; then all others by cost. The tree is held in this process, 5
-    bytes a point. Sums over components are added in the order of places.
+    Normals are compared along a minimum spanning tree of all pairs of neighbors: pairs with similar
+    normals come first, tile by tile; then all others, sorted by cost. The tree is held in this
+    process, 5 bytes a point. Sums over components are added in the order of places.
     """
     sets = _core.TurnedSets(store.n_cells)
     for tile in range(store.n_tiles):
@@ -42,7 +43,7 @@ def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]
 
 
 def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
-    """Join the pairs whose normals differ, sorted by cost, then by numbers."""
+    """Join the pairs whose normals differ, sorted by cost, then by the numbers of their points."""
     n_pairs, samples = [], []
     for tile in range(store.n_tiles):
         costs, numbers, is_opposite = sets.pairs_apart(*_normal_tile(store, tile))
@@ -70,7 +71,7 @@ def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
 
 
 def _turn_outwards(store: TileStore, sets: _core.TurnedSets) -> None:
-    """Turn the normals of each component of the tree so that they enclose a positive volume."""
+    """Flip normals so that each component of the tree agrees and encloses a positive volume."""
     tiles = range(store.n_tiles)
     roots = np.concatenate([_roots_of(store, tile, sets) for tile in tiles])
     areas, moments, volumes = np.zeros(len(roots)), np.zeros((len(roots), 3)), np.zeros(len(roots))
@@ -79,11 +80,11 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets) -> None:
         np.add.at(areas, own, measures)
         for axis in range(3):
             np.add.at(moments[:, axis], own, measures * positions[:, axis])
-        normals[is_turned] *= -1.0  # as that of the root
+        normals[is_turned] *= -1.0  # now they agree with the root of the component
         _write_normals(store, tile, normals)
     scales = np.divide(1.0, areas, out=np.zeros_like(areas), where=areas > 0)
     centers = scales[:, None] * moments
-    for tile in tiles:  # three times the volumes of cones from the centroids of components
+    for tile in tiles:  # three times the volumes of the cones from each component's centroid
         own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
         has_area = areas[own] > 0
         x, y, z = (normals * (positions - centers[own])).T
@@ -105,7 +106,7 @@ def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
 def _read_apart(
     store: TileStore, tile: int, sets: _core.TurnedSets, roots: Ints
 ) -> tuple[Longs, Bools, list[Array]]:
-    """Of each point that is no copy: component, turned or not; [area, position, normal]."""
+    """Component, whether flipped, and [area, position, normal] of each point but copies."""
     root_of, is_turned = sets.roots(*store.starts[tile : tile + 2])
     at = np.flatnonzero(store.read(tile, "lowest") == NOT_COPIED)
     components = np.searchsorted(roots, root_of[at]).astype(np.int64)

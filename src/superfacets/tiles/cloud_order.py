@@ -1,4 +1,4 @@
-"""Stages 0 and 1 on disk, of clouds: points sorted along the space-filling curve, and cut."""
+"""Stages 0 and 1 for clouds on disk: sort points along the space-filling curve, and cut tiles."""
 
 from __future__ import annotations
 
@@ -38,14 +38,16 @@ def sort_cloud(
 ) -> tuple[TileStore, Floats]:
     """Sort the points of a cloud along the curve, as in memory, and write them tile by tile.
 
-    A *copy* is a point at exactly the position of a lower one. Points are sorted by the code of
-    their position on the curve, with the copies of a code last. The others of a code are ordered
-    as in memory, by halving the box around them. Points of one code can be ordered only together.
-    So the sorted points are first cut into blocks of whole codes; each block is ordered, and tiles
-    are cut from the blocks. Tiles get ``cells``, ``numbers``, ``positions``, given ``normals`` and,
-    for copies, ``lowest``: the place of the lowest point at the position. Returned are the tiles,
-    whose total measure is not yet known, and the boxes around each range of `RANGE` places, without
-    copies, (R, 2, 3).
+    A *copy* is a point at exactly the position of a point of a lower number. Points are sorted by
+    the Morton code of their position, and copies come last among points of equal code. The other
+    points of a code are ordered as in memory, by halving the box around them. This needs all of
+    them at once. So the sorted points are first cut into blocks of whole codes; each block is
+    ordered, and tiles are cut from the blocks. Tiles get ``cells``, ``numbers``, ``positions``,
+    ``normals`` if they are given, and ``lowest``: the place of the lowest point at the position of
+    a copy.
+
+    Returned are the tiles, whose total measure is not yet known, and the boxes around each range of
+    `RANGE` places, without copies, (R, 2, 3).
 
     Raises
     ------
@@ -81,9 +83,10 @@ def _box_of_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> Floats:
 
 
 def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) -> tuple[Ints, int]:
-    """Write the points of a chunk sorted by code; counts of the codes' upper bits, and of copies.
+    """Write the points of a chunk sorted by code; return code counts and the number of copies.
 
-    ``cells`` of copies are their ranks among the copies of the chunk.
+    Code counts tell how often each value of the codes' upper bits occurs. ``cells`` of copies are
+    their ranks among the copies of the chunk.
     """
     begin, end = chunks.range(chunk)
     positions = np.ascontiguousarray(chunks.pieces.points.read(begin, end))
@@ -132,9 +135,9 @@ def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Lon
 def _order_block(
     scratch: Scratch, block: int, chunks: Chunks, first_copies: Ints
 ) -> list[_Ordered]:
-    """Write the points of a block in their final order; a large block becomes several parts.
+    """Write the points of a block in their final order; a large block is written in parts.
 
-    `first_copies` are the numbers of the first copy of each chunk: copies are numbered last.
+    `first_copies` has the cell number of the first copy of each chunk: copies are numbered last.
     """
     cuts = scratch.load("blocks", block, block + 2)
     if int((cuts[1] - cuts[0]).sum()) > 2 * chunks.size:  # all have the same code
@@ -154,7 +157,7 @@ def _order_block(
 def _order_in_parts(
     scratch: Scratch, block: int, cuts: Longs, chunks: Chunks, first_copies: Ints
 ) -> list[_Ordered]:
-    """The same for points of one code; no more than `size` of them are in memory at a time."""
+    """As `_order_block`, for points of one code: at most `size` of them are in memory at a time."""
     copies, apart, size = list[_Ordered](), list[str](), chunks.size
     for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
         begin, end = cuts[:, chunk].tolist()
@@ -177,7 +180,7 @@ def _order_in_parts(
 
 
 def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None:
-    """Replace ``lowest``, numbers in the input, by places. Both points are in the same block."""
+    """Replace input numbers in ``lowest`` by places; a copy and its lowest point share a block."""
     begin = 0
     for block in blocks:
         starts = begin + np.append(0, np.cumsum([part.n_points for part in block]))
@@ -198,7 +201,7 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
 def _write_ordered(
     scratch: Scratch, name: str, points: Part, size: int, first_copies: Ints
 ) -> _Ordered:
-    """Write points in their final order, with the ``cells`` of copies; others begin at 0 here."""
+    """Write points in their final order. ``cells`` are final for copies; others begin at 0 here."""
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
     cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]
@@ -208,7 +211,7 @@ def _write_ordered(
 
 
 def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Floats:
-    """Write the points of a tile, taken from the parts in turn; the box around each range."""
+    """Write the points of a tile, taken from the parts in turn; return the boxes of ranges."""
     begin, end = store.starts[tile], store.starts[tile + 1]
     found, first, n_before = [], 0, 0
     for part in parts:
@@ -226,7 +229,7 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
     for at in range(0, end - begin, RANGE):
         is_apart = points.columns["lowest"][at : at + RANGE] == NOT_COPIED
         positions = points.columns["positions"][at : at + RANGE][is_apart]
-        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # infinitely far: all are copies
+        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # empty box: all are copies
         boxes.append(box_of(positions) if len(positions) else nowhere)
     return np.stack(boxes)
 
@@ -234,8 +237,8 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
 def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Part]:
     """Halve points as the core's `refined_morton_order` does, until parts have at most `most`.
 
-    `names` are the folders that the points are in; they are removed. The parts come in the final
-    order. Within a part the points are in the order of their numbers.
+    `names` are the folders of the points, which are removed. The parts come in the final order.
+    Within a part the points are in the order of their numbers.
     """
     n_points = sum(len(scratch.load(f"{name}/numbers")) for name in names)
     if n_points <= most:
@@ -246,7 +249,7 @@ def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Par
             yield Part.joined(parts, "numbers")
         return
     box = joined_boxes([box_of(scratch.load(f"{name}/positions")) for name in names])
-    axis = int(np.argmax(box[1] - box[0]))  # the longest, the first among equals
+    axis = int(np.argmax(box[1] - box[0]))  # the longest side; the first of equal ones
     middle, number = _middle(scratch, names, axis, n_points)
     halves: tuple[list[str], list[str]] = ([], [])
     for name in names:

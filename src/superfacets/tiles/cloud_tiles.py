@@ -29,7 +29,7 @@ def make_cloud_tiles(
     """Write a cloud as tiles, with the results of `build_point_graph` bit for bit.
 
     Tiles have at most `tile_cells` points, rounded up to a multiple of `RANGE`. The core has
-    `n_threads` for each. Errors are those of `sort_cloud`.
+    `n_threads` threads for each tile. Errors are those of `sort_cloud`.
     """
     store, boxes = sort_cloud(pieces, scratch, tile_cells, run, n_threads)
     at_once, wants_normals = max(1, tile_cells // RANGE), pieces.normals is None
@@ -48,14 +48,14 @@ def make_cloud_tiles(
     run.all(_share_areas, store, store.n_tiles)
     run.all(_follow_lowest, store, store.n_tiles)
     store.remove_from_all(*LEFTOVERS)
-    measures = np.empty(store.n_cells)  # by number, the order in which `segment` adds them
+    measures = np.empty(store.n_cells)  # by cell number, the order in which `segment` adds them
     for tile in tiles:
         measures[store.read(tile, "cells")] = store.read(tile, "measures")
     return replace(store, total_measure=_core.sum_of(measures, n_threads))
 
 
 def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
-    """Pairs of places: each point of a tile with its nearest ones; a copy with the lowest point."""
+    """Pairs of places: each point of a tile with its near points, each copy with its lowest."""
     near, lowest = store.read(tile, "near"), store.read(tile, "lowest")
     rows, columns = np.nonzero(near >= 0)
     copies = np.flatnonzero(lowest != NOT_COPIED)
@@ -65,7 +65,7 @@ def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
 
 
 def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
-    """Write the pairs that lead to other tiles, sorted by tile; first and last + 1 of each tile."""
+    """Write the pairs that lead to other tiles, sorted by tile; return the range of each tile."""
     sources, targets = _pairs(store, tile)
     tiles = store.tiles_of(targets)
     leaves = np.flatnonzero(tiles != tile)
@@ -78,7 +78,7 @@ def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
 
 
 def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> None:
-    """Write the lists of a tile; `entering` has (tile, begin, end) of pairs that lead here."""
+    """Write the neighbors of a tile; `entering` has (tile, begin, end) of pairs that lead here."""
     sources, targets = _pairs(store, tile)
     is_own = store.is_in(tile, targets)
     parts = [(sources, targets), (targets[is_own], sources[is_own])]
@@ -94,7 +94,7 @@ def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> 
 
 
 def _share_areas(store: TileStore, tile: int) -> None:
-    """Write the area of each point, which it shares with its copies."""
+    """Write the area of each point, divided equally among the point and its copies."""
     offsets, targets = store.read(tile, "neighbors/offsets"), store.read(tile, "neighbors/targets")
     is_copy = store.read_around(tile, "lowest", targets) != NOT_COPIED
     before = np.append(0, np.cumsum(is_copy))
@@ -116,15 +116,16 @@ def _follow_lowest(store: TileStore, tile: int) -> None:
 def _find_nearest(
     store: TileStore, tile: int, boxes: Floats, at_once: int, wants_normals: bool, n_threads: int
 ) -> None:
-    """Write the nearest points of the points of a tile, their distances, areas, and directions.
+    """Write nearest points, squared distances and areas of a tile's points; normals if wanted.
 
-    The search begins in the tile. It goes on in ranges of the curve whose boxes may hold nearer
-    points, nearest boxes first: points found there shorten the reach, and rule out farther boxes.
+    The search begins in the tile. It continues in ranges of other tiles whose boxes may hold nearer
+    points, nearest boxes first. Points found there shorten the search radius, which rules out
+    farther boxes.
     """
     n_nearest = N_AROUND if wants_normals else N_NEIGHBORS
     own = _read_apart(store, *store.starts[tile : tile + 2])
     places, squared = _nearest(own, np.ones(len(own), bool), n_nearest, n_threads)
-    known = own  # and the points of other tiles found so far
+    known = own  # points of the tile, and the nearest points of other tiles found so far
     members = _by_range(store, tile, own)
     ranges = _ranges_in_reach(store, tile, members, squared[:, -1], boxes)
     while len(ranges):
@@ -202,7 +203,7 @@ def _areas_around(squared: Floats) -> Floats:
 
 
 def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
-    """Indices of the points of each range of a tile."""
+    """Indices of the rows of `own` in each range of the tile."""
     ranges = (own.columns["places"] - store.starts[tile]) // RANGE
     order = np.argsort(ranges, kind="stable")
     n_ranges = -(-store.size(tile) // RANGE)
@@ -210,7 +211,7 @@ def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
 
 
 def _gaps(a: Floats, b: Floats) -> Floats:
-    """Squared distances of boxes (..., 2, 3) or points (..., 1, 3)."""
+    """Squared distances between boxes (..., 2, 3), or points (..., 1, 3)."""
     gaps = np.maximum(np.maximum(b[..., 0, :] - a[..., -1, :], a[..., 0, :] - b[..., -1, :]), 0.0)
     x, y, z = gaps[..., 0], gaps[..., 1], gaps[..., 2]
     return np.asarray(x * x + y * y + z * z)
@@ -219,7 +220,7 @@ def _gaps(a: Floats, b: Floats) -> Floats:
 def _ranges_in_reach(
     store: TileStore, tile: int, members: list[Longs], reach: Floats, boxes: Floats
 ) -> Longs:
-    """Ranges of other tiles that may hold a point within reach, sorted by distance."""
+    """Ranges of other tiles that may hold a point within squared `reach`, sorted by distance."""
     first = store.starts[tile] // RANGE
     nearest = np.full(len(boxes), np.inf)
     for place, rows in enumerate(members, first):
@@ -232,7 +233,7 @@ def _ranges_in_reach(
 
 
 def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) -> Bools:
-    """Whether any of the boxes may hold a point within reach of each point."""
+    """Whether any of the boxes may hold a point within squared `reach` of each point."""
     positions, is_open = own.columns["positions"], np.zeros(len(own), bool)
     for rows in (some for some in members if len(some)):
         points = positions[rows]
@@ -242,10 +243,10 @@ def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) 
 
 
 def _cut_off(store: TileStore, tile: int) -> None:
-    """Drop neighbors too far away for the areas of both ends; write the areas of the rest.
+    """Drop neighbors too far apart for the smaller of their areas; write the areas without them.
 
-    ``near`` (n, 6) are places of the nearest points, nearest first, -1 where there is none. Copies
-    have no neighbors and no area.
+    ``near`` (n, 6) are the places of the remaining neighbors, nearest first, -1 where there is
+    none. Copies have no neighbors and no area.
     """
     found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))
     areas = store.read(tile, "all_areas")

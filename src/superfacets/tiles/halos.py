@@ -25,13 +25,13 @@ OF_POINTS = ("cells", "positions", "measures", "normals", "neighbors/targets")
 
 
 def find_halos(store: TileStore, run: Run) -> list[list[int]]:
-    """Write the ``outer`` cells of each tile, which halos take; return where each halo is found.
+    """Write the ``outer`` cells of each tile, which halos use; return the tiles of each halo.
 
-    Tiles of faces meet where they share a vertex. The outer faces are those at shared vertices, and
-    the faces that share a vertex with these. The halo has the faces of other tiles within the same
-    two rings, so they are outer faces of the tiles that a tile meets, or of the tiles that these
-    meet: the lists of these tiles are returned. They are empty for points, whose arcs lead to the
-    halo.
+    Two tiles of faces *meet* where they share a vertex. The outer faces of a tile are the faces at
+    shared vertices, and the faces that share a vertex with these. The halo has the faces of other
+    tiles within the same two rings. They are outer faces of the tiles that the tile meets, or of
+    the tiles that these meet; all these tiles are returned. For points the lists are empty, because
+    arcs lead to the halo.
     """
     tiles = range(store.n_tiles)
     if store.kind == "points":
@@ -110,7 +110,7 @@ def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
 
 
 def _write_outer_points(store: TileStore, tile: int) -> None:
-    """Write the outer points of a tile: those within `STEPS` steps of another tile."""
+    """Write the outer points of a tile: its points within `STEPS` steps of another tile."""
     points = Part.of_tile(store, tile, OF_POINTS)
     near = points.lists["neighbors"]
     targets = near.entries["targets"]
@@ -120,14 +120,14 @@ def _write_outer_points(store: TileStore, tile: int) -> None:
     is_outer[sources[~is_own]] = True
     sources, targets = sources[is_own], targets[is_own] - store.starts[tile]
     for _ in range(STEPS - 1):
-        is_outer[targets[is_outer[sources]]] = True  # arcs lead both ways
+        is_outer[targets[is_outer[sources]]] = True  # each arc has an opposite arc
     points.take(np.flatnonzero(is_outer)).save(store.scratch, f"tile{tile}/outer")
 
 
 def points_with_halo(store: TileStore, tile: int) -> Part:
-    """The points of a tile with its halo, sorted by place; the outermost have no neighbors."""
+    """The points of a tile with its halo, sorted by place; lists of the outermost are empty."""
     parts = [Part.of_tile(store, tile, OF_POINTS)]
-    known = np.empty(0, np.int32)  # places in other tiles
+    known = np.empty(0, np.int32)  # places of the halo so far
     for step in range(STEPS):
         targets = parts[-1].lists["neighbors"].entries["targets"]
         places = np.setdiff1d(targets[~store.is_in(tile, targets)], known)

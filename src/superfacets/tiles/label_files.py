@@ -24,7 +24,7 @@ def label_files(source: TiledSource, out: StrPath) -> list[Path]:
     Raises
     ------
     ValueError
-        If `out` is something else, or is a file of the source; or if two files of the source have
+        If `out` has another form, or is a file of the source; or if two files of the source have
         the same stem.
     OSError
         If a file cannot be written, or the source cannot be read.

@@ -12,11 +12,11 @@ from ..workers.pool import open_pool
 from ..workers.threads import Job, in_turn, thread_team
 
 OnDone = Callable[[int, int], object]
-"""Called with the number of pieces done and the number of all, each time that one is done."""
+"""Called after each piece, with the number of pieces done and the number of all pieces."""
 
 Work = Callable[..., Any]
 Each = Callable[[Work, Any, Sequence[Job]], Iterator[tuple[int, Any]]]
-"""Calls ``work(store, *job)`` for each job, and yields (index of the job, result) as they end."""
+"""Calls ``work(store, *job)`` for each job, and yields (index of the job, result) as jobs end."""
 
 
 class Run:
@@ -31,7 +31,8 @@ class Run:
     ) -> list[Any]:
         """Return ``work(store, *job)`` for each job, in order.
 
-        `n_before` jobs of the same pass are done, and `n_after` are to come: for progress bars.
+        For progress bars: `n_before` jobs of the same pass are already done, `n_after` follow
+        later.
         """
         results: dict[int, Any] = {}
         for place, result in self._each(work, store, jobs):
@@ -52,17 +53,17 @@ def open_run(
 ) -> Iterator[Run]:  # fmt: skip
     """Yield a `Run` on `n_threads` threads of this process, on `workers` processes, or on Dask.
 
-    One worker is this process itself; with the address of a scheduler, `workers` has no effect. If
-    a worker is killed, its piece is run again: so work may only read the store, and write arrays of
-    its own piece. All workers must see `folder`, an absolute path.
+    With one worker, this process does the work itself. With the address of a scheduler, `workers`
+    has no effect. If a worker is killed, its piece is run again, so `work` may only read the store
+    and write arrays of its own piece. All workers must see `folder`, an absolute path.
 
     Raises
     ------
     OSError
-        If the scheduler does not answer, has no worker, or a worker has another version; or, in a
-        run, if all workers are gone, or the same piece has killed several.
+        If the scheduler does not answer, has no worker, or has a worker of another version; or,
+        during a run, if all workers are gone, or the same piece has killed several.
     MissingExtraError
-        If several workers need psutil, or a scheduler needs Dask, and it is not installed.
+        If psutil, which several workers need, or Dask, which a scheduler needs, is not installed.
     """
     if scheduler is not None or workers > 1:
         remote = None if scheduler is None else remote_team(scheduler, str(folder))

@@ -28,7 +28,7 @@ OF_RUN = ("cells", "corners", "points", "corners/vertices", "corners/points")
 def _read_chunk(chunks: Chunks, chunk: int) -> Part:
     """The faces of a chunk with welded vertices, and the positions of their corners.
 
-    A MeshError names the first corner that is no vertex.
+    A MeshError names the first corner whose index is out of range.
     """
     begin, end = chunks.range(chunk)
     corners, offsets = chunks.pieces.corners_of(begin, end)
@@ -54,10 +54,11 @@ def make_mesh_tiles(
     """Sort the faces of a mesh along the space-filling curve, and write them tile by tile.
 
     This is an external merge sort. At most about `tile_cells` faces, or as many vertices, are in
-    memory at a time. The input is read three times: to weld vertices, to find the box of all
-    centroids, and to write each chunk of faces that left the cache as a run sorted by code. Counts
-    of codes tell where each tile begins in each run; then each tile is merged. Tiles have at most
-    `tile_cells` faces, rounded up to a multiple of `RANGE`. The core has `n_threads` for each.
+    memory at a time. The input is read two or three times: to weld vertices; to find the box of all
+    centroids; and, for chunks of faces that are no longer in the cache, to write each chunk as a
+    run sorted by code. Counts of codes tell where each tile begins in each run; then each tile is
+    merged. Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`. The core has
+    `n_threads` threads for each tile.
 
     A MeshError names the first wrong coordinate or index, as `Mesh` does, or tells that there are
     too many faces.
@@ -92,7 +93,7 @@ def _measured(faces: Part, n_threads: int) -> tuple[Floats, Floats]:
 
 
 def _points(faces: Part) -> Array:
-    """Positions of all corners in a row."""
+    """Positions of all corners, (C, 3)."""
     if faces.lists:
         return faces.lists["corners"].entries["points"]
     return faces.columns["points"].reshape(-1, 3)
@@ -101,7 +102,7 @@ def _points(faces: Part) -> Array:
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> tuple[Floats, Floats, Floats]:
     """Boxes of the vertices and of the centroids of a chunk, and blocked sums of its areas.
 
-    The faces of the chunk stay in the cache if they fit.
+    The faces of the chunk are kept in the cache if they fit.
     """
     faces = _read_chunk(chunks, chunk)
     centroids, areas = _measured(faces, chunks.n_threads)
@@ -128,7 +129,7 @@ def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
     centroids, areas = _measured(faces, n_threads)
     ids, corners = compacted(faces.corners()[1])
     last = np.empty(len(ids), np.int64)
-    last[corners] = np.arange(len(corners))  # the last corner at each vertex
+    last[corners] = np.arange(len(corners))  # row of the last corner at each vertex
     columns = {"cells": faces.columns["cells"], "positions": centroids, "measures": areas}
     vertices = {"ids": ids, "points": _points(faces).take(last, axis=0).astype(np.float64)}
     tiled = Part(columns, faces.lists).with_corners(corners, vertices)

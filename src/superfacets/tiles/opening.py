@@ -33,7 +33,7 @@ Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike]
 TiledSource: TypeAlias = (
     str | os.PathLike[str] | Mesh | PolygonMesh | PointCloud | Pair | npt.NDArray[Any]
 )
-"""A file; a folder of files that share vertices by position; or arrays, as memory maps may be."""
+"""A file; a folder of files that share vertices by position; or arrays, also memory maps."""
 
 FOLDER_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".npy", ".txt", ".csv"))
 """Endings of files that are read from a folder; ``.npy``, ``.txt``, ``.csv`` are often labels."""
@@ -50,9 +50,9 @@ class Pieces:
     """A mesh or a cloud that is read piece by piece."""
 
     points: Rows  # vertices, or the points of a cloud: three coordinates
-    corners: Rows | None = None  # three vertices of each face; with offsets, one per row
-    offsets: Rows | None = None  # where the corners of each polygon begin, and the end of the last
-    normals: Rows | None = None  # of points, of length 1 or 0
+    corners: Rows | None = None  # (F, 3) vertices of each triangle; with offsets, (C,)
+    offsets: Rows | None = None  # (F + 1,) first corner of each polygon, and the end of the last
+    normals: Rows | None = None  # (N, 3) of points, of length 1 or 0
 
     @property
     def n_cells(self) -> int:
@@ -61,14 +61,14 @@ class Pieces:
 
     @property
     def starts(self) -> tuple[int, ...]:
-        """The first face, or point, of each file of a source, and the end of the last."""
+        """Offsets of the faces, or points, of each file of the source: (n_files + 1,)."""
         if self.offsets is not None:
             return 0, self.offsets.n_rows - 1
         cells = self.points if self.corners is None else self.corners
         return cells.starts if isinstance(cells, JoinedRows) else (0, cells.n_rows)
 
     def corners_of(self, begin: int, end: int) -> tuple[Longs, Longs | None]:
-        """Corners of faces begin to end - 1 in a row; where each begins, or None if all have 3."""
+        """Corners of faces begin to end - 1, flat; and their offsets, None if all faces have 3."""
         assert self.corners is not None
         if self.offsets is None:
             return self.corners.read(begin, end).reshape(-1).astype(np.int64), None
@@ -92,7 +92,7 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
     OSError
         If a file or a folder cannot be read.
     TypeError
-        If the source is something else.
+        If the source is of another type.
     """
     if isinstance(source, (str, os.PathLike)):
         return _joined([_opened(path.absolute(), scratch) for path in files_of(Path(source))])
@@ -109,7 +109,7 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
 
 
 def files_of(path: Path) -> list[Path]:
-    """The file itself, or the meshes and clouds in the folder, by name."""
+    """The file itself, or the meshes and clouds of the folder, sorted by name."""
     found = [path]
     if path.is_dir():
         found = sorted(file for file in path.iterdir() if file.suffix.lower() in FOLDER_ENDINGS)
@@ -170,7 +170,7 @@ def _checked_points(array: Array, name: str, count: str) -> Array:
 
 
 def _pieces_of_pair(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Pieces:
-    """The arrays without a copy: they may be memory maps of files larger than memory."""
+    """The pieces of arrays, without a copy: they may be memory maps of files larger than memory."""
     points = _checked_points(np.asanyarray(vertices), "vertices", "V")
     corners = np.asanyarray(faces)
     if corners.shape[1] < 3 or corners.dtype.kind not in "iu":
@@ -183,7 +183,7 @@ def _pieces_of_pair(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Pieces:
 
 
 def _on_disk(pieces: Pieces, scratch: Scratch) -> Pieces:
-    """The same with arrays in files."""
+    """The same pieces, with arrays written to files."""
 
     def moved(rows: Rows | None) -> Rows | None:
         if isinstance(rows, ConvertedRows):
@@ -202,9 +202,9 @@ def _on_disk(pieces: Pieces, scratch: Scratch) -> Pieces:
 
 
 def _ply_pieces(path: Path) -> Pieces | None:
-    """The tables of a binary PLY file, or None if rows differ in size, so that it is read whole.
+    """The tables of a binary PLY file, or None if the file must be read whole.
 
-    A MeshError if the file of a mesh ends too early.
+    A MeshError if the file of a mesh ends before its faces.
     """
     header, content = read_header(path)
     is_cloud, n_bytes = holds_cloud(content, ".ply"), path.stat().st_size
@@ -214,7 +214,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
         if record is None:
             break
         if element.n_rows * record.itemsize > n_bytes - begin:
-            if is_cloud or element.name == "face":  # polygons of two corners, or a cut file
+            if is_cloud or element.name == "face":  # faces of two corners, or a cut file
                 break
             raise MeshError(
                 f"{path}: the PLY header declares {element.n_rows} rows of element"
@@ -275,7 +275,7 @@ def _unpacked_obj(path: Path, scratch: Scratch) -> Pieces:
 
 
 def _joined(pieces: Sequence[Pieces]) -> Pieces:
-    """Meshes or clouds one after the other as one; a MeshError where they do not fit together."""
+    """Join meshes or clouds into one; a MeshError if they do not fit together."""
     if len(pieces) == 1:
         return pieces[0]
     corners = [part.corners for part in pieces if part.corners is not None]

@@ -45,15 +45,16 @@ class Lists:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Some cells.
+    """Some cells of a tiled mesh or cloud.
 
     Attributes
     ----------
     columns : Columns
-        A row per cell: ``places`` on the curve, ``cells`` (numbers in the input), ``positions``
-        and more; of triangles ``corners``, (n, 3), as rows of `vertices`.
+        A row per cell: ``places`` on the curve, ``cells`` (numbers in the order of `segment`),
+        ``positions`` and more; of triangles ``corners``, (n, 3), as rows of `vertices`.
     lists : dict of str to Lists
-        ``arcs`` with the places ``targets``, and more; of polygons ``corners`` with ``vertices``.
+        CSR lists by name: ``arcs`` and, of points, ``neighbors``, both with ``targets`` and more;
+        of polygons ``corners``, whose ``vertices`` are rows of `vertices`.
     vertices : Columns
         Of faces: ``ids``, ascending, and the positions ``points``.
     """
@@ -79,7 +80,7 @@ class Part:
         return self.take(np.searchsorted(self.columns["places"], places))
 
     def corners(self) -> tuple[Longs, Ints]:
-        """Offsets of the corners of faces, and all corners in a row, as rows of `vertices`."""
+        """Offsets of the corners of faces, and all corners, flat, as rows of `vertices`."""
         if "corners" in self.lists:
             return self.lists["corners"].offsets, self.lists["corners"].entries["vertices"]
         corners = self.columns["corners"]
@@ -151,7 +152,7 @@ class Part:
         cls, store: TileStore, tile: int, names: Sequence[str], begin: int = 0,
         end: int | None = None,
     ) -> Part:  # fmt: skip
-        """As `load`, of a tile, with the column ``places``."""
+        """As `load`, for a tile, plus the column ``places``."""
         part = cls.load(store.scratch, f"tile{tile}", names, begin, end)
         first = store.starts[tile] + begin
         part.columns["places"] = np.arange(first, first + len(part), dtype=np.int32)
@@ -159,7 +160,7 @@ class Part:
 
     @classmethod
     def joined(cls, parts: Sequence[Part], key: str | None = None) -> Part:
-        """All cells of the parts, sorted by the column `key`, or one part after the other."""
+        """All cells of the parts, sorted by the column `key`; None: one part after the other."""
         return cls.joined_from(parts.__getitem__, len(parts), key)
 
     @classmethod
@@ -206,7 +207,7 @@ def _empty(columns: Columns, n_rows: int) -> Columns:
 
 
 def in_order_of_cells(part: Part) -> Part:
-    """Points, sorted by place, reordered by cell number, with ``neighbors`` as indices."""
+    """Sort points by cell number instead of place; ``neighbors`` of arcs are indices of points."""
     order = np.argsort(part.columns["cells"])
     ranks = np.empty(len(order), np.int32)
     ranks[order] = np.arange(len(order))
@@ -218,8 +219,9 @@ def in_order_of_cells(part: Part) -> Part:
 def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tuple[Part, Longs]:
     """Replace the ``targets`` of arcs, which are places, by ``neighbors``, the ranks of places.
 
-    `ranks` are those of `places`, ascending. Arcs that lead elsewhere are dropped; their indices
-    are returned, too. With `sorts` the arcs of a cell are sorted by rank, as in a cloud.
+    `places` ascend, and `ranks` has the rank of each. Arcs that lead elsewhere are dropped, and
+    their indices are returned, too. With `sorts` the arcs of a cell are sorted by rank, as in a
+    cloud.
     """
     arcs = part.lists["arcs"]
     at = index_near(arcs.entries["targets"], places, part.columns["places"])

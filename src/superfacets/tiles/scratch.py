@@ -28,10 +28,10 @@ MARK = ".superfacets-tiles-"
 _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 
 LOCK = ".lock"
-"""A file that the run keeps locked. Where it is not locked, the run was killed."""
+"""Name of a file that the run keeps locked. If it is not locked, the run was killed."""
 
 _HEADER_SIZE = 128
-"""Bytes of the header of our files. NumPy pads short headers to this size."""
+"""Size in bytes of the header of files written here. NumPy pads short headers to this size."""
 
 
 @contextlib.contextmanager
@@ -77,9 +77,9 @@ def _remove_leftovers(parent: Path) -> None:
 class Scratch:
     """Named arrays in a folder, which several processes write and read.
 
-    An array appears whole or not at all, and to write it again replaces it: so interrupted work is
-    repeated. Arrays stay in memory while they fit into `cache` bytes; other processes do not see
-    these.
+    An array is written completely or not at all, and writing it again replaces it, so interrupted
+    work can be repeated. Arrays stay in memory while they fit into `cache` bytes; other processes
+    do not see cached arrays.
     """
 
     def __init__(self, folder: Path, cache: int = 0) -> None:
@@ -95,7 +95,8 @@ class Scratch:
         """Write an array, or cache it read-only. Slashes in its name make folders."""
         if self.keep(name, array):
             return
-        for parent in reversed(Path(name).parents[:-1]):  # not the folder itself: it may be gone
+        # Only subfolders are made. If the scratch folder itself is gone, writing must fail.
+        for parent in reversed(Path(name).parents[:-1]):
             (self.folder / parent).mkdir(exist_ok=True)
         path = self._path(name)
         partial = path.with_name(f".{path.name}.{secrets.token_hex(6)}.tmp")
@@ -126,7 +127,10 @@ class Scratch:
         return is_kept
 
     def load(self, name: str, begin: int = 0, end: int | None = None) -> Array:
-        """Rows of an array, read-only; a memory map would count where addresses are limited."""
+        """Rows begin to end - 1 of an array, which must not be changed.
+
+        Files are read, not mapped: where the address space is limited, a memory map would count.
+        """
         kept = self._kept.get(name)
         if kept is not None:
             return kept[begin:end]
@@ -148,7 +152,7 @@ class Scratch:
         self._path(name).unlink(missing_ok=True)
 
     def remove_folder(self, name: str) -> None:
-        """Remove all arrays whose names begin with a folder."""
+        """Remove all arrays in a folder."""
         for kept in [other for other in list(self._kept) if other.startswith(f"{name}/")]:
             self._forget(kept)
         shutil.rmtree(self.folder / name, ignore_errors=True)
@@ -164,13 +168,13 @@ class Scratch:
 
 
 def write_array(path: Path, array: Array) -> None:
-    """Write an array as .npy. `numpy.save` would not tell that the disk is full."""
+    """Write an array as .npy. `numpy.save` would not report that the disk is full."""
     with path.open("wb") as file:
         write_npy(file, np.ascontiguousarray(array))
 
 
 class RowFile:
-    """A table in the scratch folder that grows; a context that closes it."""
+    """A growing table in the scratch folder; as a context manager, it closes the file."""
 
     def __init__(self, scratch: Scratch) -> None:
         self._path = scratch.folder / secrets.token_hex(6)
@@ -192,7 +196,7 @@ class RowFile:
         self.n_rows += len(rows)
 
     def rows(self, width: int = 1) -> RecordRows:
-        """The table. Of single numbers, `width` are one row."""
+        """The table. If single numbers were added, `width` of them make a row."""
         assert self._row is not None
         row = self._row if width == 1 else (self._row, (width,))
         record = np.dtype([("row", row)])

@@ -35,17 +35,17 @@ from .tile_arcs import WeightRule, find_arcs
 from .tiled_graph import TiledGraph
 
 TILE_SIZE = 1 << 18
-"""Cells of a tile."""
+"""Default number of cells of a tile."""
 
 BYTES_AT_WORK = 500
 """Peak working memory, in bytes per cell of a tile."""
 
 BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
-"""Bytes that the scratch folder takes on the disk."""
+"""Bytes per cell that the scratch folder occupies on the disk."""
 
 MEMORY_PART = 8
-"""1 / MEMORY_PART of the process's memory limit caches scratch arrays before they spill to disk; as
-much is for tiles processed at the same time."""
+"""The process's memory limit divided by MEMORY_PART is the size of the cache, beyond which arrays
+spill to disk; as much is for tiles processed at the same time."""
 
 ADDRESSES_OF_THREAD = 150 << 20
 """Address space in bytes that a thread reserves for its stack and its heap."""
@@ -87,13 +87,13 @@ def segment_tiled(
 
     The faces (or points) are sorted along a space-filling curve on disk, and cut into tiles. Coarse
     cells are made tile by tile; the loop runs on their graph in memory; the faces are labeled tile
-    by tile; borders are straightened with only the faces around them in memory. Where `segment`
-    sorts a mesh first, because its faces are in random order, ties may go another way.
+    by tile; borders are straightened with only the faces around them in memory. If the faces of a
+    mesh are in random order, `segment` sorts them first, and then may break ties differently.
 
     Parameters
     ----------
     source : path, Mesh, PolygonMesh, PointCloud, (N, 3) array or (vertices, faces) pair
-        A file; a folder of files, of meshes that share vertices by position, or of clouds; or
+        A file; a folder of files, either meshes that share vertices by position, or clouds; or
         arrays, which may be memory maps. Faces, or points, are numbered through all files of a
         folder, in the order of their names.
     n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, islands, smooth, weld
@@ -103,8 +103,8 @@ def segment_tiled(
     tile_size : int, default 262144
         Faces or points of a tile, rounded up to a multiple of 4096. Labels do not depend on it.
     scratch : path, optional
-        Folder for temporary arrays, about 250 bytes per face or 400 per point; by default that of
-        temporary files. All of it is removed at the end.
+        Folder for temporary arrays, about 250 bytes per face or 400 per point; by default the
+        system's folder for temporary files. All of them are removed at the end.
     cache : int, optional
         Size in bytes of a cache in memory, which keeps temporary arrays from the disk; by default
         an eighth of the memory that this process may use. Only with one worker.
@@ -115,20 +115,22 @@ def segment_tiled(
     workers : int, default 1
         Processes of this machine that work on tiles; 1 is this process.
     scheduler : str, optional
-        Address of a Dask scheduler instead, whose workers see the source and `scratch`.
+        Address of a Dask scheduler, whose workers are used instead. They must see the source and
+        `scratch`.
     n_threads : int, optional
-        As for `segment`, of this process: each has a tile at a time, as long as these take an
-        eighth of the memory together.
+        Threads of this process, as for `segment`. Each thread works on its own tile, as long as
+        these tiles together take at most an eighth of the memory.
     progress, on_stage
         As for `segment`. There is also the stage ``"tiles"``, which reads the source.
     on_tile : callable, optional
-        Called with the number of tiles done and the number of all in a pass. A tile that paths
-        enter again counts again.
+        Called with the number of tiles done and the number of all tiles in a pass. A tile counts
+        again each time that paths enter it anew.
 
     Returns
     -------
     Segmentation
-        As from `segment`, with ``cells`` None; ``sliver_share`` may differ in its last digits.
+        As from `segment`, but ``cells`` is None, and ``sliver_share`` may differ in its last
+        digits.
 
     Warns
     -----
@@ -138,13 +140,14 @@ def segment_tiled(
     Raises
     ------
     MeshError
-        If the mesh or the cloud is not valid, or a file is damaged; or if a folder holds both.
+        If the mesh or the cloud is not valid, if a file is damaged, or if a folder holds both
+        meshes and clouds.
     OSError
         If a file cannot be read or written, or the disk has too little room.
     MissingExtraError
-        If several workers need psutil, or a scheduler needs Dask, and it is not installed.
+        If psutil, which several workers need, or Dask, which a scheduler needs, is not installed.
     ValueError, TypeError
-        If a parameter is wrong; or if files of labels would have the same name.
+        If a parameter is wrong; or if two label files would have the same name.
 
     Notes
     -----

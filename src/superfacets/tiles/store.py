@@ -26,12 +26,12 @@ class TileStore:
     by number; their *place* is the index in this order. From stage 1 on there are, per tile,
 
     ========= ============== ==================================================================
-    cells     (n,) int32     number in the order of `segment`: of faces that of the input, of
-                             points that of places, with all copies of lower points at the end
+    cells     (n,) int32     number in `segment`: for faces the index in the input, for
+                             points the order of places, with all copies at the end
     positions (n, 3) float64 centroids, or points
     measures  (n,) float64   areas
     corners   (n, 3) int32   of triangles: rows of the vertices; of polygons lists ``vertices``
-    vertices  ids, points    of faces: numbers of vertices, welded, ascending; and positions
+    vertices  ids, points    of faces: ascending numbers of welded vertices, and their positions
     numbers   (n,) int32     of points: number in the input
     normals   (n, 3) float64 of points: of length 1, or zero
     neighbors lists          of points: the places ``targets`` of all neighbors, ascending
@@ -44,7 +44,7 @@ class TileStore:
     kind: Kind
     starts: tuple[int, ...]  # first place of each tile, a multiple of RANGE; then N
     bounds: Floats  # (2, 3) box of the points, or of the vertices that faces use
-    total_measure: float  # as the core's sum_of adds areas in the order of the input
+    total_measure: float  # summed like the core's `sum_of` in input order
 
     @property
     def n_tiles(self) -> int:
@@ -69,9 +69,9 @@ class TileStore:
         return np.asarray((places >= self.starts[tile]) & (places < self.starts[tile + 1]))
 
     def rows_of(self, tile: int, places: Ints) -> tuple[Ints, Ints]:
-        """Return the row of each place in the list (cells of the tile, ghosts), and the ghosts.
+        """Return the row of each place in (cells of the tile, then ghosts), and the ghosts.
 
-        Ghosts are the places in other tiles, ascending. Places of -1 have row -1.
+        Ghosts are the given places in other tiles, ascending. Places of -1 have row -1.
         """
         is_ghost = (places >= 0) & ~self.is_in(tile, places)
         ghosts = np.unique(places[is_ghost])
@@ -107,7 +107,7 @@ class TileStore:
         return offsets, targets, self.read(tile, "arcs/lengths")
 
     def read_at(self, name: str, places: Array) -> Array:
-        """Values of an array of all tiles at ascending places; one tile is in memory at a time."""
+        """Values of an array at ascending places of any tiles; one tile is in memory at a time."""
         tiles = self.tiles_of(places)
         values = [
             self.read(tile, name)[places[tiles == tile] - self.starts[tile]]
@@ -116,7 +116,7 @@ class TileStore:
         return np.concatenate(values) if values else self.read(0, name)[:0]
 
     def read_around(self, tile: int, name: str, places: Array) -> Array:
-        """Values at places in any order; fast where most are in this tile."""
+        """Values of an array at places in any order; fast where most places are in this tile."""
         own, is_own = self.read(tile, name), self.is_in(tile, places)
         values = np.empty((len(places), *own.shape[1:]), own.dtype)
         values[is_own] = own[places[is_own] - self.starts[tile]]
@@ -134,13 +134,13 @@ def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True
-    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # a search for all would take longer
+    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # searching all would be slow
     which = index_in(cells[possible], wanted, np.argsort(wanted))
     return which[which >= 0], possible[which >= 0]
 
 
 def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
-    """First places of at most so many tiles of whole ranges, of about the same size."""
+    """First places of at most n_tiles tiles of whole ranges, about equal in size; then n_cells."""
     n_ranges = -(-n_cells // RANGE)
     n_tiles = min(n_tiles, n_ranges)
     return (*(n_ranges * tile // n_tiles * RANGE for tile in range(n_tiles)), n_cells)

@@ -30,16 +30,16 @@ Origin = tuple[float, float, float]
 class WeightRule:
     """Parameters of the weights."""
 
-    radius: float  # expected, of regions
+    radius: float  # expected radius of regions
     options: WeightOptions
-    has_prices: bool  # whether borders need the default weights as well
+    has_prices: bool  # whether borders need default weights as well, called prices
     n_threads: int
     is_turned: bool = False  # whether normals point inwards, and must be flipped
     evened: float = 0.0  # see `evened_share`
 
     @property
     def has_hollows(self) -> bool:
-        """Whether weights depend on how hollow a shape is."""
+        """Whether weights depend on how hollow the shape is."""
         params = self.options.params
         return bool(params["weights"] == "creases" and params["alpha"])
 
@@ -54,7 +54,7 @@ class ArcFacts(NamedTuple):
 
 @dataclass(frozen=True)
 class _TileSums:
-    """Sums over a tile."""
+    """Sums over a tile, and whether its faces have a boundary or inconsistent orientation."""
 
     weights: float
     prices: float
@@ -96,7 +96,7 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
 
 
 def _centroid(store: TileStore, run: Run) -> Origin:
-    """The area-weighted mean of all cells; the first position where there is no area."""
+    """The area-weighted mean of all positions; the first position if there is no area."""
     moments = run.all(_moment, store, store.n_tiles)
     total = store.total_measure
     x, y, z = (np.sum(moments, axis=0) / total if total else store.read(0, "positions")[0]).tolist()
@@ -182,7 +182,7 @@ def _write_arcs(
 def _write_weights(
     store: TileStore, tile: int, surface: Surface, weighed: tuple[Floats, Longs], rule: WeightRule
 ) -> _TileSums:
-    """Write the weights of the arcs of a tile, and, if borders need them, their prices."""
+    """Write the weights of the arcs of a tile, and also their prices if borders need them."""
     weights, arcs = weighed
     columns = {"weights": weights[arcs]}
     if rule.has_prices:
@@ -202,7 +202,7 @@ def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threa
 
 
 def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
-    """Whether any edge of the faces has only one face; `sides` are those that their arcs cross."""
+    """Whether any edge of the faces has only one face; `sides` are the sides that arcs cross."""
     offsets, corners = own.corners()
     following = np.arange(1, len(corners) + 1)
     following[offsets[1:] - 1] = offsets[:-1]

@@ -16,11 +16,11 @@ from .store import TileStore, find_cells
 
 @dataclass(frozen=True, eq=False)
 class TiledGraph:
-    """Stands in for `_core.OrderedGraph` in the loop."""
+    """Replaces `_core.OrderedGraph` in the loop."""
 
     store: TileStore  # with arcs and their lengths, as `find_arcs` writes them
     run: Run
-    n_threads: int  # of the core, for a tile; `n_threads` of methods is for all else
+    n_threads: int  # of the core per tile; the argument of methods is for other work
     is_parallel: bool = False  # whether several tiles are worked on at the same time
 
     is_symmetric = True
@@ -60,7 +60,7 @@ class TiledGraph:
         return regions
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Label the cells with -1; return labels, the number of islands, and no new centers.
+        """Label the cells of label -1; return labels, the number of islands, and no new centers.
 
         An island gets the label of the cell nearest to any of its cells, the lowest among equals.
         The cells of all islands are in memory.
@@ -104,7 +104,7 @@ class TiledGraph:
 
 @dataclass(frozen=True, eq=False)
 class TiledCoarseGraph:
-    """Stands in for `_core.CoarseGraph` in the loop."""
+    """Replaces `_core.CoarseGraph` in the loop."""
 
     graph: _core.OrderedGraph  # of all coarse cells
     store: TileStore  # ``coarse``: coarse cell of each place, relative to the first of its tile
@@ -183,11 +183,11 @@ UNREACHED = np.iinfo(np.uint64).max
 
 
 class TiledRegions:
-    """Stands in for `_core.Clustering` in the loop, for one classification.
+    """Replaces `_core.Clustering` in the loop, for one classification.
 
-    Each tile expands the paths within it, and proposes paths that leave it to the tiles where they
-    end. When no proposals are left, no arc can improve a path: so each place has its shortest path,
-    and the lowest label among equals, for any choice of tiles.
+    Each tile expands the paths within it. Paths that leave it are proposed to the tiles where they
+    end. When no proposals are left, no arc can improve a path: each place then has its shortest
+    path, and the lowest label among equals, for any choice of tiles.
     """
 
     def __init__(self, graph: TiledGraph, centers: Ints) -> None:
@@ -202,7 +202,7 @@ class TiledRegions:
         return self._centers
 
     def labels(self) -> Ints:
-        """Return the label of each cell, in the order of the input."""
+        """Return the label of each cell, by cell number."""
         labels = np.empty(self._store.n_cells, np.int32)
         for tile, version in self._versions.items():
             cells = self._store.read(tile, "cells")
@@ -248,14 +248,14 @@ class TiledRegions:
                 self._add(waiting, proposals)
 
     def _add(self, waiting: dict[int, list[Part]], proposals: Part) -> None:
-        """Group proposals by tile."""
+        """Add proposals to `waiting`, grouped by tile."""
         tiles = self._store.tiles_of(proposals.columns["places"])
         for tile in np.unique(tiles).tolist():
             waiting.setdefault(tile, []).append(proposals.take(np.flatnonzero(tiles == tile)))
 
 
 def _proposals(places: Longs, lengths: Array, labels: Ints) -> Part:
-    """Paths that end at cells of other tiles; lengths are of type uint64."""
+    """Proposed paths: the places where they end, their lengths, of type uint64, and labels."""
     return Part({"places": places, "lengths": lengths, "labels": labels})
 
 

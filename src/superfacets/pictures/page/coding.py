@@ -39,10 +39,11 @@ class Arrays:
     def add(self, name: str, array: npt.NDArray[Any], coding: Coding) -> None:
         """Add an array of numbers, shape (n,) or (n, columns).
 
-        "plain" is the memory of the array. The other codings compress better: columns come after
-        each other, and bytes in planes (all lowest bytes, then all second ones, ...). With
-        "difference" each number but the first of a column is what is added to the one before.
-        "newest" takes the codes that `newest_codes` returns, of the numbers row by row.
+        "plain" stores the memory of the array. The other codings compress better: numbers are
+        stored column by column, and their bytes in planes (all lowest bytes, then all second bytes,
+        ...). "difference" replaces each number of a column, except the first, by its difference
+        from the number before. "newest" stores the codes that `newest_codes` returns for the
+        numbers row by row.
         """
         self.entries.append(
             {
@@ -78,7 +79,7 @@ def _planes(array: npt.NDArray[Any], coding: Coding) -> bytes:
 
 
 def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
-    """High-watermark encoding: the lowest number not yet used, minus each number.
+    """High-watermark encoding: one more than the highest number so far, minus each number.
 
     Codes are small where triangles that follow each other share corners.
     """

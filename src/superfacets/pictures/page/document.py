@@ -39,7 +39,7 @@ _FRAME_HEIGHT = 480
 class Page:
     """A page with a mesh and its regions: the result of ``superfacets.view``.
 
-    In a notebook it shows itself, as the last line of a cell.
+    A notebook shows the page if it is the last line of a cell.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Page:
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page to a file that ends in .html, and return its path.
 
-        The file is complete or not there: an existing one is replaced at the very end.
+        The file is written completely or not at all: an existing file is replaced at the very end.
 
         Raises
         ------
@@ -86,33 +86,35 @@ def view(
 ) -> Page:
     """Return a page to look at a mesh and its regions in a browser, offline and in one file.
 
-    It turns, zooms and moves; the pointer tells a region's number, cells and area; cells are
-    colored by region, ground truth or value; a slider goes through levels. Colors of regions are
-    those of `face_colors`, borders those of `render`. Positions are rounded to 1/65535 of the
-    bounding box, values to 1/65534 of their range. Time and size are linear in cells: about 12
-    bytes for a triangle. The browser needs WebGL 2, and nothing is loaded from anywhere.
+    In the page, the mesh can be turned, zoomed and moved. Pointing at a region shows its number,
+    cells and area. Cells are colored by region, by ground truth or by value, and a slider changes
+    the level. Colors of regions are as from `face_colors`, borders as from `render`. Positions are
+    rounded to 1/65535 of the bounding box, values to 1/65534 of their range. Time and size are
+    linear in cells: about 12 bytes for a triangle. The browser needs WebGL 2, and the page loads
+    nothing else.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
-        As for `segment`. Polygons are cut into triangles, tetrahedra are seen from outside.
+        As for `segment`. Polygons are cut into triangles; of tetrahedra the outer surface is shown.
     labels : array_like of integers, shape (N,) or (L, N), or Hierarchy, optional
-        Region of each cell, any numbers; -1 where there is none, which is gray. Of several levels
-        the first is shown at first; a list of arrays will do too. Without labels all is plain.
+        Region of each cell, any integers; -1 for a cell in no region, which is drawn gray. Several
+        levels may be given as a 2D array, a list of arrays or a `Hierarchy`; the page begins with
+        the first. Without labels, all cells have one plain color.
     ground_truth : array_like of integers, shape (N,), optional
-        Labels of another kind, to compare with.
+        Labels of a ground truth, to compare the regions with.
     features : mapping of str to array_like of numbers, shape (N,) or (K,), optional
-        Values by name: one per cell, or one per region of the first level, in the order of their
-        numbers. NaN stands for none.
+        Values by name: one per cell, or one per region of the first level, in ascending order of
+        their labels. NaN marks a missing value.
     title : str, default "superfacets"
-        What the page is called.
+        Title of the page, of which the first 200 characters are used.
     camera : View, optional
-        Where the mesh is seen from at first; by default from the right and a little above.
+        Initial viewpoint; by default from the right and a little above.
 
     Returns
     -------
     Page
-        With ``save(path)``; it shows itself in a notebook.
+        Has ``save(path)``; a notebook shows the page.
 
     Raises
     ------
@@ -163,7 +165,7 @@ def checked_page_path(path: str | os.PathLike[str]) -> Path:
 def _arrays(
     shape: Shape, levels: list[Labeling], truth: Labeling | None, features: list[Feature]
 ) -> Arrays:
-    """All numbers of the page."""
+    """All arrays of the page."""
     arrays = Arrays()
     labelings = [*levels, *([] if truth is None else [truth])]
     for name, (array, coding) in shape.parts(shape.quantized()).items():
@@ -183,7 +185,7 @@ def _arrays(
 
 
 def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
-    """The shape for the page, in a box of diagonal 1 around the origin."""
+    """The first view, and the grid of quantized positions in a box of diagonal 1 at the origin."""
     low, high = shape.bounds
     return {
         **view_facts(shape, camera),
@@ -194,7 +196,7 @@ def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
 
 
 def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> str:
-    """Text escaped so that titles and names cannot end the element that contains them."""
+    """The page as HTML, with text escaped so that it cannot end the element that contains it."""
     folder = files(__package__)
     template, style, script = (
         folder.joinpath(name).read_text(encoding="utf-8")

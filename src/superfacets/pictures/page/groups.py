@@ -16,14 +16,14 @@ from .shape import Shape
 
 NO_REGION = -1
 NO_VALUE = 65535
-"""Code of NaN among values in 65534 steps."""
+"""Code of a missing value (NaN). Other values are quantized to 0..65534."""
 
 Ints = npt.NDArray[np.int32]
 
 
 @runtime_checkable
 class Levels(Protocol):
-    """A `Hierarchy`, whose class is of a higher layer."""
+    """The part of a `Hierarchy` that is used here. Its class belongs to a higher layer."""
 
     @property
     def levels(self) -> list[Ints]:
@@ -35,10 +35,10 @@ LabelsLike = npt.ArrayLike | Levels | Sequence[npt.ArrayLike]
 
 @dataclass(frozen=True)
 class Labeling:
-    """Regions 0..K-1 of cells, and -1 for cells in no region."""
+    """Labels of cells: regions 0..K-1, and -1 for cells in no region."""
 
     labels: Ints
-    ids: npt.NDArray[np.int64]  # (K,) their original labels
+    ids: npt.NDArray[np.int64]  # (K,) label of each region as given
 
     @property
     def n_regions(self) -> int:
@@ -52,13 +52,15 @@ class Labeling:
         return {
             "ids": None if is_numbered else self.ids.tolist(),
             "n_left_out": int(np.count_nonzero(self.labels == NO_REGION)),
-            "mean_area": area / max(1, self.n_regions),  # the box's diagonal is 1
+            "mean_area": area / max(1, self.n_regions),  # in squared diagonals of the bounding box
         }
 
     def add_to(self, arrays: Arrays, name: str, shape: Shape, finer: Labeling | None) -> None:
-        """Add labels (or the parents of finer regions), colors, numbers of cells, and sizes.
+        """Add labels (or parents of finer regions), colors, cell counts and sizes of the regions.
 
-        In the place of labels may stand which region each of the finer ones lies in.
+        If each region of `finer` lies within one region, its parent is stored instead of labels of
+        cells.
+
         """
         parents = None if finer is None else self._parents(finer)
         if parents is None:
@@ -74,7 +76,7 @@ class Labeling:
         arrays.add(f"{name}_sizes", sizes.astype(np.float32), "planes")
 
     def _parents(self, finer: Labeling) -> Ints | None:
-        """Parents of the finer regions; None if a finer region lies in several."""
+        """Region that contains each finer region; None if a finer region lies in several."""
         if not np.array_equal(self.labels == NO_REGION, finer.labels == NO_REGION):
             return None
         parents = np.empty(
@@ -109,7 +111,7 @@ class Feature:
         }  # fmt: skip
 
     def steps(self) -> npt.NDArray[np.uint16]:
-        """Values in 65534 steps from the lowest to the highest."""
+        """Values quantized to 0..65534, from the lowest to the highest; `NO_VALUE` for NaN."""
         low, high = self.range
         shares = (self.values - low) / (high - low) if high > low else self.values * 0 + 0.5
         is_missing = np.isnan(shares)
@@ -118,7 +120,7 @@ class Feature:
 
 
 def checked_levels(labels: LabelsLike | None, n_cells: int) -> list[Labeling]:
-    """The labelings of the levels on a page; none if None is given."""
+    """The labelings of the levels on a page; an empty list for None."""
     if labels is None:
         return []
     given: Any = labels.levels if isinstance(labels, Levels) else labels
@@ -141,7 +143,7 @@ def _checked_labeling(labels: Any, n_cells: int) -> Labeling:
 def checked_features(
     features: Mapping[str, npt.ArrayLike] | None, n_cells: int, n_regions: int | None
 ) -> list[Feature]:
-    """Values by name, one per cell or per region of the first level; a ValueError otherwise."""
+    """Checked values by name, one per cell or one per region of the first level."""
     found = []
     for name, given in (features or {}).items():
         values, of = checked_values(given, f"feature {name!r}", n_cells, n_regions)

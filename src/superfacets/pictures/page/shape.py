@@ -26,7 +26,8 @@ from .coding import Coding
 STEPS = 65535
 """Steps of positions along a side of the bounding box; the error is at most half a step."""
 
-# Diameter of a point, in square roots of the area around it: closes nearly all gaps.
+# Diameter of a drawn point, in units of the square root of the area around the point. It closes
+# nearly all gaps between points.
 _POINT_SIZE = 2.0
 
 Ints = npt.NDArray[np.int32]
@@ -42,9 +43,9 @@ class _Graph(Protocol):
 
 @dataclass(frozen=True)
 class Shape:
-    """The surface of cells as triangles, or points.
+    """The drawn surface of cells: triangles, or the points of a cloud.
 
-    Vertices are in the order in which triangles first use them, no two at one place.
+    Points of a mesh are in the order in which triangles first use them, without duplicates.
     """
 
     points: Floats  # (P, 3)
@@ -52,10 +53,10 @@ class Shape:
     sources: (
         npt.NDArray[np.uint32] | None
     )  # (T,) cell of each triangle; None: each triangle is a cell
-    normals: Floats | None  # (P, 3) for points
+    normals: Floats | None  # (P, 3) for a cloud; None for a mesh
     measures: Floats  # (N,) area or volume of each cell
-    areas: Floats  # areas of what is drawn
-    graph: _Graph  # of all cells
+    areas: Floats  # areas of the drawn faces or points
+    graph: _Graph  # neighbors of all cells
     outline: _Outline | None  # None: there are no borders to draw
 
     @cached_property
@@ -71,7 +72,7 @@ class Shape:
 
     @property
     def scene(self) -> Scene:
-        """The triangles, or triangles around points, in a box of diagonal 1; without colors."""
+        """The triangles, or one triangle per point, in a box of diagonal 1 and without colors."""
         points, triangles = self.points, self.triangles
         if isinstance(self.graph, PointGraph):
             points = hexagons_of(self.graph)  # one triangle per hexagon suffices
@@ -91,7 +92,7 @@ class Shape:
         return _POINT_SIZE * float(np.sqrt(area)) / self.diagonal
 
     def quantized(self) -> npt.NDArray[np.uint16]:
-        """Positions in `STEPS` of the bounding box, (P, 3)."""
+        """Positions as multiples of 1 / `STEPS` of the bounding box, 0 to `STEPS`, (P, 3)."""
         low, high = self.bounds
         extent = np.where(high > low, high - low, 1.0)
         return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
@@ -99,7 +100,7 @@ class Shape:
     def parts(self, positions: npt.NDArray[Any]) -> dict[str, tuple[npt.NDArray[Any], Coding]]:
         """Arrays that the front end draws, each in its most compact encoding.
 
-        ``positions`` are those of `points`, in the caller's unit.
+        ``positions`` are the coordinates of `points` in the unit that the caller needs.
         """
         found: dict[str, tuple[npt.NDArray[Any], Coding]] = {"positions": (positions, "difference")}
         if self.triangles is not None:
@@ -140,7 +141,7 @@ class _Outline:
 
 
 def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
-    """First view: axes (right, up, toward the viewer at azimuth 0), angles and zoom."""
+    """The first view: axes (right, up, toward the viewer at azimuth 0), angles and zoom."""
     up = guess_up(shape.scene) if camera.up == "auto" else camera.up
     right, toward, upward = view_axes(replace(View(azimuth=0, elevation=0), up=up))
     return {
@@ -152,7 +153,7 @@ def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
 
 
 def shape_of(cells: Cells) -> Shape:
-    """Return what is drawn of a mesh (the outside of tetrahedra) or of a cloud."""
+    """Return the drawn shape of a mesh (of tetrahedra: the outer surface) or of a cloud."""
     kind = kind_of(cells)
     outside = kind.outside(cells)
     if outside is None:
@@ -171,7 +172,7 @@ def _surface_shape(
     measures: Floats | None,
     cell_graph: Arcs | None,
 ) -> Shape:
-    """The shape of faces, which are cells or lie on cells."""
+    """The shape of faces, which are cells themselves or sides of cells."""
     threads = checked_threads(None)
     graph = build_face_graph(mesh)
     areas = measure_faces(mesh, threads)[1]
@@ -190,7 +191,7 @@ def _surface_shape(
 def _numbered_by_use(
     corners: Ints, n_vertices: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
-    """Vertices in the order of use, corners by it, and the new index of vertices (0: unused)."""
+    """Vertices in order of first use, corners as new indices, new index of each (0: unused)."""
     flat = corners.ravel()
     first = np.full(n_vertices, len(flat), dtype=np.int64)  # first corner that uses each vertex
     first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # of several writes, the last one counts

@@ -29,10 +29,10 @@ Ints = npt.NDArray[np.int32]
 class Component:
     """A connected component of the faces."""
 
-    faces: npt.NDArray[np.int64]  # (n,) rising
-    arcs: npt.NDArray[np.int64]  # (m,) the arcs that leave these faces, in their order
-    offsets: npt.NDArray[np.int64]  # (n + 1,) into arcs
-    neighbors: Ints  # (m,) as places in `faces`
+    faces: npt.NDArray[np.int64]  # (n,) ascending
+    arcs: npt.NDArray[np.int64]  # (m,) the arcs that start at these faces, face by face
+    offsets: npt.NDArray[np.int64]  # (n + 1,) offsets into arcs
+    neighbors: Ints  # (m,) targets of the arcs, as indices into `faces`
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class FaceCells:
     params: dict[str, Any]
 
     def components(self) -> list[Component]:
-        """Return the components, in the order of their lowest faces."""
+        """Return the components, sorted by their lowest faces."""
         graph = self.graph
         no_labels = np.zeros(graph.n_cells, np.int32)
         piece, n_pieces = _core.find_components(graph.offsets, graph.neighbors, no_labels)
@@ -65,9 +65,9 @@ class FaceCells:
         return components
 
     def segmentation(self, labels: npt.NDArray[Any], n_threads: int) -> Segmentation:
-        """Return the result of a method without centers, which labels faces once.
+        """Return the result of a method without centers, which labels faces only once.
 
-        Labels that no face has are skipped.
+        Labels that do not occur are removed by renumbering.
         """
         compact, _ = compact_partial_labels(labels, self.graph.n_cells)
         timings = dict(self.timings)
@@ -93,7 +93,7 @@ def read_face_cells(
 ) -> FaceCells:
     """Run stages 0 to 2; arguments as for `superfacets.segment`.
 
-    Where the two arcs of a pair are given different weights, both get the mean.
+    If the two arcs of a pair have different given weights, both get the mean.
     """
     timings: dict[str, float] = {}
     with timed(timings, "mesh"):

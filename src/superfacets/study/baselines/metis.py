@@ -18,31 +18,31 @@ from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells
 
 CREASE_SCALE = 2.0
-"""Weight per edge length, in mean weights, at which cutting an edge costs 1/e of cutting a flat
-one.
+"""Weight per edge length at which cutting an edge costs 1/e of cutting a flat edge, in multiples of
+the mean weight per length.
 
 On the 95 benchmark models at hand, k = 150, alpha = 200: from 1 to 3 the undersegmentation error
 changes by 0.001, and borders get rounder.
 """
 
 IMBALANCE = 500
-"""Allowed excess of the largest part over the mean, in thousandths.
+"""Largest allowed excess of a part's area over the mean area, in thousandths.
 
-With the 30 that METIS allows if not told, borders often miss creases: its error is higher by 0.002
-on those models, and by 0.03 on the ten of the smallest.
+METIS allows 30 by default, with which borders often miss creases: the undersegmentation error is
+higher by 0.002 on those models, and by 0.03 on the ten smallest of them.
 """
 
 LARGEST_CELL = 0.25
-"""Largest area of a face that counts, as a fraction of the mean part.
+"""Largest area of a face that METIS is given, as a fraction of the mean area of a part.
 
-Where faces are larger than a part, METIS otherwise leaves parts empty, and complains on the
+If faces are larger than a part, METIS otherwise leaves parts empty, and prints warnings on the
 terminal.
 """
 
 SEED = 0
 
 _MEAN_INTEGER = 1000  # mean of the weights after rounding to integers
-_LARGEST_SUM = 2**30  # upper bound of their sum: METIS may have been built for 32 bits
+_LARGEST_SUM = 2**30  # bound on the sum of the integers: METIS may be built for 32 bits
 
 Floats = npt.NDArray[np.float64]
 
@@ -59,25 +59,25 @@ def metis_partition(
 ) -> Segmentation:
     """Label every face of a mesh with one of k parts that METIS finds.
 
-    A multilevel partition of the face graph: the sum of the costs of the edges that borders run
-    along is made small, with parts of at most one and a half times the mean area. To run along an
+    METIS makes a multilevel partition of the face graph: it looks for a small total cost of the
+    edges along borders, for parts of at most one and a half times the mean area. A border along an
     edge e between faces of weight w costs ``|e| exp(-w / (s |e|))``, where s is twice the sum of
-    all weights over the sum of all edge lengths: borders are short, and cheap in creases. The unit
-    of the weights does not matter.
+    all weights divided by the sum of all edge lengths. So borders are short, and cheap in creases.
+    The unit of the weights does not matter.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any triangle mesh, as for `superfacets.segment`. Components are divided on their own: each
-        is one part at least, and who has most area per part gets the next.
+        Any triangle mesh, as for `superfacets.segment`. Components are divided separately: each has
+        at least one part, and further parts go, one by one, to the component with the largest area
+        per part.
     n_segments : int, optional
-        Number of parts k, 1 to the number of faces; 150 (or the number of faces, if that is less)
-        if not given. METIS may leave parts empty, some in a thousand at 20 faces a part and more
-        where parts are smaller; there are then fewer. There are more where the mesh has more
-        components.
+        Number of parts k, 1 to the number of faces. By default 150, or the number of faces if that
+        is less. METIS may leave parts empty, so that there are fewer: a few in a thousand at 20
+        faces a part, and more if parts are smaller. There are more if the mesh has more components.
     alpha, eta_convex, weights
-        As for `superfacets.segment`, but ``"superfacets"`` if not given. Where the two arcs of a
-        pair are given different weights, both get the mean.
+        As for `superfacets.segment`, but ``"superfacets"`` by default. If the two arcs of a pair
+        have different given weights, both get the mean.
     weld : bool, default True
         Count vertices at exactly the same position as one.
     n_threads : int, optional
@@ -86,8 +86,8 @@ def metis_partition(
     Returns
     -------
     Segmentation
-        ``centers`` are those of `update_centers`. Parts are asked to be connected, and nearly all
-        are; METIS gives no promise.
+        ``centers`` are as from `update_centers`. METIS is asked for connected parts; nearly all are
+        connected, but METIS does not guarantee it.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def _partition(metis: Any, cells: FaceCells) -> npt.NDArray[np.int64]:
 
 
 def _cutting_costs(cells: FaceCells) -> Floats:
-    """The cost, in edge length, of a cut between the two faces of an arc."""
+    """Cost of a cut between the two faces of each arc, in the unit of edge lengths."""
     sides = ends_of_sides(cells.mesh, cells.graph.sources, cells.faces.sides)
     ends = cells.mesh.vertices[sides]
     lengths: Floats = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
@@ -153,9 +153,9 @@ def _cutting_costs(cells: FaceCells) -> Floats:
 
 
 def _share_out(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
-    """Number of parts per component: one each, then one more where the area per part is largest.
+    """Number of parts per component: 1 at first, then 1 more where the area per part is largest.
 
-    The lowest component among equals.
+    Among equals, the lowest component gets the part.
     """
     shares = [1] * len(areas)
     queue = [(-area, place) for place, area in enumerate(areas) if sizes[place] > 1]
@@ -193,9 +193,9 @@ def _divide(
 
 
 def _cap(areas: Floats, n_parts: int) -> Floats:
-    """Areas, capped at a fraction of the mean part; all 1 if every face would be capped.
+    """Areas, capped at `LARGEST_CELL` of the mean area of a part after the capping.
 
-    All are 1 where there are so few faces that they would all be capped.
+    All areas are 1 if there are so few faces that every face would be capped.
     """
     falling = np.sort(areas)[::-1]
     n_capped = np.arange(len(areas))
@@ -207,7 +207,7 @@ def _cap(areas: Floats, n_parts: int) -> Floats:
 
 
 class _Pairs(NamedTuple):
-    """Neighbors of each face, each once, in CSR form, and the cost of a cut to each."""
+    """Distinct neighbors of each face in CSR form, and the cost of a cut to each of them."""
 
     offsets: npt.NDArray[Any]
     neighbors: npt.NDArray[Any]
@@ -220,7 +220,7 @@ def _merge_pairs(component: Component, costs: npt.NDArray[np.int64]) -> _Pairs:
     sources = np.repeat(np.arange(n_faces), np.diff(component.offsets))
     pairs, pair_of_arc = np.unique(sources * n_faces + component.neighbors, return_inverse=True)
     offsets = np.searchsorted(pairs, np.arange(n_faces + 1) * n_faces)
-    # Sums of integers are exact, and so the same in both directions.
+    # Sums of integers are exact, and therefore the same in both directions.
     return _Pairs(offsets, pairs % n_faces, np.bincount(pair_of_arc, costs))
 
 

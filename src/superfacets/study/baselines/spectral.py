@@ -19,10 +19,10 @@ from ...errors import MissingExtraError
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
 
 SIGMA = 0.1
-"""Width of the affinity in mean path lengths.
+"""Width of the affinity, as a fraction of the mean path length.
 
-Of 0.02 to 1 it has the least undersegmentation error on small benchmark models, or as little as
-any, for every alpha but 0.
+Among values from 0.02 to 1, it has the least undersegmentation error on small benchmark models, or
+equals the least, for every alpha except 0.
 """
 
 ALPHA = 100.0
@@ -31,19 +31,21 @@ ALPHA = 100.0
 MAX_MEMORY = 6e9
 """Default memory limit in bytes; enough for all pairs of 37,000 faces."""
 
-_N_SAMPLES = 256  # faces that the mean path length is estimated from, with an error of 1 or 2 %
+_N_SAMPLES = 256  # faces whose paths give the mean path length, with an error of 1 or 2 %
 
-# Vectors of a block Krylov space: a third of those that are wanted, and some, to so many powers.
-# Eigenvalues are then right to 1e-6 on benchmark models, and to 1e-3 with three powers less.
+# Block Krylov space: vectors of a block, as a share of the wanted vectors plus a constant, and
+# number of powers. Eigenvalues are then right to 1e-6 on benchmark models, and to 1e-3 with three
+# powers less.
 _BLOCK_SHARE, _BLOCK_SLACK = 1 / 3, 8
 _N_POWERS = 12
 
 _N_ROWS = 1024  # rows of a sparse array that are processed together
 
-_MAX_ROTATIONS = 50  # about 30 are needed
+_MAX_ROTATIONS = 50  # upper bound; about 30 are needed
 _ROTATION_TOL = 1e-9
 
-# Bytes per pair of near faces: rows, and temporary arrays to concatenate and symmetrize them.
+# Bytes per pair of near faces: sparse rows, and temporary arrays to concatenate and symmetrize
+# these.
 _BYTES_PER_NEAR_PAIR = 32
 
 Floats = npt.NDArray[np.float64]
@@ -51,10 +53,10 @@ Singles = npt.NDArray[np.float32]
 
 
 class _EmbeddedComponent(NamedTuple):
-    """The leading eigenvectors of one component."""
+    """The leading eigenvectors of one component of the mesh."""
 
     faces: npt.NDArray[np.int64]  # (n,)
-    eigenvalues: Singles  # (m,) falling; the first is 1
+    eigenvalues: Singles  # (m,) descending; the first is 1
     vectors: Singles  # (n, m)
 
 
@@ -65,15 +67,15 @@ class AffinityEmbedding:
     Attributes
     ----------
     n_vectors : int
-        The largest number of regions that they are good for.
+        Largest number of regions that the eigenvectors suffice for.
     eigenvalues : ndarray of float32
-        The leading ones of D^-1/2 W D^-1/2, falling from 1; `n_vectors`, or as many as there are
-        components if they are more.
+        The largest eigenvalues of D^-1/2 W D^-1/2, descending from 1: `n_vectors` of them, or one
+        per component if there are more components.
     timings : dict of str to float
         Seconds of wall time in each stage.
     params : dict
-        The parameters as used. ``sigma_length`` is the width of the affinity in the unit of the
-        arc weights.
+        The parameters as used. ``sigma_length`` is the width of the affinity in the unit of the arc
+        weights.
     """
 
     _cells: FaceCells
@@ -102,12 +104,12 @@ class AffinityEmbedding:
         return np.sort(values)[::-1][: max(self.n_vectors, len(self._components))]
 
     def segment(self, n_segments: int | None = None) -> Segmentation:
-        """Label every face with one of k regions, by the k leading eigenvectors.
+        """Label every face with one of k regions, using the k leading eigenvectors.
 
         Parameters
         ----------
         n_segments : int, optional
-            Number of regions k, 1 to `n_vectors`, which is taken if it is not given.
+            Number of regions k, 1 to `n_vectors`, which is the default.
 
         Returns
         -------
@@ -135,7 +137,7 @@ class AffinityEmbedding:
         return cells.segmentation(labels, self._n_threads)
 
     def _n_leading(self, k: int) -> npt.NDArray[np.int64]:
-        """How many of the k leading vectors each component has; the first of each in any case."""
+        """Number of the k leading vectors that each component has; always at least one."""
         counts = [len(component.eigenvalues) for component in self._components]
         owner = np.repeat(np.arange(len(counts)), counts)
         values = np.concatenate([component.eigenvalues for component in self._components])
@@ -161,58 +163,60 @@ def normalized_cuts(
     """Label every face of a mesh with one of k regions, by its normalized cuts.
 
     The affinity of two faces is ``exp(-d / s)``, where d is the length of the shortest path between
-    them in the face graph. From the affinities W and their row sums D come the k leading
-    eigenvectors of D^-1/2 W D^-1/2; each face is then a point in k dimensions, and the rotation
-    that brings the points nearest to the axes, found from that of a pivoted QR factorization on,
-    gives the labels.
+    them in the face graph. W is the matrix of affinities, and D is the diagonal matrix of its row
+    sums. The k leading eigenvectors of D^-1/2 W D^-1/2 make each face a point in k dimensions. A
+    rotation brings these points near to the axes, and the nearest axis is the label. The rotation
+    is improved step by step; a pivoted QR factorization gives the first one.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any triangle mesh, as for `superfacets.segment`. Between components the affinity is 0: no
-        region has faces of two.
+        Any triangle mesh, as for `superfacets.segment`. The affinity between components is 0, so no
+        region has faces of two components.
     n_segments : int, optional
-        Number of regions k, 1 to the number of faces; 150 (or the number of faces, if that is
-        less) if not given. On rare occasions no face is nearest to an axis, and there is one less.
-        There are more where the mesh has more components.
+        Number of regions k, 1 to the number of faces. By default 150, or the number of faces if
+        that is less. On rare occasions an axis is the nearest of no face, and there is one region
+        less. There are more if the mesh has more components.
     alpha, eta_convex, weights
-        As for `superfacets.segment`, but ``"superfacets"`` with an `alpha` of 100 if not given.
-        Where the two arcs of a pair are given different weights, both get the mean.
+        As for `superfacets.segment`, but ``"superfacets"`` with an `alpha` of 100 by default. If
+        the two arcs of a pair have different given weights, both get the mean.
     sigma : float, default 0.1
-        s as a fraction of the mean length of paths, > 0: the mean over all faces from 256 of them
-        (evenly spaced among those that have a neighbor).
+        s as a fraction of the mean path length, > 0. This mean is over the paths to all faces from
+        256 faces, which are evenly spaced among the faces that have a neighbor.
     reach : float, optional
-        Not given: affinities of all pairs. Given: only of faces within `reach` * r of each other
-        (Euclidean), r the expected radius of a region, by paths that stay within that of either
-        end; 3 keeps fairly close to all pairs.
+        None: affinities of all pairs. Otherwise only of faces at a Euclidean distance e of less
+        than R = `reach` * r, where r is the expected radius of a region, along paths that stay
+        within R of either end. These affinities are multiplied by 1 - (e / R)^2. A reach of 3 gives
+        results fairly close to all pairs.
     max_memory : float, default 6e9
-        Bytes to use for affinities and vectors at most.
+        Maximum memory in bytes for affinities and vectors.
     weld : bool, default True
         Count vertices at exactly the same position as one.
     n_threads : int, optional
-        As for `superfacets.segment`, for paths. Matrices are multiplied by the BLAS of NumPy, which
-        has its own threads; where these add in another order, last bits change, and the label of a
-        face here and there.
+        As for `superfacets.segment`, for paths. Matrices are multiplied by NumPy's BLAS, which has
+        its own threads. If these add numbers in another order, last bits change, and with them a
+        few labels.
 
     Returns
     -------
     Segmentation
-        ``centers`` are those of `update_centers`. Regions may be in pieces.
+        ``centers`` are as from `update_centers`. Regions may be in several pieces.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If a parameter is out of range or of the wrong type, or `max_memory` is not enough: then
-        the message says how much it takes.
+        If a parameter is out of range or of the wrong type, or if more memory than `max_memory` is
+        needed; the message tells how much.
     MissingExtraError
         If SciPy is not installed.
 
     Notes
     -----
-    Time O(F^2 log F) for paths and O(k F^2) for vectors; memory 4 bytes for each pair of faces and
-    52 k for each face. With a reach R, pairs within it count instead: about F^2 R^2 / k.
+    Time is O(F^2 log F) for paths and O(k F^2) for vectors; memory is 4 bytes for each pair of
+    faces and 52 k bytes for each face. With a reach R, only pairs within it count: about F^2 R^2 /
+    k.
 
     References
     ----------
@@ -256,14 +260,16 @@ def affinity_embedding(
 ) -> AffinityEmbedding:
     """Return the eigenvectors for normalized cuts with up to `n_vectors` regions.
 
-    All but the last step of `normalized_cuts`, once for many numbers of regions.
+    This is all of `normalized_cuts` except the last step. It is computed once for many numbers of
+    regions.
 
     Parameters
     ----------
     mesh, alpha, eta_convex, weights, sigma, reach, max_memory, weld, n_threads
-        As for `normalized_cuts`. r, for `reach`, is that of `n_vectors` regions.
+        As for `normalized_cuts`. For `reach`, r is the expected radius of `n_vectors` regions.
     n_vectors : int, optional
-        The largest number of regions that will be asked for; as `n_segments` of `normalized_cuts`.
+        The largest number of regions that will be asked for; default and range are as for
+        `n_segments` of `normalized_cuts`.
 
     Returns
     -------
@@ -303,7 +309,7 @@ def affinity_embedding(
 
 @dataclass(frozen=True)
 class _Affinity:
-    """Turns path lengths into affinities."""
+    """Converts path lengths to affinities."""
 
     width: float  # s, in the unit of the arc weights
     reach: float | None  # in the unit of the vertices
@@ -356,14 +362,14 @@ def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memor
 
 
 def _path_lengths(graph: CellGraph, sources: npt.NDArray[np.int32], n_threads: int) -> Singles:
-    """Lengths of shortest paths from some cells to all, in the unit of the weights."""
+    """Lengths of shortest paths from the given cells to all cells, in the unit of the weights."""
     ordered = graph.ordered(n_threads)
     lengths = _core.path_lengths(ordered, sources, graph.unit, n_threads)
     return lengths.reshape(len(sources), graph.n_cells)
 
 
 def _mean_path_length(graph: CellGraph, n_threads: int) -> float:
-    """Mean length of the paths from a sample of cells to all; 1 where no cell has a neighbor."""
+    """Mean length of the paths from a sample of cells to all; 1 if no cell has a neighbor."""
     candidates = np.flatnonzero(np.diff(graph.offsets))
     if not len(candidates):
         return 1.0
@@ -390,7 +396,7 @@ def _embed(cells: FaceCells, component: Component, affinity: _Affinity) -> _Embe
 
 
 def _normalize(affinities: Singles) -> Singles:
-    """D^-1/2 W D^-1/2, in place of W."""
+    """D^-1/2 W D^-1/2, which overwrites W."""
     scale = (1 / np.sqrt(affinities.sum(axis=1, dtype=np.float64))).astype(np.float32)
     affinities *= scale[:, None]
     affinities *= scale
@@ -398,7 +404,7 @@ def _normalize(affinities: Singles) -> Singles:
 
 
 def _normalize_sparse(affinities: Any) -> Any:
-    """D^-1/2 W D^-1/2, in place of W."""
+    """D^-1/2 W D^-1/2, which overwrites W."""
     scale = 1 / np.sqrt(affinities.sum(axis=1, dtype=np.float64))
     affinities.data *= np.repeat(scale, np.diff(affinities.indptr)).astype(np.float32)
     affinities.data *= scale.astype(np.float32)[affinities.indices]
@@ -412,9 +418,9 @@ def _krylov_size(n_vectors: int) -> int:
 def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles]:
     """The largest eigenvalues of a symmetric matrix, descending, and their vectors, (n, n_vectors).
 
-    From the space that the powers of the matrix make of a random block: unlike Lanczos' method,
-    which begins with one vector, it finds all eigenvectors of an eigenvalue that several share,
-    as on meshes with symmetries, and it multiplies blocks, which is faster.
+    The vectors are found in the space spanned by the powers of the matrix times a random block.
+    Unlike Lanczos' method, which begins with one vector, this finds all eigenvectors of a multiple
+    eigenvalue, as on meshes with symmetries; and it multiplies blocks, which is faster.
     """
     n = matrix.shape[0]
     n_columns = _krylov_size(n_vectors)
@@ -427,7 +433,7 @@ def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles
     block = np.random.default_rng(0).standard_normal((n, width), dtype=np.float32)
     for n_before in range(0, n_columns, width):
         before = basis[:, :n_before]
-        for _ in range(2):  # once would leave rounding errors
+        for _ in range(2):  # a single pass would leave rounding errors
             block -= before @ (before.T @ block)
             block = np.linalg.qr(block)[0]
         basis[:, n_before : n_before + width] = block
@@ -446,8 +452,8 @@ def _highest(values: Floats, vectors: Floats, n: int) -> tuple[Singles, Singles]
 def _discretize(vectors: Singles) -> npt.NDArray[np.int64]:
     """Label of each row of eigenvectors, (n, m): the nearest axis after rotation.
 
-    Rows are scaled to the unit sphere. Labels and rotation are made to fit each other in turn,
-    which raises the sum of the rows' coordinates on their axes until it stays.
+    Rows are scaled to unit length. Labels and rotation are fitted to each other in turn, which
+    raises the sum of the rows' coordinates on their axes until it no longer grows.
     """
     from scipy.sparse import csr_array
 

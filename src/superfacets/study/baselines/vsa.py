@@ -28,7 +28,7 @@ METRICS = {"l21": _core.ProxyMetric.L21, "l2": _core.ProxyMetric.L2}
 """Names of the error metrics."""
 
 INITS = ("random", "incremental")
-"""Names of the ways to find the first proxies."""
+"""Names of the methods to find the first proxies."""
 
 Progress = Callable[[int, int], object]
 
@@ -47,55 +47,55 @@ def variational_shape_approximation(
 ) -> Segmentation:
     """Label every face of a mesh with one of k connected regions that are as flat as possible.
 
-    A region stands for a plane, its proxy: a center and a unit normal. In turn the proxies are
-    fitted to the regions, and the regions flooded anew. A flood begins with the face of least
-    error of each region, its seed (the lowest among equals; one without a normal only if there is
-    no other). It takes again and again, of all faces next to a region, that of least error against
-    the region's proxy (among equals, that which was offered first). A face once taken is not given
-    back.
+    Each region is approximated by a plane, its proxy: a center and a unit normal. Two steps
+    alternate: proxies are fitted to the regions, and then the regions are flooded anew. A flood
+    begins at the seed of each region: its face of least error (the lowest among equals; a face
+    without a normal only if there is no other). The flood then takes, one by one, the face of least
+    error against the proxy of a region that it touches (among equals, the face that was offered
+    first). Faces that were taken are not given back.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
         Any triangle mesh, as for `superfacets.segment`. For ``"l21"`` it should be consistently
-        oriented: a face that is turned over counts as steep as can be.
+        oriented: the normal of a flipped face counts as opposite.
     n_segments : int, optional
-        Number of regions k, 1 to the number of faces; 150 (or the number of faces, if that is
-        less) if not given.
+        Number of regions k, 1 to the number of faces. By default 150, or the number of faces if
+        that is less.
     metric : {"l21", "l2"}, default "l21"
-        What a face adds to the error of its region, in either case integrated over its area.
-        ``"l21"``: the squared difference of the unit normals of face and proxy, 0 to 4. The
-        proxy's is the direction of the mean normal; a face without a normal adds nothing.
-        ``"l2"``: the squared distance to the plane of the proxy, which goes through the
-        barycenter of the region, across the direction in which the region extends least.
+        Error that a face adds to its region, integrated over the area of the face. ``"l21"``: the
+        squared difference of the unit normals of face and proxy, 0 to 4. The proxy's normal is the
+        direction of the mean normal; a face without a normal adds nothing. ``"l2"``: the squared
+        distance to the plane of the proxy, which goes through the barycenter of the region,
+        perpendicular to the direction in which the region extends least.
     init : {"random", "incremental"}, default "random"
-        ``"random"``: k faces drawn at random, without replacement, are the seeds, and their planes
-        the proxies. ``"incremental"``: one region for each component of the mesh; then, while
-        there are fewer than k, proxies are fitted to all regions, and in the region of largest
-        total error (of two faces or more; lowest label among equals) the face of largest error
-        (not the seed; highest among equals) becomes one more seed, with its plane as the proxy, and
-        all regions are flooded anew.
+        ``"random"``: the seeds are k faces drawn at random, without replacement, and the proxies
+        are their planes. ``"incremental"``: begin with one region for each component of the mesh.
+        While there are fewer than k, fit proxies to all regions, choose the region of largest total
+        error (of two or more faces; the lowest label among equals) and in it the face of largest
+        error (not the seed; the highest among equals), add this face as a seed with its plane as
+        the proxy, and flood all regions anew.
     rng : int or numpy.random.Generator, default 0
-        Draws the faces of ``"random"``; an int, >= 0, seeds a generator.
+        Draws the faces of ``"random"``; an int >= 0 seeds a generator.
     max_num_iter : int, default 50
-        At most so many times all faces are labeled, once there are k regions.
+        Maximum number of floods with k regions, each of which labels all faces.
     weld : bool, default True
         Count vertices at exactly the same position as one.
     n_threads : int, optional
         As for `superfacets.segment`; floods and fits use one thread.
     progress : callable, optional
-        Called after each iteration with its number (from 1) and how many faces it gave to another
-        region (all, in the first); returning False ends the loop with
-        ``stop_reason="cancelled"``. Not called before there are k regions.
+        Called after each iteration with its number (from 1) and the number of faces that changed
+        their region (all faces in the first iteration). Returning False ends the loop with
+        ``stop_reason="cancelled"``. It is not called before there are k regions.
 
     Returns
     -------
     Segmentation
-        ``labels`` are the last flood, ``centers`` its seeds. ``stop_reason`` is ``"converged"``
-        where no face changed regions and ``"cycle"`` where earlier labels came back.
-        One more region comes for each component that gets no seed: of faces that no flood
-        reaches, the lowest becomes a seed. With ``"incremental"`` these count toward k, which is
-        then exceeded only if there are more components.
+        ``labels`` are from the last flood, ``centers`` are its seeds. ``stop_reason`` is
+        ``"converged"`` if no face changed regions, and ``"cycle"`` if earlier labels came back.
+        Each component without a seed becomes one more region: the lowest of the faces that no flood
+        reaches becomes a seed. With ``"incremental"`` these regions count toward k, which is then
+        exceeded only if there are more components.
 
     Raises
     ------
@@ -106,13 +106,13 @@ def variational_shape_approximation(
 
     Notes
     -----
-    Each flood takes O(F log F), so ``"incremental"`` takes O(k F log F). The error is not sure to
-    fall from flood to flood, since the queue is greedy; fitting never raises it.
+    Each flood takes O(F log F), so ``"incremental"`` takes O(k F log F). Fitting never raises the
+    error, but a flood may, because its queue is greedy.
 
     References
     ----------
-    Cohen-Steiner, Alliez and Desbrun, "Variational Shape Approximation", 2004, section 3. The
-    paper leaves ties, faces without a normal, and meshes of several components open.
+    Cohen-Steiner, Alliez and Desbrun, "Variational Shape Approximation", 2004, section 3. The paper
+    does not define ties, faces without a normal, and meshes of several components.
 
     Examples
     --------
@@ -163,7 +163,7 @@ def _flood(mesh: Mesh, graph: FaceGraph, metric: str, seeds: npt.ArrayLike) -> _
 def _flood_incrementally(
     mesh: Mesh, graph: FaceGraph, metric: str, n_segments: int
 ) -> _core.ProxyRegions:
-    # The starting face does not matter: it takes its component, and new seeds take the others.
+    # The first face does not matter: it floods its component, and new seeds flood the others.
     regions = _flood(mesh, graph, metric, [0])
     while regions.n_regions < n_segments:
         regions.insert()
@@ -173,7 +173,7 @@ def _flood_incrementally(
 def _relax(
     regions: _core.ProxyRegions, n_faces: int, max_num_iter: int, progress: Progress | None
 ) -> tuple[int, StopReason]:
-    """Fit and flood until a stop rule holds; return the number of floods and the rule."""
+    """Fit and flood until a stop rule applies; return the number of floods and the rule."""
     seen: set[bytes] = set()
     n_changed = n_faces
     for iteration in range(1, max_num_iter + 1):
@@ -192,5 +192,5 @@ def _relax(
 
 
 def _fingerprint(labels: npt.NDArray[np.int32]) -> bytes:
-    """128-bit hash of the labels, which determine all later ones."""
+    """128-bit hash of the labels. Equal labels have equal successors."""
     return hashlib.blake2b(labels.tobytes(), digest_size=16).digest()

@@ -54,40 +54,40 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "default, eta 0.05": {"eta_convex": 0.05},
     "default, eta 0.2": {"eta_convex": 0.2},
 }
-"""Keywords of `superfacets.segment`, by name. `PLAIN` is the paper's method but for the stop rule.
-"""
+"""Keywords of `superfacets.segment`, by name. `PLAIN` is the paper's method except for the stop
+rule."""
 
 RESOLUTION_VARIANTS = (PLAIN, OTHER_WEIGHTS, ROUGH, NO_RIDGES, DEFAULT, RELOCATED, BY_PARTS)
 """Variants that are measured on finer and coarser meshes."""
 
 
 SHARP = math.radians(45)
-"""Smallest angle of an obvious crease."""
+"""Smallest angle, in radians, of an edge that counts as a crease."""
 
 
 class Subject(NamedTuple):
-    """A mesh, and ground truths of its faces by several people."""
+    """A mesh, and the segments of its faces according to several people."""
 
     mesh: Mesh
     truths: tuple[npt.NDArray[np.int32], ...]
 
 
 class Creases(NamedTuple):
-    """Sharp edges, as pairs of adjacent faces, in both directions."""
+    """Sharp edges, as pairs of adjacent faces; each edge occurs in both directions."""
 
     sources: npt.NDArray[np.int32]
     targets: npt.NDArray[np.int32]
     lengths: npt.NDArray[np.float64]
 
     def share_between(self, labels: npt.NDArray[np.int32]) -> float | None:
-        """Return the share of the length that is a border between regions; None without creases."""
+        """Return the fraction of the length along borders between regions; None without creases."""
         total = self.lengths.sum()
         between = labels[self.sources] != labels[self.targets]
         return float(self.lengths[between].sum() / total) if total > 0 else None
 
 
 def refined(subject: Subject, levels: int = 1) -> Subject:
-    """Split each face into four, repeatedly; the parts keep the segment of the face."""
+    """Split each face into four, `levels` times; the new faces keep the segment of the old face."""
     vertices, faces = subject.mesh.vertices, subject.mesh.faces
     for _ in range(levels):
         vertices, faces = split_in_four(vertices, faces)
@@ -98,7 +98,8 @@ def refined(subject: Subject, levels: int = 1) -> Subject:
 def coarsened(subject: Subject) -> Subject:
     """Decimate to a quarter of the faces.
 
-    Each is in the segment of the old face with the nearest centroid. Needs PyVista and SciPy.
+    Each new face gets the segment of the old face with the nearest centroid. Needs PyVista and
+    SciPy.
     """
     import pyvista
     from scipy.spatial import KDTree
@@ -119,9 +120,9 @@ def _centroids(mesh: Mesh) -> npt.NDArray[np.float64]:
 
 
 def creases(mesh: Mesh) -> tuple[Creases, Creases]:
-    """Return the concave and the convex edges of `SHARP` and more."""
+    """Return the concave and the convex edges whose angle is at least `SHARP`."""
     faces = build_face_graph(mesh)
-    unit = math.pi * faces.diagonal  # with it, eq. 2 adds the angle in radians
+    unit = math.pi * faces.diagonal  # with this crease length, eq. 2 adds the angle in radians
 
     def angles(eta_convex: float) -> npt.NDArray[np.float64]:
         priced = superfacet_weights(
@@ -150,11 +151,11 @@ SCALES: Mapping[str, Callable[[Subject], Subject]] = {
 """Functions that change the number of faces on the same surface, by name."""
 
 
-_RECORD_VERSION = 1  # raised when records change
+_RECORD_VERSION = 1  # raised when the content of records changes
 
 
 class Case(NamedTuple):
-    """Subject of one row."""
+    """A run of one variant, which makes one row."""
 
     source: Source
     scale: str
@@ -184,7 +185,7 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """Cases on one mesh."""
+    """Cases of one model at one scale."""
 
     pieces: tuple[Piece, ...]
     memory: int = 0
@@ -197,11 +198,11 @@ class Task:
         surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # shared by all labels
         areas = build_face_graph(subject.mesh).measures
         valleys, ridges = creases(subject.mesh)
-        _labels(subject, first)  # warm-up
+        _labels(subject, first)  # warm-up, which is not timed
 
         def measure(piece: Piece) -> Record:
             case: Case = piece.subject
-            start = time.process_time()  # not affected by other programs on the machine
+            start = time.process_time()  # CPU time, not affected by other programs
             labels = _labels(subject, case)
             seconds = time.process_time() - start
             values = metrics.evaluate(subject.mesh, labels, surface)

@@ -1,4 +1,4 @@
-"""The whole study: runs and results."""
+"""The whole quality study: run what is missing, and write the results."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from .tables import Row, render_quality
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What to run, and the folders."""
+    """The choice of runs, and the folders."""
 
     benchmark: Path
     output: Path
     models: tuple[int, ...] | None = None
-    """Numbers of models; None: all in the folder."""
+    """Numbers of models; None means all models in the folder."""
     every: int = 1
-    """Step through these models: 2 takes every other."""
+    """Step through these models: 2 takes every second one."""
     ks: tuple[int, ...] = KS
     n_finer: int = 10
-    """Number of models that are run at all scales."""
+    """Number of models that are measured at all scales."""
     n_jobs: int = 1
     """Worker processes."""
 
@@ -41,9 +41,9 @@ class Report:
     """Results of the study."""
 
     rows: list[Row]
-    """At the models' own resolution."""
+    """Results at the models' own resolution."""
     resolution: list[Row]
-    """At all scales."""
+    """Results at all scales."""
     tables: str
     problems: tuple[str, ...]
     """A line for each file that is not used, and for each failed run."""
@@ -52,13 +52,13 @@ class Report:
 def study(options: Options) -> Report:
     """Measure all variants on the models, and some variants on some models at all scales.
 
-    Rows go to ``runs.csv`` in the output folder, tables to ``tables.md``. A model, at one scale, of
-    which a run failed is left out of both, so that all means are over the same models.
+    Rows go to ``runs.csv`` in the output folder, tables to ``tables.md``. If a run failed, its
+    model is left out of both at that scale, so that all means are over the same models.
 
     Raises
     ------
     ValueError, OSError
-        If a model is not there, the folders are not as they should be, or another start is using
+        If a model does not exist, the folders are not as they should be, or another start is using
         the output.
     MeshError
         If no model has ground truths, or none could be measured.
@@ -75,7 +75,7 @@ def study(options: Options) -> Report:
     files = [options.output / name for name in ("runs.csv", "tables.md")]
     with locked(options.output):
         records = [piece.path for task in finer + main for piece in task.pieces]
-        remove_leftovers([*files, *records], older_than=0.0)  # of killed runs
+        remove_leftovers([*files, *records], older_than=0.0)  # left by killed runs
         todo = [task for task in map(_what_is_missing, finer + main) if task.pieces]
         lost = run_tasks("tasks", todo, options.n_jobs, memory=memory_of_tasks())
         rows, failures = _collect(main, lost)
@@ -91,7 +91,7 @@ def study(options: Options) -> Report:
 
 
 def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
-    """Return the scales that the installed packages allow, and a line for each missing one."""
+    """Return the scales that the installed packages allow, and a line if one scale is missing."""
     if all(importlib.util.find_spec(name) for name in ("pyvista", "scipy")):
         return list(SCALES), ()
     finer = [scale for scale in SCALES if scale != "x1/4"]
@@ -101,7 +101,7 @@ def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
 def _tasks(
     models: Sequence[Source], scales: Sequence[str], options: Options
 ) -> tuple[list[Task], list[Task]]:
-    """Return a task for each model at each scale, and one for each with all variants."""
+    """Return tasks for some models at all scales, and a task with all variants for each model."""
     some = models[:: max(1, len(models) // options.n_finer)] if options.n_finer else []
     ks = sorted(set(options.ks))
 
@@ -128,7 +128,7 @@ def _is_done(piece: Piece) -> bool:
 
 
 def _collect(tasks: Sequence[Task], lost: dict[Path, str]) -> tuple[list[Row], list[str]]:
-    """Return the rows of finished tasks, and the reasons of failures."""
+    """Return the rows of tasks without failures, and the reasons of all failures."""
     rows: list[Row] = []
     failures: list[str] = []
     for task in tasks:
@@ -150,6 +150,6 @@ def _record(piece: Piece, lost: dict[Path, str]) -> dict[str, Any]:
 
 
 def _without_repeats(rows: Iterable[Row]) -> list[Row]:
-    """Return rows without duplicates of runs that are in both parts of the study."""
+    """Return rows without the duplicates of runs that are in both parts of the study."""
     names = ("model", "scale", "variant", "k")
     return list({tuple(row[name] for name in names): row for row in rows}.values())

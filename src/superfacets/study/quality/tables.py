@@ -1,4 +1,4 @@
-"""Tables of the study in Markdown: means, and variants that are better than plain."""
+"""Tables of the quality study in Markdown: means, and variants that are better than plain."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Means = dict[tuple[str, int], tuple[float, float]]
 
 
 def means(rows: Iterable[Row]) -> Means:
-    """Return UE and compactness by variant and k: means over models."""
+    """Return UE and compactness by variant and k, as means over models."""
     values: dict[tuple[str, int], list[tuple[float, float]]] = {}
     for row in rows:
         values.setdefault((row["variant"], row["k"]), []).append((row["ue"], row["compactness"]))
@@ -29,7 +29,7 @@ def _mean(pairs: Sequence[tuple[float, float]], part: int) -> float:
 
 
 def dominators(found: Means) -> list[str]:
-    """Return the variants that are at no k worse than plain in both measures, and better in one."""
+    """Return the variants that are at every k better than plain in one measure, worse in none."""
     ks = [k for variant, k in found if variant == PLAIN]
 
     def is_better(variant: str, k: int) -> bool:
@@ -41,7 +41,7 @@ def dominators(found: Means) -> list[str]:
 
 
 def render_quality(results: Mapping[str, Any]) -> str:
-    """Return the tables of a study in Markdown: its "rows", those by "resolution", and "ks"."""
+    """Return the tables of a study in Markdown, from its "rows", "resolution" rows and "ks"."""
     sections = [
         ("UE / compactness by k", _frontier(results)),
         ("Against plain", _comparison(results)),
@@ -104,7 +104,7 @@ def _share(cases: Iterable[bool]) -> str:
 
 
 def _mean_share(shares: Iterable[float | None]) -> str:
-    """Return the mean over the models that have such creases."""
+    """Return the mean share over the models that have creases; "-" if none has."""
     found = [share for share in shares if share is not None]
     return f"{100 * np.mean(found):.0f} %" if found else "-"
 
@@ -128,7 +128,7 @@ def _resolution(results: Mapping[str, Any]) -> str:
 
 
 def _categories(results: Mapping[str, Any]) -> str:
-    """Return some variants in each category, mean over k, the largest gain in UE first."""
+    """Return the table of some variants by category: means over k, the largest gain in UE first."""
     names = (PLAIN, NO_RIDGES, DEFAULT, RELOCATED, BY_PARTS)
     rows = [
         row | {"variant": f"{row['variant']} {category_of(row['model'])}", "k": 0}

@@ -1,4 +1,4 @@
-"""Plots like the paper's Figures 4 to 7, and the same for each category."""
+"""Plots like the paper's Figures 4 to 7, and the same plots for each category."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ _STYLE: dict[Any, Any] = {
     "svg.hashsalt": "superfacets",  # makes names inside SVG files reproducible
 }
 
-# Share of white in the lightest color of a method's alphas.
+# Fraction of white in the color of a method's smallest alpha.
 _LIGHTEST = 0.62
 
 
 def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
-    """Plot both measures over k, and one against the other at the usual k."""
+    """Plot both measures over k, and one measure against the other at the usual k."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots(1, 3)
@@ -57,7 +57,7 @@ def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
 
 
 def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
-    """Plot seconds over faces, both logarithmic, with a dot for each model and method."""
+    """Plot seconds over faces on logarithmic axes, with a dot for each model and method."""
 
     def draw(figure: Figure) -> None:
         from matplotlib.ticker import LogLocator, NullLocator
@@ -85,7 +85,7 @@ def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
 
 
 def plot_categories(path: Path, results: Results, comparison: Comparison, quantity: str) -> None:
-    """Plot a measure over k in a panel for each category, a curve for each method."""
+    """Plot a measure over k, in a panel for each category and with a curve for each method."""
     curves = [
         curve for curve in comparison.curves if curve.alpha == METHODS[curve.method].usual_alpha
     ]
@@ -121,7 +121,7 @@ def _add_curves(
 
 
 def _add_tradeoff(axis: Axes, results: Results, comparison: Comparison) -> None:
-    """Add a dot for each curve; a line joins the dots of a method."""
+    """Add a dot for each curve, and a line through the dots of each method."""
     k, looks = results.plan.choice.k, _looks(comparison.curves)
     for method in dict.fromkeys(curve.method for curve in comparison.curves):
         curves = [curve for curve in comparison.curves if curve.method == method]
@@ -149,7 +149,7 @@ def _add_legend(
 
 
 def _looks(curves: Sequence[Curve]) -> dict[Curve, dict[str, Any]]:
-    """Styles of curves: colors are lighter for smaller alphas, the usual alpha has a thick line."""
+    """Styles of curves: smaller alphas have lighter colors, the usual alpha has a thick line."""
     looks = {}
     for curve in curves:
         method = METHODS[curve.method]
@@ -172,7 +172,7 @@ def _lighter(color: str, white: float) -> Color:
 
 
 def _save(path: Path, size: tuple[float, float], draw: Callable[[Figure], None]) -> None:
-    """Draw, and write the plot as .svg and as .png beside it."""
+    """Draw a plot, and write it as .svg and as .png beside it."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 

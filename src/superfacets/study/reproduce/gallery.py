@@ -1,4 +1,4 @@
-"""Pictures like the paper's Figures 1, 2, 3 and 8, drawn again only if their labels change."""
+"""Pictures like the paper's Figures 1, 2, 3 and 8, redrawn only if their labels change."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ TABLE_METHODS = ("default", "superfacets", "paper")
 
 _ALPHA = 200.0
 
-# Categories whose smallest models are shown; replaced by others if missing.
+# Categories whose smallest models are shown. If one has no model, another category replaces it.
 _ALPHA_CATEGORIES = ("Fourleg", "Hand")
 _CUTS_CATEGORIES = ("Human", "Airplane", "Plier", "Bird")
 _VSA_CATEGORIES = ("Human", "Cup", "Mech", "Fourleg")
 
-# Methods shown below the rivals: the paper's method, and today's default.
+# Methods shown below the rivals: the paper's method with exact regions, and today's default.
 _OURS = (("superfacets", _ALPHA), ("default", METHODS["default"].usual_alpha))
 
 _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
@@ -40,7 +40,7 @@ _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
 
 @dataclass(frozen=True)
 class Picture:
-    """One rendered mesh, and its place in a figure."""
+    """A picture of one mesh with its regions, and its place in a figure."""
 
     figure: str
     row: str
@@ -49,13 +49,13 @@ class Picture:
 
     @property
     def name(self) -> str:
-        """The file's name, without ending."""
+        """Name of the file without its ending."""
         alpha = "" if self.run.alpha is None else f"-alpha{self.run.alpha:g}"
         return f"fig{self.figure}-{self.run.source.name}-{self.run.method}{alpha}-k{self.run.k}"
 
 
 def view_of(mesh: FaceMesh) -> View:
-    """Return a view of the broad side of a mesh: models have no common up axis.
+    """Return a view of the broad side of a mesh, chosen by its bounding box.
 
     The models of the benchmark have no common axis that points up.
     """
@@ -68,12 +68,12 @@ def view_of(mesh: FaceMesh) -> View:
 
 
 def _large_meshes(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
-    """Figure 1: the meshes of the user."""
+    """Figure 1: the large meshes of the user."""
     return [Picture("1", "", mesh.name, Run(mesh, "superfacets", _ALPHA, k)) for mesh in meshes]
 
 
 def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
-    """Return the runs of Table 1."""
+    """Return the runs whose times are in Table 1."""
     return [
         Run(mesh, method, METHODS[method].usual_alpha, k)
         for mesh in meshes
@@ -91,7 +91,7 @@ def _three_alphas(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
 
 
 def _cuts_and_ours(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
-    """Figure 3: normalized cuts above ours."""
+    """Figure 3: normalized cuts above superfacets."""
     return [
         Picture("3", METHODS[method].title, _title(model), Run(model, method, alpha, k))
         for method, alpha in (("ncuts", _ALPHA), ("ncuts-sparse", _ALPHA), *_OURS)
@@ -100,7 +100,7 @@ def _cuts_and_ours(models: tuple[Source, ...], meshes: tuple[Source, ...], k: in
 
 
 def _vsa_and_ours(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
-    """Figure 8: the four variants of VSA above ours."""
+    """Figure 8: the four variants of VSA above superfacets."""
     return [
         Picture("8", METHODS[method].title, _title(model), Run(model, method, alpha, k))
         for method, alpha in (*((vsa, None) for vsa in _VSA), *_OURS)
@@ -109,7 +109,7 @@ def _vsa_and_ours(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
 
 
 def _shown(models: tuple[Source, ...], categories: tuple[str, ...]) -> list[Source]:
-    """Return the smallest model of each category, or of others in place of missing ones."""
+    """Return the smallest model of each category; other categories replace missing ones."""
     smallest: dict[str, Source] = {}
     for model in models:
         smallest.setdefault(model.category, model)
@@ -126,37 +126,37 @@ GALLERY: Mapping[str, Callable[[tuple[Source, ...], tuple[Source, ...], int], li
         {"1": _large_meshes, "2": _three_alphas, "3": _cuts_and_ours, "8": _vsa_and_ours}
     )
 )
-"""From the number of a figure to its pictures, row by row."""
+"""Function that returns the pictures of a figure, row by row, by the number of the figure."""
 
 
 _SIZE = (640, 480)
 
-_LOOK = 1  # raised when pictures of the same labels change
+_LOOK = 1  # raised when pictures of the same labels would look different
 
-# Key of the text in a PNG file that identifies its input.
+# Name of the text in a PNG file that identifies the input of the picture.
 _KEY = "superfacets"
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A picture for a worker to draw."""
+    """A picture that a worker draws."""
 
     picture: Picture
     labels: str
-    """Packed, as in the record."""
+    """Packed as in the record of the run."""
     key: str
     folder: Path
     memory: int = 0
 
     @classmethod
     def of(cls, picture: Picture, key: Key, labels: str, folder: Path) -> Drawing:
-        """Return the drawing of a picture from the key and the packed labels of a finished run."""
+        """Return the drawing of a picture, given the key and packed labels of its finished run."""
         made_from = [key, labels, _SIZE, _LOOK]
         digest = hashlib.blake2b(json.dumps(made_from).encode(), digest_size=16).hexdigest()
         return cls(picture, labels, digest, folder)
 
     def run(self) -> str | None:
-        """Draw; return the reason if that failed."""
+        """Draw and write the picture; return the reason if that failed, otherwise None."""
         try:
             mesh, _ = load(self.picture.run.source)
             pixels = render(
@@ -166,7 +166,7 @@ class Drawing:
                 view=view_of(mesh),
             )
             _write(picture_path(self.folder, self.picture), pixels, self.key)
-        except Exception as error:  # it is reported, and the other pictures are drawn
+        except Exception as error:  # any error is reported, and the other pictures are drawn
             return reason_of(error)
         return None
 
@@ -177,7 +177,7 @@ def picture_path(folder: Path, picture: Picture) -> Path:
 
 
 def is_drawn(drawing: Drawing) -> bool:
-    """Whether the picture exists and was made from these labels."""
+    """Whether the picture exists and was made from the current labels."""
     from PIL import Image, UnidentifiedImageError
 
     try:

@@ -1,4 +1,4 @@
-"""Runs, one method on one mesh with one number of regions, and their records."""
+"""Runs and their records. A run is one method on one mesh with one number of regions."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from ..sources import Source, load
 from ..tasks import Piece, Record
 from .methods import METHODS, Setting
 
-_RECORD_VERSION = 2  # raised when records change
+_RECORD_VERSION = 2  # raised when the content of records changes
 
 
 @dataclass(frozen=True)
 class Run:
-    """Subject of one record."""
+    """One method on one mesh with one alpha and one number of regions: it makes one record."""
 
     source: Source
     method: str
@@ -35,7 +35,7 @@ class Run:
     k: int
 
     def setting(self, most_segments: int, max_memory: int) -> Setting:
-        """Return the settings of the method."""
+        """Return the settings of the method for this run."""
         seed = self.source.number or zlib.crc32(self.source.name.encode())
         return Setting(
             alpha=self.alpha, most_segments=most_segments, seed=seed, max_memory=max_memory
@@ -63,26 +63,26 @@ class Run:
 
 @dataclass(frozen=True)
 class Task:
-    """Runs that differ only in the number of regions, and share work."""
+    """Runs that differ only in the number of regions, and share part of the work."""
 
     pieces: tuple[Piece, ...]
     pictured: frozenset[Run]
-    """Runs whose labels are kept."""
+    """Runs whose labels are kept in the records, for pictures."""
     setting: Setting
 
     @property
     def first(self) -> Run:
-        """The first run, which represents the common settings of all."""
+        """The first run, from which all others differ only in the number of regions."""
         run: Run = self.pieces[0].subject
         return run
 
     @property
     def memory(self) -> int:
-        """Bytes needed, if quadratic in the number of faces."""
+        """Memory in bytes if it is quadratic in the number of faces; 0 for other methods."""
         return METHODS[self.first.method].bytes_per_pair * self.first.source.n_faces**2
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Load the mesh, and do the part of the work that is common to all numbers of regions."""
+        """Load the mesh, and do the part of the work that all numbers of regions share."""
         mesh, truths = load(self.first.source)
         start = time.perf_counter()
         segmenter = METHODS[self.first.method].prepare(mesh, self.setting)
@@ -134,10 +134,10 @@ def _facts(result: Segmentation) -> dict[str, Any]:
 
 
 def pack_labels(labels: npt.NDArray[np.int32]) -> str:
-    """Return labels as compressed text."""
+    """Return labels as base64 text of their compressed bytes."""
     return base64.b64encode(zlib.compress(labels.astype("<i4").tobytes(), 9)).decode()
 
 
 def unpack_labels(text: str) -> npt.NDArray[np.int32]:
-    """Return the labels given to `pack_labels`."""
+    """Return the labels that were packed by `pack_labels`."""
     return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<i4").astype(np.int32)

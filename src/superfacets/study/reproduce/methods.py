@@ -1,6 +1,6 @@
-"""The table of methods: how each is run, and in which figures it appears.
+"""The table of methods: how each method is run, and in which figures it appears.
 
-A new method is a new row: figures draw every method that names them.
+To add a method, add a row: figures show every method that lists them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ...mesh.faces import FaceMesh
 from ...pipeline import PAPER, segment
 
 Segmenter = Callable[[int], Segmentation]
-"""Segments one mesh into a number of regions."""
+"""Function that segments one mesh into a given number of regions."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,21 +27,21 @@ class Setting:
     most_segments: int
     """The largest number of regions that will be asked for."""
     seed: int
-    """Random seed; differs between meshes, not between runs."""
+    """Random seed, which differs between meshes but not between runs of a mesh."""
     max_memory: int
     """Memory limit in bytes; labels do not depend on it."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """A row of the table."""
+    """A row of the table: a method with its settings and its style in figures."""
 
     title: str
     prepare: Callable[[FaceMesh, Setting], Segmenter]
-    """Does the work common to all numbers of regions."""
+    """Function that does the work common to all numbers of regions, and returns the segmenter."""
     color: str
     line: str = "-"
-    """Line style of its curves, to tell apart methods of similar colors."""
+    """Line style of its curves, which distinguishes methods of similar colors."""
     figures: tuple[str, ...]
     """Figures with curves or dots of this method."""
     depends_on: tuple[str, ...] = ("alpha",)
@@ -51,24 +51,25 @@ class Method:
     usual_alpha: float | None = None
     """Alpha for pictures, times, and figures with one curve per method."""
     packages: tuple[str, ...] = ()
-    """Packages that must be installed."""
+    """Names of packages that must be installed."""
     bytes_per_pair: int = 0
-    """Memory per pair of faces, if quadratic."""
+    """Memory in bytes per pair of faces, for methods whose memory is quadratic; 0 for others."""
     max_faces: int | None = None
-    """Larger models are left out, except for some of each category."""
+    """Models with more faces are left out, except for `least_models` of each category."""
     least_models: int = 2
-    """Number of models of each category, the smallest, that are run whatever their size."""
+    """Number of models of each category, the smallest, that are run regardless of their size."""
     subset_max_faces: int | None = None
-    """Larger models are left out of a run with ``--subset``."""
+    """With ``--subset``, models with more faces are left out."""
     version: int = 1
-    """Raised when the method is run in another way, so that older records are stale."""
+    """Raised when the way to run the method changes, so that older records become stale."""
 
 
 _OUR_ALPHAS = (0.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 _FEW_ALPHAS = (0.0, 100.0, 200.0)
 
 
-# The paper's weights and seeds, but every face belongs to its true nearest center.
+# The paper's weights and seeds, but expansions are not halted, so that each face belongs to its
+# nearest center; and a tolerance as stop rule.
 _EXACT = dict(PAPER) | {"radius_factor": None, "tol": 0.02}
 
 
@@ -135,7 +136,7 @@ _NCUTS = Method(
     subset_alphas=_FEW_ALPHAS,
     usual_alpha=100.0,
     packages=("scipy",),
-    bytes_per_pair=5,  # four for its affinity, and less than one for vectors of large meshes
+    bytes_per_pair=5,  # 4 for affinities, and less than 1 for the vectors of large meshes
     max_faces=12_000,
     least_models=0,
     subset_max_faces=9_000,
@@ -208,7 +209,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             color="#e07b39",
             line="--",
             figures=("4", "5", "rivals"),
-            bytes_per_pair=1,  # 32 for each of the 3 % of pairs that are near
+            bytes_per_pair=1,  # 32 bytes for each of the 3 % of pairs that are near
             max_faces=16_000,
             least_models=2,
             subset_max_faces=None,
@@ -225,4 +226,4 @@ METHODS: Mapping[str, Method] = MappingProxyType(
         ),
     }
 )
-"""Names, as given to ``--methods``, and methods, in the order of legends."""
+"""Methods by name, as given to ``--methods``, in the order of legends."""

@@ -1,6 +1,7 @@
 """The page with all results: runs, meshes, times and figures.
 
-Text and layout are in templates; this module computes their values. Images are inside the page.
+The templates hold text and layout, and this module computes the values in them. Images are embedded
+in the page.
 """
 
 from __future__ import annotations
@@ -29,9 +30,9 @@ _TEMPLATES = Path(__file__).parent / "templates"
 _MEDIA_TYPES = {".png": "image/png", ".svg": "image/svg+xml"}
 
 Section = dict[str, Any]
-"""Title, template, and values of a section."""
+"""Title, name of the template, and values of a section of the page."""
 
-# Seconds in the paper's Table 1, by numbers of faces.
+# Seconds in the paper's Table 1, by number of faces.
 _TIMES_2014 = {
     345_944: 153, 69_451: 22, 7_219_045: 3_125, 105_860: 39, 96_966: 34, 274_196: 108,
     400_000: 137, 4_007_872: 1_797, 1_652_528: 738,
@@ -51,7 +52,7 @@ _CURVE_TEXTS = {
     "rivals": "All methods, each at its usual alpha",
 }
 
-# Columns of the summary: title, metric, decimals. An arrow shows which direction is better.
+# Columns of the summary: title, metric, number of decimals. Arrows show which direction is better.
 _COLUMNS = (
     ("UE ↓", "undersegmentation_error", 4),
     ("compactness ↓", "compactness", 3),
@@ -66,16 +67,16 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class Files:
-    """Files and counts from earlier stages."""
+    """Files and numbers from earlier stages."""
 
     folder: Path
     plots: dict[str, list[Path]]
-    """Plots of each figure: the main plot, then those by category."""
+    """Plots of each figure: the main plot, then the plots by category."""
     comparisons: dict[str, Comparison]
     seconds: float
-    """Number of runs of this start."""
+    """Seconds that this start took."""
     n_before: int
-    """Number of runs of earlier starts."""
+    """Number of runs that earlier starts had done."""
     picture_problems: tuple[str, ...]
 
 
@@ -85,7 +86,7 @@ def write_page(path: Path, results: Results, files: Files) -> None:
     Raises
     ------
     OSError
-        If it cannot be written.
+        If the page cannot be written.
     """
     sections = [
         _summary(results),
@@ -140,7 +141,7 @@ def _lead(results: Results) -> str:
 
 
 def _summary(results: Results) -> Section:
-    """Return means at the usual k over the models of each method."""
+    """Return the table of means over the models of each method, at the usual k."""
     k = results.plan.choice.k
     curves = dict.fromkeys(
         Curve(run.method, run.alpha) for run in results.done if run.source.is_model and run.k == k
@@ -170,7 +171,7 @@ def _place(curve: Curve) -> tuple[int, float]:
 
 @dataclass(frozen=True)
 class _Cell:
-    """A picture and its caption."""
+    """A picture of a figure, with its caption."""
 
     path: Path | None
     """None if it could not be drawn."""
@@ -206,7 +207,7 @@ def _cell(picture: Picture, results: Results, files: Files) -> _Cell:
 
 
 def _mesh_table(results: Results) -> str:
-    """Return Table 1: times on the meshes of the user."""
+    """Return Table 1: times on the large meshes of the user."""
     rows = []
     for mesh in results.plan.meshes:
         runs = {run.method: run for run in table_runs((mesh,), results.plan.choice.k)}
@@ -287,7 +288,7 @@ def _missing_section(results: Results, files: Files) -> Section:
 
 
 def _too_large(results: Results) -> list[str]:
-    """Return a line for each method that does not run on all models."""
+    """Return a line for each method that leaves out models because of their size."""
     lines = []
     for method in dict.fromkeys(run.method for run in results.plan.runs):
         shown = {run.source for run in results.plan.runs if run.method == method}

@@ -19,7 +19,8 @@ CURVES = ("4", "6", "7")
 """Figures with a curve over k for each method and alpha."""
 
 FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
-"""The paper's figures, and one of our own: a curve for each method that runs on most models."""
+"""The paper's figures, and a figure of our own with a curve for each method that runs on most
+models."""
 
 # Number of regions in the paper's pictures and times.
 _USUAL_K = 150
@@ -27,17 +28,17 @@ _USUAL_K = 150
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """The choice of the user."""
+    """The user's choice of figures, methods and numbers of regions."""
 
     figures: tuple[str, ...] = FIGURES
     methods: tuple[str, ...] = tuple(METHODS)
     ks: tuple[int, ...] = KS
     is_subset: bool = False
-    """Only the smallest model of each category, and fewer alphas."""
+    """Whether to run only the smallest model of each category, and fewer alphas."""
 
     @property
     def k(self) -> int:
-        """The number of regions for pictures and times."""
+        """The number of regions for pictures and times: the chosen k nearest to 150."""
         return min(self.ks, key=lambda k: (abs(k - _USUAL_K), k))
 
     def alphas(self, method: str) -> tuple[float | None, ...]:
@@ -52,16 +53,17 @@ class Choice:
 
 @dataclass(frozen=True)
 class Plan:
-    """Runs and pictures."""
+    """The runs and pictures to make."""
 
     choice: Choice
     models: tuple[Source, ...]
     meshes: tuple[Source, ...]
     runs: tuple[Run, ...]
-    """Without duplicates, in the order of work: the smallest models of all categories first."""
+    """Without duplicates, in the order of work: the smallest models of all categories come first.
+    """
     pictures: tuple[Picture, ...]
     problems: tuple[str, ...]
-    """One line for each file that is missing or not used."""
+    """A line for each file that is missing or not used."""
 
 
 def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
@@ -94,7 +96,7 @@ def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
 
 
 def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
-    """Number of smaller models in the category of each; models are sorted by size."""
+    """Number of smaller models in the category of each model; `models` are sorted by size."""
     seen: Counter[str] = Counter()
     ranks = {}
     for model in models:
@@ -104,7 +106,7 @@ def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
 
 
 def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
-    """Runs for all figures except pictures."""
+    """Yield the runs for all figures except pictures; runs may occur repeatedly."""
     for method in choice.methods:
         row = METHODS[method]
         for figure in choice.figures:
@@ -122,7 +124,7 @@ def _alphas_in(
 
 
 def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
-    """Whether the mesh is small enough for the method."""
+    """Whether the mesh is small enough for the method, or a model that is run at any size."""
     row = METHODS[run.method]
     limit = row.subset_max_faces if choice.is_subset else row.max_faces
     if limit is None or run.source.n_faces <= limit:

@@ -31,22 +31,22 @@ from .results import (
 )
 
 _QUANTITIES = ("undersegmentation_error", "compactness")
-"""Figures that are also plotted by category."""
+"""Measures that are also plotted by category."""
 
-# Libraries for the page and its tables.
+# Packages that the page and its tables need.
 _PAGE_PACKAGES = ("jinja2", "tabulate")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What to run, and the folders."""
+    """The choice of runs, the folders, and limits."""
 
     benchmark: Path
     output: Path
     meshes: Path | None
     choice: Choice
     budget_seconds: float | None
-    """No task starts after this many seconds."""
+    """Number of seconds after which no task starts; None means no limit."""
     n_jobs: int
     """Worker processes."""
 
@@ -62,7 +62,7 @@ class Report:
 
 
 def reproduce(options: Options) -> Report:
-    """Make missing runs, and write tables, plots, pictures and the page.
+    """Make the missing runs, and write tables, plots, pictures and the page.
 
     Raises
     ------
@@ -71,7 +71,8 @@ def reproduce(options: Options) -> Report:
     ValueError, OSError
         If the folders are not as they should be, or another start is using the output.
     MissingExtraError, RenderError
-        If something is missing on this machine for what was chosen; found before anything runs.
+        If the chosen figures need something that this machine lacks; this is checked before any
+        run.
     """
     start = time.monotonic()
     plan = _plan(options)
@@ -79,7 +80,7 @@ def reproduce(options: Options) -> Report:
     most_segments = max(plan.choice.ks)
     pieces = {run: run.piece(options.output / "records", most_segments) for run in plan.runs}
     with locked(options.output):
-        # Of killed runs; the lock excludes any other.
+        # Files left by killed runs. The lock excludes that another start is running.
         remove_leftovers(_outputs(plan, pieces, options.output), older_than=0.0)
         results, n_before = _measure(plan, pieces, options, start)
         if not results.done:
@@ -119,7 +120,7 @@ def _check_needs(plan: Plan) -> None:
 def _measure(
     plan: Plan, pieces: Mapping[Run, Piece], options: Options, start: float
 ) -> tuple[Results, int]:
-    """Run the tasks without records; also return how many runs were done before."""
+    """Run the tasks without records; also return the number of runs that were done before."""
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, pieces, pictured, {})
     memory = memory_of_tasks()
@@ -169,7 +170,7 @@ def _draw_pictures(
 
 
 def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path]:
-    """Return all files that are written together."""
+    """Return the paths of all files that a start may write."""
     paths = [piece.path for piece in pieces.values()]
     paths += [picture_path(folder / "pictures", picture) for picture in plan.pictures]
     paths += [folder / name for name in ("runs.csv", "means.csv", "index.html")]
@@ -181,7 +182,7 @@ def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path
 
 
 def _plots(folder: Path, figure: str) -> list[Path]:
-    """Return the paths of the plots of a figure: the main one, then those by category."""
+    """Return the paths of the plots of a figure: the main plot, then the plots by category."""
     endings = ["", *(f"-{quantity.replace('_', '-')}" for quantity in _QUANTITIES)]
     return [folder / "plots" / f"figure-{figure}{ending}.svg" for ending in endings]
 
@@ -205,7 +206,7 @@ def _write_files(
 
 
 def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: Path) -> list[Path]:
-    """Plot a figure, and the same by category; nothing without curves to compare."""
+    """Plot a figure, and the same by category; no plots if there are no curves to compare."""
     from .figures import plot_categories, plot_curves
 
     if not comparison.models:

@@ -41,18 +41,18 @@ class Results:
     plan: Plan
     done: dict[Run, Record] = field(default_factory=dict)
     failed: dict[Run, str] = field(default_factory=dict)
-    """Reasons, by run."""
+    """Reason of the failure, by run."""
     missing: tuple[Run, ...] = ()
 
     def value(self, run: Run, quantity: str) -> float:
-        """Return a metric, or the "seconds" of a run that is done."""
+        """Return a metric, or the "seconds", of a run that is done."""
         record = self.done[run]
         if quantity == "seconds":
             return float(record["seconds"]["total"])
         return float(record["metrics"][quantity])
 
     def models_with(self, curve: Curve, ks: Iterable[int]) -> set[Source]:
-        """Return the models for which all these numbers of regions are done."""
+        """Return the models whose runs are done for all these numbers of regions."""
         ks = tuple(ks)
         return {
             model
@@ -61,14 +61,14 @@ class Results:
         }
 
     def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
-        """Return the mean over models of the means over the ground truths of each."""
+        """Return the mean of a quantity over models, each of which has the mean of its truths."""
         values = [
             self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
         ]
         return float(np.mean(values))
 
     def reasons(self) -> list[str]:
-        """Return a line for each method and reason of failure, with the meshes."""
+        """Return a line for each method and reason of failure, with the names of the meshes."""
         runs: dict[tuple[str, str], list[Run]] = defaultdict(list)
         for run, reason in self.failed.items():
             runs[run.method, reason].append(run)
@@ -78,7 +78,7 @@ class Results:
         ]
 
     def not_started(self) -> list[str]:
-        """Return a line for each method that has missing runs, with the meshes."""
+        """Return a line for each method that has missing runs, with the names of the meshes."""
         runs: dict[str, list[Run]] = defaultdict(list)
         for run in self.missing:
             runs[run.method].append(run)
@@ -102,11 +102,11 @@ def collect(
     ----------
     plan : Plan
     pieces : mapping
-        From runs to their records.
+        From runs to their pieces, which name the records.
     pictured : frozenset of Run
-        Runs whose labels are wanted: a record without is none.
+        Runs whose labels are wanted: a record without labels does not count.
     lost : mapping
-        Why there are no records at some paths.
+        Reasons why records could not be written, by path.
     """
     done: dict[Run, Record] = {}
     failed: dict[Run, str] = {}
@@ -131,13 +131,13 @@ class Comparison:
     models: tuple[Source, ...]
     """Models with a result for every point of every curve."""
     left_out: tuple[Curve, ...]
-    """Planned curves without a common model."""
+    """Planned curves that would leave no common model."""
 
 
 def compare(results: Results, figure: str) -> Comparison:
     """Return the curves of a figure, and the models that all of them have.
 
-    The curve with the most models comes first; one that would leave no model is left out.
+    Curves with the most models come first. A curve is left out if no common model would remain.
     """
     choice = results.plan.choice
     models = {
@@ -169,7 +169,7 @@ _FACTS = ("model", "category", "faces", "ground_truths", "method", "alpha", "k")
 
 
 def write_runs(path: Path, results: Results) -> None:
-    """Write a row for each planned run: its numbers, or the reason why there are none."""
+    """Write a row for each planned run: its status, with numbers or a reason."""
     rows = [_row_of_run(results, run) for run in results.plan.runs]
     write_csv(path, rows)
 
@@ -177,7 +177,8 @@ def write_runs(path: Path, results: Results) -> None:
 def write_means(path: Path, results: Results) -> None:
     """Write means over models, and medians of seconds, for each method, alpha and k.
 
-    One row is over all models that have the run, and one over those of each category.
+    For each of these, one row is over all models with such a run, and one row is over the models of
+    each category.
     """
     groups: dict[tuple[str, str, float | None, int], list[Run]] = {}
     for run in results.done:
