@@ -21,25 +21,26 @@ inline constexpr std::array<double, 13> kSeries{
     -0.008368794178450841,
 };
 
-// pi / 4 in two parts: the nearest double, which happens to end in three zero bits, so that its
-// products with 0 to 4 are exact; and the rest.
+// pi / 4 as a sum of two doubles. The first is the double nearest to pi / 4. It happens to end in
+// three zero bits, so its products with 0 to 4 are exact. The second is the remainder.
 inline constexpr double kEighthTurn = 0x1.921fb54442d18p-1;
 inline constexpr double kEighthTurnRest = 0x1.1a62633145c07p-55;
 
 }  // namespace arctangent_parts
 
 // The angle from the positive x axis to (x, y), for y >= 0: atan2(y, x), in [0, pi]. Error below
-// 1.6 ulp (tests/base measure 1.5). Exact or correctly rounded at the ends: 0 for y = 0
-// and x > 0, pi / 2 for x = 0 and y > 0, pi for y = 0 and x < 0. Both 0, of either sign: 0.
-// Arguments are at most 2^1022 in size. Additions, multiplications, one division and selections
-// alone: the same bits wherever these are those of IEEE 754 and are not fused.
+// 1.6 ulp (tests/base measure 1.5). Exact or correctly rounded at the ends: 0 for y = 0 and x > 0,
+// pi / 2 for x = 0 and y > 0, pi for y = 0 and x < 0. If both are 0, of either sign, the result is
+// 0. Arguments are at most 2^1022 in magnitude. The function only adds, multiplies, divides once
+// and selects. So the result has the same bits wherever these operations follow IEEE 754 and are
+// not fused.
 SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   using namespace arctangent_parts;
   const bool is_left = x < 0.0;
   const double width = std::abs(x);
   // The angle of (width, y) is 0, pi / 4 or pi / 2 plus atan(q) with |q| <= 1/2: it is measured
-  // from the nearer axis, or from the diagonal. The subtraction is then exact (Sterbenz).
-  // Selections between a number and 0 are single instructions, and adding 0 is exact.
+  // from the nearer axis, or from the diagonal. From the diagonal, the subtraction is exact
+  // (Sterbenz). Selections between a number and 0 are single instructions, and adding 0 is exact.
   const bool is_flat = y + y <= width;
   const bool is_steep = y > width + width;
   const double top = (is_steep ? 0.0 : y) - (is_flat ? 0.0 : width);
@@ -49,7 +50,7 @@ SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   const double q = is_left ? -ratio : ratio;
   const double n = is_left ? 4.0 - eighths : eighths;
   const double z = q * q;
-  // Even and odd powers apart: this halves the chain of dependent operations.
+  // Even and odd powers are summed separately, which halves the chain of dependent operations.
   const double zz = z * z;
   double even = kSeries[12];
   double odd = kSeries[11];

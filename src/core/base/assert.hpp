@@ -1,5 +1,5 @@
-// Assertions: preconditions and invariants of kernels. Tests and sanitizers run a core that has
-// them (CMake option SUPERFACETS_ASSERT); in wheels they cost nothing.
+// Assertions: preconditions and invariants of kernels. Tests and sanitizers run a build with
+// assertions (CMake option SUPERFACETS_ASSERT); in wheels they cost nothing.
 #pragma once
 
 #include <algorithm>

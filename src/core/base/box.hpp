@@ -23,8 +23,9 @@ struct Box {
   }
   void include(Point p) { include({p, p}); }
 
-  // A lower bound of the squared distance from a point to anything in the box. It holds in floating
-  // point, too: rounding is monotone, and the terms are added in the order of squared_norm.
+  // A lower bound of the squared distance from a point to any point in the box. It holds in
+  // floating point, too: rounding is monotone, and the terms are added in the order of
+  // squared_norm.
   double squared_distance(Point p) const {
     auto gap = [](double from, double to, double value) {
       return std::max({from - value, 0.0, value - to});

@@ -58,12 +58,12 @@ class Buffer {
   static constexpr std::align_val_t kAlignment{64};  // a cache line
 
   static std::size_t bytes(std::size_t size) {
-    // One element at least: numpy wants a valid pointer for an empty array too.
+    // At least one element: numpy requires a valid pointer for an empty array too.
     return std::max<std::size_t>(size, 1) * sizeof(T);
   }
 
   // Large arrays do not use malloc: it cannot return freed memory to the system while a small
-  // allocation lies behind it, which costs a sixth of the peak on a million faces.
+  // allocation follows it in the heap, which costs a sixth of peak memory on a million faces.
   static T* allocate(std::size_t size) {
     const std::size_t n_bytes = bytes(size);
     void* data =

@@ -26,11 +26,11 @@ constexpr std::array<double, 14> inverse_factorials() {
 // (the value is less than 2^-1021) and for NaN the result is 0.
 inline double exponential(double x) {
   constexpr double kLowest = -708.0;
-  // ln 2 in two parts: 32 bits, so that products with whole numbers up to 2^20 are exact, and what
-  // is left.
+  // ln 2 as a sum of two doubles: its first 32 bits, so that products with whole numbers up to 2^20
+  // are exact, and the remainder.
   constexpr double kLn2 = 0x1.62e42fefp-1;  // NOLINT(modernize-use-std-numbers): not all bits
   constexpr double kLn2Rest = 0x1.473de6af278edp-34;
-  constexpr double kWhole = 0x1.8p52;  // adding it rounds to a whole number
+  constexpr double kWhole = 0x1.8p52;  // adding and subtracting it rounds to a whole number
   if (!(x >= kLowest)) return 0.0;
   const double n = (x * std::numbers::log2e + kWhole) - kWhole;
   const double high = x - n * kLn2;  // exact

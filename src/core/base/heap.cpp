@@ -17,8 +17,8 @@ namespace superfacets {
 #if defined(__GLIBC__)
 namespace {
 
-// The largest thresholds that glibc accepts; its own rules arrive there in a process that has used
-// arrays of that size.
+// The largest mmap threshold that glibc accepts, in bytes. The adaptive rules of glibc reach it in
+// a process that has freed arrays of that size, and then set the trim threshold to twice as much.
 constexpr int kLargestFromHeap = 32 << 20;
 constexpr int kUsuallyKept = 2 * kLargestFromHeap;
 

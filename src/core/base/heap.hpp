@@ -5,12 +5,12 @@
 
 namespace superfacets {
 
-// While an object lives, glibc keeps up to n_kept freed bytes for later allocations, and serves
+// While a HeapScope exists, glibc keeps up to n_kept freed bytes for later allocations, and serves
 // arrays of up to 32 MB from them. Without it, glibc returns each large array to the kernel, which
-// fills new pages with zeros for the next one. No effect with other C libraries. The setting is
-// global to the process: if two objects overlap, it ends for both when either is destroyed. glibc
-// does not adapt its thresholds any more afterwards. Settings in the environment take precedence:
-// nothing is done then.
+// fills new pages with zeros for the next one. The scope has no effect with other C libraries. The
+// setting is global to the process: if two scopes overlap, it ends for both when either is
+// destroyed. Afterwards glibc no longer adapts its thresholds. If the environment sets thresholds
+// or tunables of glibc, the scope does nothing.
 class HeapScope {
  public:
   explicit HeapScope(std::size_t n_kept);

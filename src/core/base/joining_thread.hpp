@@ -6,7 +6,7 @@
 
 namespace superfacets {
 
-// std::jthread, which libc++ (macOS) offers from version 20 on only, without the stop token.
+// Replaces std::jthread, which libc++ (macOS) offers only from version 20 on. Has no stop token.
 class JoiningThread {
  public:
   template <typename Work, typename... Arguments>

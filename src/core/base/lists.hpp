@@ -1,4 +1,4 @@
-// Lists in a row: those of item i are offsets[i] .. offsets[i + 1] - 1 of their entries.
+// Lists stored one after the other: list i has the entries offsets[i] .. offsets[i + 1] - 1.
 #pragma once
 
 #include <numeric>
@@ -9,13 +9,13 @@
 
 namespace superfacets {
 
-// Some of the lists: their offsets in the result, and the entries to copy.
+// Selected lists: their offsets after copying, (n + 1,), and the index of each entry to copy.
 struct ChosenLists {
   Buffer<std::int64_t> offsets;
   Buffer<std::int64_t> entries;
 };
 
-// Time O(number of lists and entries chosen).
+// Selects the lists with the indices `chosen`, in that order. Time O(chosen lists + their entries).
 inline ChosenLists choose_lists(std::span<const std::int64_t> offsets,
                                 std::span<const std::int64_t> chosen) {
   SUPERFACETS_ASSERT(all_below(chosen, std::ssize(offsets) - 1));

@@ -17,12 +17,12 @@ namespace superfacets {
 #if defined(__linux__)
 namespace {
 
-constexpr std::size_t kPage = 1 << 16;      // whole pages of every system
-constexpr std::size_t kHugePage = 1 << 21;  // of most systems
+constexpr std::size_t kPage = 1 << 16;      // bytes: a multiple of the page size of every system
+constexpr std::size_t kHugePage = 1 << 21;  // bytes: size of a huge page on most systems
 
-// Returned memory is kept up to kAlwaysKept, as much as a mesh of some hundred thousand faces
-// needs, or up to 1 / kKeptPart of the memory in use, if that is more. Keeping more would raise the
-// peak.
+// The pool keeps returned memory up to kAlwaysKept bytes, as much as a mesh of some hundred
+// thousand faces needs, or up to 1 / kKeptPart of the memory in use, if that is more. Keeping more
+// would raise the peak.
 constexpr std::size_t kAlwaysKept = 32 << 20;
 constexpr std::size_t kKeptPart = 8;
 
@@ -49,13 +49,13 @@ class Pool {
   }
 
   void give(void* memory, std::size_t n_bytes) {
-    n_used_ -= std::min(n_used_, n_bytes);  // some was taken past the pool
+    n_used_ -= std::min(n_used_, n_bytes);  // not exact, see n_used_
     add(static_cast<std::byte*>(memory), n_bytes);
     shrink(std::max(kAlwaysKept, n_used_ / kKeptPart));
   }
 
  private:
-  using Ranges = std::map<std::byte*, std::size_t>;  // start and size of each
+  using Ranges = std::map<std::byte*, std::size_t>;  // start and size in bytes of each range
 
   // The smallest range that is large enough.
   Ranges::iterator best_fit(std::size_t n_bytes) {
@@ -77,7 +77,7 @@ class Pool {
     return memory;
   }
 
-  // Maps whole huge pages, and keeps what is left of the first.
+  // Maps whole huge pages, returns the end of the mapping, and adds the rest to the pool.
   void* map_new(std::size_t n_bytes) {
     const std::size_t n_mapped = rounded_up(n_bytes, kHugePage);
     const std::size_t n_left = n_mapped - n_bytes;
@@ -124,12 +124,12 @@ class Pool {
 
   Ranges ranges_;
   std::size_t n_free_ = 0;
-  std::size_t n_used_ = 0;  // approximate: some memory is returned past the pool
+  std::size_t n_used_ = 0;  // bytes; omits calls that found the pool locked
 };
 
 std::mutex pool_mutex;
 
-// Never destroyed: arrays may be returned while the process ends.
+// The pool is never destroyed, because arrays may be returned while the process ends.
 Pool& pool() {
   static Pool* const only = new Pool;
   return *only;
@@ -137,8 +137,8 @@ Pool& pool() {
 
 }  // namespace
 
-// Never waits for the lock: a thread that does not get it asks the system. In a process forked
-// while another thread held the lock, it is never released.
+// A thread never waits for the lock: if it is taken, memory comes from the system. In a process
+// forked while another thread held the lock, the lock is never released.
 void* take_memory(std::size_t n_bytes) {
   const std::size_t n_taken = rounded_up(n_bytes, kPage);
   const std::unique_lock lock(pool_mutex, std::try_to_lock);

@@ -6,15 +6,16 @@
 
 namespace superfacets {
 
-// Memory of this size or more comes from here.
+// Arrays of at least this size use take_memory.
 inline constexpr std::size_t kLargeMemory = 1 << 16;  // bytes
 
-// Uninitialized memory that begins on a page, recycled or from the system, in huge pages where
-// supported. Throws std::bad_alloc. May be called on any thread, and after a fork.
+// Returns uninitialized memory. On Linux it is reused or new, begins on a page, and is in huge
+// pages where supported. Elsewhere it comes from operator new, aligned to a cache line. Throws
+// std::bad_alloc. May be called on any thread, and after a fork.
 void* take_memory(std::size_t n_bytes);
 
-// Takes back memory from take_memory; n_bytes is the number it was taken with. A limited amount is
-// kept for later calls, the rest is returned to the system.
+// Takes memory back; n_bytes is the argument that take_memory got. On Linux, a limited amount is
+// kept for later calls, and the rest is returned to the system.
 void return_memory(void* memory, std::size_t n_bytes) noexcept;
 
 }  // namespace superfacets

@@ -1,4 +1,4 @@
-// Points of a block, each coordinate in an array of its own, as vectorized loops want it.
+// A block of points with one array per coordinate: the layout for vectorized loops.
 #pragma once
 
 #include <array>

@@ -12,23 +12,24 @@ namespace {
 
 long process_id() {
 #if defined(_WIN32)
-  return 0;  // no process is forked
+  return 0;  // Windows has no fork
 #else
   return ::getpid();
 #endif
 }
 
-// State of a thread.
+// State of one thread: how many scopes exist on it, and the idle team that they keep.
 struct Kept {
   int n_scopes = 0;
   std::unique_ptr<ThreadTeam> team;
-  long process = 0;  // in which its threads were started
+  long process = 0;  // ID of the process that has the threads of the team
 };
 
 thread_local Kept kept;
 
-// The team that this thread keeps, or null if there is none of n_threads threads. A team from
-// before a fork is dropped without its destructor: its threads do not exist in this process.
+// Takes the kept team of this thread. Returns null if there is none, or if it has fewer than
+// n_threads threads. A team kept before a fork is dropped without calling its destructor, because
+// its threads do not exist in this process.
 std::unique_ptr<ThreadTeam> take_kept(int n_threads) {
   if (kept.team != nullptr && kept.process != process_id()) {
     const ThreadTeam* const lost = kept.team.release();

@@ -7,19 +7,19 @@
 
 namespace superfacets {
 
-// While one lives, the kernels that its thread calls share one team of threads, which the first of
-// them starts; objects that live longer than a call have their own. Starting threads takes as long
-// as most kernels on ten thousand faces.
+// While a TeamScope exists, the kernels that its thread calls share one team of threads, which the
+// first of them starts. Objects that outlive a call, such as a Clustering, have their own team.
+// Starting threads takes as long as most kernels on ten thousand faces.
 class TeamScope {
  public:
   TeamScope();
   TeamScope(const TeamScope&) = delete;
   TeamScope& operator=(const TeamScope&) = delete;
-  ~TeamScope();  // on the same thread
+  ~TeamScope();  // on the thread of the constructor
 };
 
-// The team of a kernel: that of the scope, or a new one. A kernel that is called while another of
-// the same thread runs has a team of its own.
+// The team of one kernel call: the team of the scope, or a new one. A kernel that is called while
+// another kernel runs on the same thread gets its own team.
 class TeamLease {
  public:
   explicit TeamLease(int n_threads);

@@ -15,10 +15,11 @@
 
 namespace superfacets {
 
-// Below this size, starting a second thread takes longer than the work.
+// Minimum number of elements per thread: with fewer, starting the thread takes longer than the
+// work.
 inline constexpr std::int64_t kMinPerThread = 1 << 14;
 
-// The number of threads, n_threads at most, that are worth starting for n elements.
+// The number of threads, at most n_threads, that are worth starting for n elements.
 inline int useful_threads(std::int64_t n, int n_threads,
                           std::int64_t min_per_thread = kMinPerThread) {
   SUPERFACETS_ASSERT(n >= 0 && n_threads >= 1);
@@ -62,7 +63,7 @@ class ThreadTeam {
       for (std::int64_t task = 0; task < n_tasks; ++task) work(task, 0);
       return;
     }
-    SUPERFACETS_ASSERT(n_busy_ == 0);  // not from within a task
+    SUPERFACETS_ASSERT(n_busy_ == 0);  // a task must not start another loop
     work_ = &work;
     call_ = [](const void* any_work, std::int64_t task, int thread) {
       (*static_cast<const Work*>(any_work))(task, thread);
@@ -84,7 +85,7 @@ class ThreadTeam {
              [&](std::int64_t task, int) { work(task * block, std::min(n, (task + 1) * block)); });
   }
 
-  // Calls work(i) for 0..n-1 in blocks, on any thread.
+  // Calls work(i) for each i in 0..n-1, in blocks, on any thread.
   template <typename Work>
   void for_each_index(std::int64_t n, const Work& work) {
     for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
@@ -92,7 +93,8 @@ class ThreadTeam {
     });
   }
 
-  // Fills an array. All threads touch parts of it first, so that its pages are not all near one.
+  // Fills an array on all threads. A page is placed near the thread that first writes to it, so the
+  // pages are spread over the memory of all processors.
   template <typename T>
   void fill(std::span<T> values, T value) {
     for_each_block(static_cast<std::int64_t>(values.size()),
@@ -111,11 +113,11 @@ class ThreadTeam {
   // Elements per task: about ten microseconds of simple work.
   static constexpr std::int64_t kBlock = 1 << 14;
 
-  static constexpr std::uint32_t kGeneration = 1 << 13;  // bits from here up: number of the loop
-  static constexpr std::uint32_t kClosing = kGeneration - 1;
+  static constexpr std::uint32_t kGeneration = 1 << 13;  // factor of the loop number in generation_
+  static constexpr std::uint32_t kClosing = kGeneration - 1;  // tells helpers to end
 
-  // How often a helper polls before it sleeps. Loops follow each other within microseconds, and
-  // waking a sleeping thread takes about fifty, as long as polling this often.
+  // How often a thread polls before it sleeps. Loops follow each other within microseconds, and
+  // waking a sleeping thread takes about fifty microseconds, as long as polling this often.
   static constexpr int kLooksBeforeSleep = 20'000;
 
   template <typename Value, typename Condition>
@@ -128,8 +130,8 @@ class ThreadTeam {
     return seen;
   }
 
-  // One number announces a loop and the number of helpers that take part. Helpers that do not take
-  // part read nothing else, so the next loop can be prepared at any time.
+  // Announces a loop by one atomic number, which also holds the number of helpers that take part.
+  // Helpers that do not take part read nothing else, so the next loop can be prepared at any time.
   //
   // notify_all checks for sleepers before it wakes them. The store must be visible before that
   // check, which needs seq_cst: with a weaker order, a helper that falls asleep in between would
@@ -165,24 +167,24 @@ class ThreadTeam {
     }
   }
 
-  // What the helpers work on; written before the generation rises, read after.
+  // The current loop: written before generation_ increases, read by helpers afterwards.
   const void* work_ = nullptr;
   void (*call_)(const void*, std::int64_t, int) = nullptr;
   std::int64_t n_tasks_ = 0;
   int n_active_ = 0;
 
   std::atomic<std::int64_t> next_task_ = 0;
-  std::atomic<std::uint32_t> generation_ = 0;  // of loops; the lower bits: helpers that take part
+  std::atomic<std::uint32_t> generation_ = 0;  // loop number, and number of helpers that take part
   std::atomic<int> n_busy_ = 0;                // helpers that have not finished this loop
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
-  std::vector<JoiningThread> helpers_;  // last: joined before the rest goes
+  std::vector<JoiningThread> helpers_;  // last member: destroyed, and so joined, before the others
 };
 
-// Partial sums run over this many terms, whatever the number of threads.
+// Number of terms of a partial sum. It does not depend on the number of threads.
 inline constexpr std::int64_t kSumBlock = 4096;
 
-// Adds sum(begin, end) for blocks of 0..n-1, in their order.
+// Returns the total of sum(begin, end) over blocks of 0..n-1, added in the order of the blocks.
 template <typename Sum>
 double sum_of_blocks(std::int64_t n, const Sum& sum, ThreadTeam& team) {
   std::vector<double> partial((n + kSumBlock - 1) / kSumBlock);

@@ -13,7 +13,7 @@ using Vertex = std::int32_t;
 using Face = std::int32_t;
 using Cell = std::int32_t;         // a face, point, tetrahedron or node of any other graph
 using Place = std::int32_t;        // position of a cell in the spatial order
-using Label = std::int32_t;        // 0..K-1
+using Label = std::int32_t;        // region of a cell, 0..K-1
 using PathLength = std::uint64_t;  // sum of arc lengths, in whole units
 
 inline constexpr Label kNoLabel = -1;

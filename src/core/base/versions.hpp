@@ -4,15 +4,15 @@
 
 #include <cstdint>
 
-// Inlined even into a caller that is compiled for other instructions.
+// Attribute of functions that are inlined even into a caller compiled for another instruction set.
 #if defined(__GNUC__)
 #define SUPERFACETS_ALWAYS_INLINE [[gnu::always_inline]] inline
 #else
 #define SUPERFACETS_ALWAYS_INLINE inline
 #endif
 
-// Versions are selected by our own code: selection by the loader (ifunc) works with the GNU C
-// library only, not with musl, and runs before a sanitizer is ready.
+// best_instruction_set selects the version. The loader could do so (ifunc), but this works with the
+// GNU C library only, not with musl, and runs before a sanitizer is ready.
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__)
 #define SUPERFACETS_HAS_VERSIONS 1
 #else
@@ -24,7 +24,7 @@ namespace superfacets {
 // Instruction sets that a loop may be compiled for; later ones include earlier ones.
 enum class InstructionSet : std::uint8_t { kBaseline, kAvx2, kAvx512 };
 
-// The last compiled one that this processor supports.
+// The newest instruction set that loops are compiled for and this processor supports.
 InstructionSet best_instruction_set();
 
 #if SUPERFACETS_HAS_VERSIONS
@@ -40,9 +40,9 @@ template <typename Loop, typename... Arguments>
 }
 #endif
 
-// Calls loop(arguments...) as compiled for a set of instructions that this processor has. The call
-// operator must be SUPERFACETS_ALWAYS_INLINE, and a const member. Results are the same bits with
-// each, because nothing is fused or reordered.
+// Calls loop(arguments...) as compiled for the instruction set `with`, which this processor must
+// support. The call operator must be const and SUPERFACETS_ALWAYS_INLINE. All versions give the
+// same bits, because no operations are fused or reordered.
 template <typename Loop, typename... Arguments>
 void run_version(InstructionSet with, const Loop& loop, const Arguments&... arguments) {
 #if SUPERFACETS_HAS_VERSIONS

@@ -1,5 +1,5 @@
-// Bindings of the base layer: rows of lists and, for tests, features of the build and arithmetic
-// whose errors are measured.
+// Bindings of the base layer: selection of lists, scopes that keep threads and heap memory and, for
+// tests, properties of the build and elementary functions.
 #include <optional>
 
 #include "base/arctangent.hpp"
@@ -25,7 +25,8 @@ Buffer<double> exponentials_of(Doubles x) {
   return powers;
 }
 
-// Python context manager around a scope of the core. One thread must enter and leave it.
+// Python context manager that creates a scope of the core on entry and destroys it on exit. Both
+// must happen on one thread.
 template <typename Scope, typename... Settings>
 class Context {
  public:

@@ -1,4 +1,5 @@
-// The Python module superfacets._core: typed arrays in, arrays out, no logic.
+// The Python module superfacets._core: functions and classes that take and return typed arrays,
+// without logic of their own.
 #include "bindings/bindings.hpp"
 
 NB_MODULE(_core, module) {

@@ -63,7 +63,7 @@ struct nanobind::detail::type_caster<std::span<const T>> {
   using Held = make_caster<typename superfacets::ArrayOf<T>::Type>;
   NB_TYPE_CASTER(std::span<const T>, Held::Name)
 
-  template <typename Flags>  // their type depends on the version of nanobind
+  template <typename Flags>  // the type of flags depends on the version of nanobind
   bool from_python(handle source, Flags flags, cleanup_list* cleanup) noexcept {
     const auto no_conversion = static_cast<Flags>(cast_flags::convert);
     if (!held.from_python(source, static_cast<Flags>(flags & ~no_conversion), cleanup))
@@ -102,7 +102,7 @@ auto to_numpy(List&& list) {
   using Element = std::decay_t<List>::value_type;
   auto* owned = new std::decay_t<List>(std::forward<List>(list));
   if constexpr (requires { owned->reserve(1); }) {
-    owned->reserve(1);  // numpy wants a valid pointer for an empty array too
+    owned->reserve(1);  // numpy requires a valid pointer for an empty array too
   }
   const nb::capsule owner(owned,
                           [](void* p) noexcept { delete static_cast<std::decay_t<List>*>(p); });
@@ -119,13 +119,13 @@ auto to_numpy(List&& list) {
   }
 }
 
-// Converts to any type: counts the members of a struct.
+// Converts to any type. It is never evaluated, and serves to count the members of a struct.
 struct Anything {
   template <typename T>
   operator T() const;  // NOLINT(google-explicit-constructor)
 };
 
-// The members of a struct, as a tuple of references.
+// Returns the members of a struct as a tuple of references. A struct has 2 to 5 members, or 9.
 template <typename Struct>
 auto members(Struct&& from) {
   using S = std::decay_t<Struct>;
@@ -148,7 +148,7 @@ auto members(Struct&& from) {
   }
 }
 
-// Splits a list of structs into one array per member.
+// Splits a list of structs into one array per chosen member.
 template <typename Struct, typename... Member>
 auto columns(const std::vector<Struct>& rows, Member Struct::*... chosen) {
   const auto column = [&]<typename Type>(Type Struct::* member) {
@@ -160,7 +160,8 @@ auto columns(const std::vector<Struct>& rows, Member Struct::*... chosen) {
   return std::tuple(column(chosen)...);
 }
 
-// Converts a result for Python: lists to arrays, tuples and structs to tuples; numbers stay.
+// Converts a result for Python: lists become arrays, tuples and structs become tuples, and other
+// values stay as they are.
 template <typename Result>
 auto to_python(Result&& result) {
   using Type = std::decay_t<Result>;
@@ -191,7 +192,8 @@ auto without_gil(const Work& work) {
   }
 }
 
-// As above for work(team). The team gets a number of threads that suits n elements.
+// Like without_gil, for work(team). The number of threads of the team suits n elements, and is at
+// most n_threads.
 template <typename Work>
 auto on_team(std::size_t n, int n_threads, const Work& work,
              std::int64_t min_per_thread = kMinPerThread) {
@@ -201,7 +203,7 @@ auto on_team(std::size_t n, int n_threads, const Work& work,
   });
 }
 
-// Number of elements of an argument: decides the number of threads.
+// Number of elements of an argument, to choose the number of threads; 0 for a scalar.
 template <typename Argument>
 std::size_t size_of(const Argument& argument) {
   if constexpr (requires { argument.n_cells(); }) {
@@ -225,7 +227,7 @@ struct Parameters<R (*)(A...)> {
 template <typename C, typename R, typename... A>
 struct Parameters<R (C::*)(A...) const> : Parameters<R (*)(A...)> {};
 
-// Binds a kernel whose last parameter is a team: Python gives a number of threads instead.
+// Binds a kernel whose last parameter is a team. Python passes n_threads in its place.
 template <std::int64_t kPerThread = kMinPerThread, typename Kernel>
 auto threaded(const Kernel& kernel) {
   using Types = Parameters<Kernel>::Types;
@@ -249,7 +251,7 @@ auto serial(const Kernel& kernel) {
   }(std::make_index_sequence<std::tuple_size_v<Types>>());
 }
 
-// Adds the constructor of a class that views its array arguments, and keeps them alive.
+// Adds the constructor of a class that views its array arguments. The object keeps them alive.
 template <typename Class, typename Make, typename... Names>
 void def_view(Class& bound, const Make& make, const Names&... names) {
   [&]<std::size_t... I>(std::index_sequence<I...>) {
@@ -257,11 +259,11 @@ void def_view(Class& bound, const Make& make, const Names&... names) {
   }(std::make_index_sequence<sizeof...(Names)>());
 }
 
-void bind_base(nb::module_& module);               // what tests compare
+void bind_base(nb::module_& module);               // lists, scopes, arithmetic
 void bind_mesh(nb::module_& module);               // stage 0
-void bind_cells(nb::module_& module);              // 1 and 2
-void bind_clustering_stages(nb::module_& module);  // 3 and 4
-void bind_regions(nb::module_& module);            // 5
+void bind_cells(nb::module_& module);              // stages 1 and 2
+void bind_clustering_stages(nb::module_& module);  // stages 3 and 4
+void bind_regions(nb::module_& module);            // stage 5
 void bind_text(nb::module_& module);
 void bind_study(nb::module_& module);
 

@@ -32,7 +32,7 @@
 namespace superfacets {
 namespace {
 
-// Surfaces view arrays; def_view keeps these alive.
+// Surfaces view arrays of Python. def_view keeps these arrays alive.
 void make_triangle_surface(TriangleSurface* self, Points vertices, Triangles faces, Offsets offsets,
                            Integers neighbors, Bytes sides, Bytes same_turn, bool inside_out) {
   new (self) TriangleSurface(vertices, faces, {offsets, neighbors}, sides, same_turn, inside_out);
@@ -118,7 +118,7 @@ auto positions_of(const OrderedGraph& graph, Integers cells) {
   return positions;
 }
 
-// For cells and arcs that are already sorted along the curve.
+// Builds a graph of cells and arcs that are already sorted along the curve.
 OrderedGraph graph_in_place(Points positions, Doubles measures, Offsets offsets, Integers targets,
                             Floats lengths, ThreadTeam& team) {
   const auto copied = [](const auto& values) {
@@ -182,8 +182,8 @@ Buffer<double> weights_of_points(const PointSurface& surface, double alpha, doub
   return weights;
 }
 
-// The number of threads is chosen as if the rays of a start took as long as a hundred faces of the
-// tree.
+// The number of threads is chosen as if the rays from one start took as long as building the tree
+// for a hundred faces.
 auto thickness(Points vertices, Triangles faces, Points starts, Points axes, int n_rays,
                double least_distance, bool inside_out, int n_threads) {
   const RayOptions options{n_rays, least_distance, inside_out};
@@ -325,7 +325,8 @@ void join_alike_in(TurnedSets& sets, const Table<Place>& rows, Integers places, 
   join_alike(sets, normal_tile(rows, places, cells, normals));
 }
 
-// Pairs as columns: costs, four numbers per pair, and whether normals are opposite.
+// Returns the pairs as columns: their costs, four numbers per pair, and whether normals are
+// opposite.
 auto pairs_apart_in(TurnedSets& sets, const Table<Place>& rows, Integers places, Integers cells,
                     Points normals) {
   std::vector<double> costs;
@@ -354,8 +355,8 @@ auto roots_of(TurnedSets& sets, Place begin, Place end) {
   return std::tuple(std::move(roots), std::move(turned));
 }
 
-// Minimum number of cells and queries per thread. Each takes about a microsecond: a cell to put it
-// into the search tree, a query to search.
+// Minimum number of cells or queries per thread. Each takes about a microsecond: a cell to insert
+// it into the search tree, a query to search the tree.
 constexpr std::int64_t kMinSearched = 1 << 10;
 
 void bind_surfaces(nb::module_& module) {

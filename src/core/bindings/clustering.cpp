@@ -47,7 +47,7 @@ auto arcs_of(const CoarseGraph& coarse) {
                         columns(arcs, &Arc::to, &Arc::length));
 }
 
-// Positions and measures.
+// Returns the positions and measures of the coarse cells.
 auto cells_of(const CoarseGraph& coarse) {
   const OrderedGraph& graph = coarse.graph();
   return std::tuple(std::vector(graph.positions.begin(), graph.positions.end()),

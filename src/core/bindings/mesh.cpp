@@ -67,7 +67,7 @@ auto area_vectors_of(Points vertices, Triangles faces, ThreadTeam& team) {
   return vectors;
 }
 
-// Minimum number of faces per thread. Small: one long face may become thousands.
+// Minimum number of faces per thread. It is small, because one long face may become thousands.
 constexpr std::int64_t kMinSubdivided = 256;
 
 using OfTriangles = VertexGraph (*)(Points, Triangles, Integers, ThreadTeam&);

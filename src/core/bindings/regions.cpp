@@ -71,7 +71,7 @@ auto smoothed_part(const Surface& surface, Floats lengths, double unit, double c
   });
 }
 
-// Returns the new numbers; the given ones are not changed.
+// Returns the ring numbers after spreading; `rings` is not changed.
 Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
   Buffer<std::uint8_t> numbers(rings.size());
   std::copy(rings.begin(), rings.end(), numbers.begin());

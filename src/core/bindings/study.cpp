@@ -1,5 +1,5 @@
-// Bindings of rivals to compare with. Their headers describe the functions;
-// superfacets/_validate.py ensures their preconditions.
+// Bindings for comparisons: another segmentation method, and path lengths. The headers describe the
+// functions; superfacets/study ensures their preconditions.
 #include <new>
 
 #include "bindings/bindings.hpp"

@@ -1,5 +1,5 @@
-// Bindings of the kernels that read files. Their headers describe the functions;
-// superfacets/io/text.py and superfacets/io/guards.py ensure their preconditions.
+// Bindings of the kernels that read files. The headers of the kernels describe the functions;
+// superfacets/io/guards.py and superfacets/io/readers ensure their preconditions.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
@@ -12,7 +12,7 @@
 namespace superfacets {
 namespace {
 
-// Text takes longer per byte than other elements, so threads are started from smaller sizes on.
+// Minimum number of bytes to scan, and of lines to parse, per thread.
 constexpr std::int64_t kBytesPerThread = 1 << 16;
 constexpr std::int64_t kLinesPerThread = 1 << 12;
 

@@ -43,7 +43,7 @@ MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Vertex>
   findings.is_in_range = mark_used(corners, is_used.span(), team);
 
   Box bounds;
-  std::mutex mutex;  // of bounds and findings
+  std::mutex mutex;  // guards bounds and findings
   const auto n_vertices = static_cast<std::int64_t>(vertices.size());
   team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
     Box box;
@@ -82,13 +82,13 @@ void narrow_indices(std::span<const std::int32_t> indices, ThreadTeam& team,
 
 NumberFindings check_numbers(std::span<const double> numbers, ThreadTeam& team) {
   NumberFindings findings;
-  std::mutex mutex;  // of findings
+  std::mutex mutex;  // guards findings
   const auto n = static_cast<std::int64_t>(numbers.size());
   team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
     bool all_valid = true;
     double largest = 0.0;
     for (std::int64_t i = begin; i < end; ++i) {
-      all_valid &= numbers[i] >= 0.0;  // not so for NaN
+      all_valid &= numbers[i] >= 0.0;  // false for NaN
       largest = std::max(largest, numbers[i]);
     }
     const std::scoped_lock lock(mutex);

@@ -7,29 +7,29 @@
 namespace superfacets {
 
 struct MeshFindings {
-  bool is_finite = true;    // all coordinates, of vertices that faces use or not
-  bool is_in_range = true;  // all corners are vertices
+  bool is_finite = true;    // coordinates of all vertices, used or not, are finite
+  bool is_in_range = true;  // all corners are indices of vertices
   // Bounding box of the vertices that faces use. Valid only if the mesh is finite and in range.
   Point low{};
   Point high{};
 };
 
-// Checks the preconditions of the other kernels, given the corners of all faces in a row. Time
-// O(C + V), memory V bytes.
+// Checks the preconditions of the other kernels. `corners` are the corners of all faces, one face
+// after the other. Time O(C + V), memory V bytes.
 MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Vertex> corners,
                         ThreadTeam& team);
 
-// Copies indices; those that do not fit become -1, which is not in any range.
+// Copies indices to 32 bits. An index that does not fit becomes -1, which no index range contains.
 void narrow_indices(std::span<const std::int64_t> indices, ThreadTeam& team,
                     std::span<std::int32_t> narrow);
 
-// Copies indices that fit.
+// Copies indices that have 32 bits already.
 void narrow_indices(std::span<const std::int32_t> indices, ThreadTeam& team,
                     std::span<std::int32_t> narrow);
 
 struct NumberFindings {
-  bool is_valid = true;  // all are finite and >= 0
-  double largest = 0.0;  // valid only if all are valid
+  bool is_valid = true;  // all numbers are finite and >= 0
+  double largest = 0.0;  // meaningful only if is_valid
 };
 
 // Checks whether numbers can be areas or weights.

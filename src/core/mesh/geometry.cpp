@@ -16,7 +16,7 @@ namespace {
 // that, its direction is arbitrary, and the face has no normal.
 constexpr double kNormalNoise = 8.0 * std::numeric_limits<double>::epsilon();
 
-// Faces per block of measuring: their data fits into the first-level cache.
+// Faces that are measured at a time: their data fits into the first-level cache.
 constexpr std::size_t kFacesAtOnce = 64;
 
 using Numbers = std::array<double, kFacesAtOnce>;
@@ -54,7 +54,7 @@ struct Measure {
   }
 };
 
-// Measures faces begin .. end-1, and returns the square of their longest side.
+// Measures faces begin .. end-1. Returns the square of their longest side; 0 without normals.
 double measure_range(std::span<const Point> vertices, std::span<const Triangle> faces,
                      std::int64_t begin, std::int64_t end, const FaceShapes& all) {
   const InstructionSet with = best_instruction_set();

@@ -22,7 +22,8 @@ inline double area(std::span<const Point> vertices, const Triangle& face) {
   return 0.5 * norm(double_area_vector(vertices, face));
 }
 
-// What stages 1 and 2 need of faces, measured in one pass. Empty spans are not filled.
+// Output arrays of measure_faces: the measures that stages 1 and 2 need. `normals` and `longest`
+// may both be empty, and are not filled then.
 struct FaceShapes {
   std::span<Point> centroids;  // (F,)
   std::span<double> areas;     // (F,)
@@ -31,14 +32,13 @@ struct FaceShapes {
                                // block of faces
 };
 
-// Centroids, areas and normals of faces: the positions and measures of their cells, and their
-// directions.
+// Fills the arrays of `shapes`, in one pass over the faces.
 void measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces,
                    ThreadTeam& team, const FaceShapes& shapes);
 
 // Area of the faces whose longest side is longer than min_length, and whose height above it is less
-// than max_height. The same bits for any number of threads. `longest` is filled by measure_faces,
-// so that blocks without long sides are skipped.
+// than max_height. The same bits for any number of threads. `longest` comes from measure_faces:
+// blocks without long sides are skipped.
 double sliver_area(std::span<const Point> vertices, std::span<const Triangle> faces,
                    std::span<const double> areas, std::span<const double> longest,
                    double min_length, double max_height, ThreadTeam& team);
@@ -47,15 +47,15 @@ double sliver_area(std::span<const Point> vertices, std::span<const Triangle> fa
 void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
                   ThreadTeam& team, std::span<Point> vectors);
 
-// Unit vector of a cross product; zero if it is not longer than its rounding errors, given the
-// largest squared length of its factors.
+// The unit vector in the direction of a cross product. It is zero if the product is not longer than
+// its rounding errors; longest_squared is the largest squared length of the factors.
 Point unit_normal_along(const Point& direction, double longest_squared);
 
 // The unit normal of a face; zero if it has none: two corners at one position, or no area beyond
 // rounding errors.
 Point unit_normal(std::span<const Point> vertices, const Triangle& face);
 
-// Faces that have no normal.
+// Number of faces that have no normal.
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces);
 
 // Volume enclosed by the faces, negative if their normals point inwards. Meaningful on closed

@@ -10,7 +10,8 @@
 namespace superfacets {
 namespace {
 
-// Calls visit(u, v) for the triangles of the fan, as the steps from corner 0 to the other two.
+// Calls visit(u, v) for each triangle of the fan; u and v are the vectors from corner 0 to its
+// other two corners.
 template <typename Visit>
 void for_each_of_fan(std::span<const Point> vertices, std::span<const Vertex> corners,
                      const Visit& visit) {
@@ -33,7 +34,7 @@ double longest_squared(std::span<const Point> vertices, std::span<const Vertex> 
 }
 
 Point mean_corner(std::span<const Point> vertices, std::span<const Vertex> corners) {
-  const Point& origin = vertices[corners[0]];  // sums of steps keep the digits of small polygons
+  const Point& origin = vertices[corners[0]];  // relative to it, small polygons keep their digits
   Point sum{0.0, 0.0, 0.0};
   for (const Vertex corner : corners) sum = sum + (vertices[corner] - origin);
   return origin + (1.0 / static_cast<double>(corners.size())) * sum;
@@ -81,7 +82,7 @@ class EarCutter {
   Vertex before(std::size_t i) const { return rest_[i == 0 ? rest_.size() - 1 : i - 1]; }
   Vertex after(std::size_t i) const { return rest_[i + 1 == rest_.size() ? 0 : i + 1]; }
 
-  // Corner 1 if no ear is found: the rest is then cut as a fan.
+  // Returns the next ear; corner 1 if there is none, so that a rest without ears is cut as a fan.
   std::size_t find_ear() const {
     for (std::size_t i = 1; i <= rest_.size(); ++i) {
       if (is_ear(i % rest_.size())) return i % rest_.size();
@@ -99,7 +100,7 @@ class EarCutter {
     });
   }
 
-  // > 0 where a, b, c run counterclockwise.
+  // Positive if a, b, c run counterclockwise.
   double turn(Vertex a, Vertex b, Vertex c) const {
     return dot(cross(vertices_[b] - vertices_[a], vertices_[c] - vertices_[a]), normal_);
   }

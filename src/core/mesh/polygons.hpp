@@ -6,7 +6,7 @@
 
 namespace superfacets {
 
-// Faces of three corners or more, one after the other. Corners of a face may repeat.
+// Faces with three or more corners each, stored one after the other. Corners of a face may repeat.
 struct Polygons {
   std::span<const std::int64_t>
       offsets;                      // (F + 1,) face i: corners[offsets[i]] .. [offsets[i+1]-1]
@@ -18,7 +18,7 @@ struct Polygons {
     return corners.subspan(offsets[face], offsets[face + 1] - offsets[face]);
   }
 
-  // Whether offsets rise from 0 by 3 or more to the number of corners.
+  // Whether offsets begin with 0, rise by 3 or more, and end with the number of corners.
   bool are_valid() const;
 };
 
@@ -32,12 +32,12 @@ struct PolygonMeasures {
 // a plane, twice the area times the unit normal, for concave polygons too.
 Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners);
 
-// The area is the area of the polygon projected along its normal: the area of the fan where the
-// corners lie in a plane, with flipped triangles counted as negative. The centroid is that of the
-// fan, likewise. It is clamped to the box around the corners, because that of a self-intersecting
-// polygon may be outside; it is the mean of the corners if there is no normal. There is no normal
-// if there is no area beyond rounding errors. For triangles, the results equal those of
-// mesh/geometry.hpp bit for bit.
+// Area, centroid and normal of a polygon. The area is measured in projection along the normal. For
+// a planar polygon it is the area of the fan, with flipped triangles counted as negative. The
+// centroid is the centroid of the fan, with the same signs. It is clamped to the box around the
+// corners, because the centroid of a self-intersecting polygon may be outside. Without a normal,
+// the centroid is the mean of the corners. A polygon has no normal if its area is not larger than
+// rounding errors. For triangles, the results equal those of mesh/geometry.hpp bit for bit.
 PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners);
 
 void measure_polygons(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
@@ -45,16 +45,17 @@ void measure_polygons(std::span<const Point> vertices, const Polygons& faces, Th
                       std::span<Point> normals);
 
 // Like sliver_area of triangles: area of the faces whose longest side or diagonal from corner 0 is
-// longer than min_length, and which are narrower than max_height. The width is the height of a
-// triangle of this area and length for three corners, of a rectangle for more.
+// longer than min_length, and whose width is less than max_height. The width of a face is the
+// height of a triangle (for three corners) or rectangle (for more) with this area and length.
 double polygon_sliver_area(std::span<const Point> vertices, const Polygons& faces,
                            std::span<const double> areas, double min_length, double max_height,
                            ThreadTeam& team);
 
 // Cuts each face of n corners into n - 2 triangles, stored consecutively: those of face i begin at
-// offsets[i] - 2 i. Convex faces are cut into their fan, others ear by ear, in O(n^2) mostly. A
-// polygon without an ear, because it intersects itself, or with more than kMostCornersCut corners
-// is cut into its fan.
+// offsets[i] - 2 i. If no triangle of its fan is flipped, as in convex faces, a face is cut into
+// its fan. Otherwise it is cut ear by ear, mostly in O(n^2); where a self-intersecting polygon has
+// no ear, corner 1 is cut off instead. Faces with more than kMostCornersCut corners are cut into
+// their fans.
 inline constexpr int kMostCornersCut = 4096;
 void triangulate(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
                  std::span<Triangle> triangles);

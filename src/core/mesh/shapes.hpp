@@ -1,8 +1,9 @@
-// The point of a shape (a point, a triangle, a tetrahedron) that is nearest to a given one.
+// Shapes (a point, a triangle, a tetrahedron), and the point of a shape that is nearest to a given
+// point.
 //
-// Each shape has a box(), and the nearest() point lies within it in floating point too: then
+// The result of nearest() is in the box() of the shape, despite rounding. So
 // box().squared_distance(p) is a lower bound of the computed squared distance, and a search that
-// prunes by boxes finds what a comparison with all shapes finds, bit for bit.
+// prunes by boxes has the same result, bit for bit, as a comparison with all shapes.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +20,7 @@ inline Point clamp_to(const Box& box, const Point& p) {
           std::clamp(p.z, box.low.z, box.high.z)};
 }
 
-// The nearer of two points to p; the first if they are equally near.
+// Returns the point that is nearer to p: `one` if both are equally near.
 inline Point nearer(const Point& p, const Point& one, const Point& other) {
   return squared_norm(p - other) < squared_norm(p - one) ? other : one;
 }
@@ -44,7 +45,8 @@ struct PointShape {
   Point nearest(const Point&) const { return at; }
 };
 
-// The corners are sorted by x, y, z: faces that share an edge find the same point on it.
+// A triangle. Its corners are sorted by x, y, z, so that triangles that share an edge find the same
+// point on it.
 class TriangleShape {
  public:
   TriangleShape() = default;
@@ -60,8 +62,9 @@ class TriangleShape {
     return box;
   }
 
-  // By barycentric coordinates if the projection is inside, else on one of the sides. In a nearly
-  // flat triangle, only the sides count: no point of it is farther from them than its height.
+  // If the projection of p is inside, the result is computed from its barycentric coordinates, else
+  // it is on one of the sides. In a triangle of nearly no height, only the sides are searched: no
+  // point of it is farther from them than its height.
   Point nearest(const Point& p) const {
     const Point ab = b_ - a_;
     const Point ac = c_ - a_;
@@ -80,7 +83,8 @@ class TriangleShape {
   }
 
  private:
-  // Squared sine of the angle at the first corner below which coordinates are rounding errors.
+  // If the squared sine of the angle at the first corner is smaller, barycentric coordinates are
+  // only rounding errors.
   static constexpr double kFlat = 1e-20;
 
   static bool precedes(const Point& a, const Point& b) {
@@ -90,7 +94,7 @@ class TriangleShape {
   Point a_, b_, c_;
 };
 
-// A solid tetrahedron. Without a volume, it consists of its sides.
+// A solid tetrahedron. If its volume is 0, only its four sides count.
 class TetShape {
  public:
   TetShape() = default;

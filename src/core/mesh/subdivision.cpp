@@ -38,7 +38,7 @@ Point midpoint(const Point& a, const Point& b) {
 struct Corners {
   Point points[3];
 
-  // One half of a face: one of its corners is moved along a side.
+  // Returns the corners with one moved: a half of the face, if it moves to the middle of a side.
   Corners with(int corner, const Point& point) const {
     Corners changed = *this;
     changed.points[corner] = point;
@@ -46,7 +46,8 @@ struct Corners {
   }
 };
 
-// Decides which sides are too long. Lengths and midpoints have the same bits from both ends.
+// Decides which sides are too long. Swapping the ends of a side does not change its length and
+// midpoint, bit for bit.
 class Limit {
  public:
   explicit Limit(double max_edge) : squared_(max_edge * max_edge) {}
@@ -75,7 +76,7 @@ Corners corners_of(std::span<const Point> vertices, const Triangle& face) {
   return {vertices[face.corners[0]], vertices[face.corners[1]], vertices[face.corners[2]]};
 }
 
-// The number of parts of a face; any number above `most` if it is larger.
+// Returns the number of parts of a face; any number above `most` if there are more than `most`.
 std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t most) {
   const int side = limit.longest_side(face);
   if (side == kNoSide) return 1;
@@ -90,7 +91,7 @@ std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t m
   throw std::length_error("too many faces");
 }
 
-// Prefix sums of the numbers of parts of faces, (F + 1,).
+// Prefix sums of the number of parts of each face, (F + 1,).
 Buffer<std::int64_t> place_parts(std::span<const Point> vertices, std::span<const Triangle> faces,
                                  const Limit& limit, std::int64_t max_faces, ThreadTeam& team) {
   const auto n_faces = static_cast<std::int64_t>(faces.size());
@@ -119,8 +120,8 @@ Vertex count_points(const Point& a, const Point& b, const Limit& limit) {
   return 1 + count_points(a, middle, limit) + count_points(middle, b, limit);
 }
 
-// Writes the midpoints of an edge and recursively of its halves: the middle, the half at a, the
-// half at b. Returns the end of the output.
+// Writes the midpoints of an edge and, recursively, of its halves: first the middle of the edge,
+// then the midpoints of the half at a, then of the half at b. Returns the end of the output.
 Point* write_points(const Point& a, const Point& b, const Limit& limit, Point* place) {
   if (!limit.is_exceeded(a, b)) return place;
   const Point middle = midpoint(a, b);
@@ -128,7 +129,8 @@ Point* write_points(const Point& a, const Point& b, const Limit& limit, Point* p
   return write_points(middle, b, limit, write_points(a, middle, limit, place + 1));
 }
 
-// The edges of the mesh that are too long, by their vertices.
+// The edges of the mesh that are too long, each given by its two vertices, and the midpoints on
+// them.
 class LongEdges {
  public:
   LongEdges(std::span<const Point> vertices, std::span<const Triangle> faces, const Limit& limit)
@@ -138,8 +140,8 @@ class LongEdges {
     place_points(vertices, limit);
   }
 
-  // The first midpoint on an edge that is too long, and their number. Midpoints are numbered from
-  // the lower to the higher vertex.
+  // Number of the first midpoint on an edge that is too long, and count of its midpoints. They have
+  // consecutive numbers, in the order of write_points from the lower to the higher vertex.
   struct Points {
     Vertex first;
     Vertex count;
@@ -151,7 +153,7 @@ class LongEdges {
     return {first_points_[edge], first_points_[edge + 1] - first_points_[edge]};
   }
 
-  // One past the last midpoint.
+  // The number after the last midpoint on an edge of the mesh.
   Vertex end() const { return first_points_[n_edges()]; }
 
   void write(const Limit& limit, ThreadTeam& team, std::span<Point> vertices) const {
@@ -171,8 +173,9 @@ class LongEdges {
     return highs_.span().subspan(starts_[low], starts_[low + 1] - starts_[low]);
   }
 
-  // A counting sort of the long sides of all faces by their lower vertex. After the prefix sum,
-  // starts_[v + 1] is the write cursor of v; when filled, it is the start of v + 1.
+  // Lists the higher vertex of each long side of all faces, by a counting sort on the lower vertex.
+  // After the prefix sum, starts_[v + 1] is the write cursor of v; when filled, it is the start of
+  // v + 1.
   void file_sides(std::span<const Point> vertices, std::span<const Triangle> faces,
                   const Limit& limit) {
     std::fill(starts_.begin(), starts_.end(), 0);
@@ -191,7 +194,7 @@ class LongEdges {
     for_each_long_side([&](Vertex low, Vertex high) { highs_[starts_[low + 1]++] = high; });
   }
 
-  // Sorts the higher vertices of each lower one, and removes duplicates.
+  // Sorts the higher vertices of each lower vertex, and removes duplicates.
   void drop_doubles() {
     std::int64_t n_kept = 0;
     std::int64_t begin = 0;
@@ -220,19 +223,20 @@ class LongEdges {
     first_points_[n_edges()] = next;
   }
 
-  Buffer<std::int64_t> starts_;  // (V + 2,) edges whose lower vertex is v: starts_[v] .. [v+1]-1
-  Buffer<Vertex> highs_;         // the higher vertex of each edge, rising at each lower one
-  Buffer<Vertex> first_points_;  // (edges + 1,) numbers of midpoints
+  Buffer<std::int64_t> starts_;  // (V + 2,) edges with lower vertex v: starts_[v] .. [v+1]-1
+  Buffer<Vertex> highs_;         // the higher vertex of each edge, ascending for each lower vertex
+  Buffer<Vertex> first_points_;  // (edges + 1,) number of the first midpoint of each edge
 };
 
-// Writes the parts of one face after the other, into arrays of sufficient length.
+// Cuts one face at a time, and writes its parts and inner midpoints into arrays that have room for
+// them.
 class Cutter {
  public:
   Cutter(const Limit& limit, const LongEdges& long_edges, Subdivision& parts)
       : limit_(limit), long_edges_(long_edges), parts_(parts) {}
 
-  // Parts are written from first_part on, midpoints within the face from first_point on. Midpoints
-  // on its sides have been written before.
+  // Writes the parts of a face from first_part on, and the midpoints within it from first_point on.
+  // Midpoints on its sides must be written already.
   void cut(const Triangle& face, Face source, std::int64_t first_part, Vertex first_point) {
     edges_.clear();
     source_ = source;
@@ -243,7 +247,7 @@ class Cutter {
   }
 
  private:
-  // A side of the face, an inner edge, or a part of either.
+  // A side of the face, an inner edge, or a part of one of them.
   struct SplitEdge {
     Vertex from;
     Vertex to;
@@ -252,7 +256,7 @@ class Cutter {
     std::int32_t second_half = 0;
   };
 
-  // An edge, in the direction of a part of the face.
+  // An edge with the direction in which a part of the face runs along it.
   struct Side {
     std::int32_t edge;
     bool is_reversed;
@@ -283,8 +287,8 @@ class Cutter {
     return {side.is_reversed ? edge.first_half : edge.second_half, side.is_reversed};
   }
 
-  // Adds an edge and all of its parts. Its midpoints are already written, from next_point on, in
-  // the order of write_points.
+  // Adds an edge and, recursively, its halves. Its midpoints are already written, from next_point
+  // on, in the order of write_points.
   std::int32_t add_edge(Vertex from, Vertex to, Vertex& next_point) {
     const auto index = static_cast<std::int32_t>(edges_.size());
     edges_.push_back({from, to});
@@ -296,7 +300,7 @@ class Cutter {
     return index;
   }
 
-  // Adds a side of the face, whose midpoints run from its lower to its higher vertex.
+  // Adds a side of the face. Its edge runs from the lower to the higher vertex, like its midpoints.
   Side add_side(Vertex a, Vertex b) {
     const bool is_reversed = a > b;
     Vertex next_point = kNoVertex;
@@ -306,8 +310,8 @@ class Cutter {
 
   // Adds an edge from a midpoint to the corner opposite to it.
   std::int32_t add_inner_edge(Vertex middle, Vertex opposite) {
-    // By address, not by index: next_point_ may be past the last vertex. Then the edge is short,
-    // and nothing is written.
+    // A pointer, not a reference: next_point_ may be one past the last vertex. Then the edge is
+    // short, and nothing is written.
     Point* place = parts_.vertices.data() + next_point_;
     write_points(point(middle), point(opposite), limit_, place);
     return add_edge(middle, opposite, next_point_);
@@ -345,8 +349,8 @@ class Cutter {
   Vertex next_point_ = 0;
 };
 
-// The number of the first midpoint within each face, (F + 1,). Each bisection of a part uses a
-// midpoint: one on a side of the face is used once by it, one within the face twice.
+// The number of the first midpoint within each face, (F + 1,). Each bisection needs a midpoint. A
+// midpoint on a side of the face serves one bisection, a midpoint within the face two.
 Buffer<Vertex> place_inner_points(std::span<const Point> vertices, std::span<const Triangle> faces,
                                   const Limit& limit, const LongEdges& long_edges,
                                   std::span<const std::int64_t> starts, ThreadTeam& team) {

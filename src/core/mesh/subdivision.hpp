@@ -8,9 +8,9 @@
 namespace superfacets {
 
 struct Subdivision {
-  Buffer<Point> vertices;       // the old ones, then midpoints
+  Buffer<Point> vertices;       // vertices of the input, then midpoints
   Buffer<Triangle> faces;       // all parts of face 0, then of face 1, ...
-  Buffer<Face> sources;         // the old face of each new face
+  Buffer<Face> sources;         // the input face of each part
   Buffer<std::uint8_t> depths;  // number of halvings: a part has 2^-depth of the area of its source
 };
 

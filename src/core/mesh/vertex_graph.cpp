@@ -8,7 +8,7 @@
 namespace superfacets {
 namespace {
 
-// Calls visit(a, b) for each side of a face, as its two ends.
+// Calls visit(a, b) for each side of a face with the representatives of its ends, if they differ.
 template <typename Visit>
 void visit_sides(std::span<const Vertex> corners, std::span<const Vertex> representative,
                  const Visit& visit) {
@@ -86,7 +86,7 @@ VertexGraph build_graph(std::span<const Point> vertices, const Faces& faces,
     ++graph.offsets[b];
   });
   std::int64_t n_arcs = 0;
-  for (std::int64_t& offset : graph.offsets) {  // counts become ends of rows, filled backwards
+  for (std::int64_t& offset : graph.offsets) {  // counts become ends of rows, then cursors
     n_arcs += offset;
     offset = n_arcs;
   }

@@ -16,8 +16,8 @@ namespace {
 
 constexpr Vertex kEmptySlot = -1;
 
-// Prefetch distance, in vertices: enough to hide the latency of memory, few enough for the nearest
-// cache.
+// Prefetch distance, in vertices: enough to hide the latency of memory, few enough for the hash
+// slots to stay in the first-level cache.
 constexpr std::int64_t kBatch = 32;
 
 // The finalizer of splitmix64: every input bit reaches every output bit, so that regular grids of
@@ -48,14 +48,15 @@ bool same_position(Point a, Point b) {
 // agree on one slot per position without a lock.
 class PositionTable {
  public:
-  using Slot = std::uint32_t;  // 2^31 - 1 vertices make a table of 2^32
+  using Slot = std::uint32_t;  // 2^31 - 1 vertices make a table of 2^32 slots
 
   PositionTable(std::span<const Point> vertices, ThreadTeam& team)
       : vertices_(vertices), table_(std::bit_ceil(2 * vertices.size() + 1)) {
     team.fill(table_.span(), kEmptySlot);
   }
 
-  // Returns the hash slot of this position and lowers its vertex to the minimum.
+  // Returns the hash slot of this position and lowers its vertex to the minimum. Sets is_shared if
+  // another vertex with this position is in the slot.
   Slot insert(Vertex vertex, Slot home, bool& is_shared) {
     for (Slot slot = home;; slot = next(slot)) {
       const std::atomic_ref<Vertex> owner(table_[slot]);
@@ -84,7 +85,7 @@ class PositionTable {
   Buffer<Vertex> table_;
 };
 
-// Returns whether two vertices have the same position.
+// Inserts vertices begin .. end-1. Returns whether the position of one was already in the table.
 bool insert_range(std::int64_t begin, std::int64_t end, PositionTable& table,
                   std::span<PositionTable::Slot> slots) {
   bool is_shared = false;
@@ -108,7 +109,7 @@ Buffer<Vertex> weld_vertices(std::span<const Point> vertices, ThreadTeam& team) 
   const auto n_vertices = static_cast<std::int64_t>(vertices.size());
   SUPERFACETS_ASSERT(n_vertices <= std::numeric_limits<Vertex>::max());
   PositionTable table(vertices, team);
-  Buffer<PositionTable::Slot> slots(vertices.size());  // of each vertex's position
+  Buffer<PositionTable::Slot> slots(vertices.size());  // hash slot of each vertex
   std::atomic<bool> is_shared = false;
   team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
     if (insert_range(begin, end, table, slots.span())) is_shared = true;

@@ -7,12 +7,12 @@
 
 namespace superfacets {
 
-// For each vertex the lowest index among the vertices at exactly the same position (-0.0 is 0.0).
-// Positions are finite, at most 2^31 - 1. Expected time O(V); memory at most 20 bytes per vertex
-// beside the result.
+// For each vertex, the lowest index among the vertices at exactly the same position (-0.0 equals
+// 0.0). There are at most 2^31 - 1 vertices, with finite positions. Expected time O(V); memory at
+// most 20 bytes per vertex in addition to the result.
 Buffer<Vertex> weld_vertices(std::span<const Point> vertices, ThreadTeam& team);
 
-// The vertices that represent themselves, ascending.
+// Lists the vertices that represent themselves, ascending.
 std::vector<Vertex> representatives_of(std::span<const Vertex> representative);
 
 }  // namespace superfacets

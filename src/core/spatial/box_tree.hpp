@@ -14,14 +14,15 @@ namespace superfacets {
 class BoxTree {
  public:
   static constexpr std::size_t kLeaf = 32;   // positions of a leaf fill twelve cache lines
-  static constexpr std::size_t kFanOut = 8;  // an octant's share of a Morton curve
+  static constexpr std::size_t kFanOut = 8;  // a cube on a Morton curve has eight octants
 
-  BoxTree() = default;  // of no cells
+  BoxTree() = default;  // an empty tree
 
-  // Of the cells in their order on the curve.
+  // Builds a tree over points, given in their order on the curve.
   BoxTree(std::span<const Point> positions, ThreadTeam& team);
 
-  // For cells with an extent: box_of(place) is called once for each, on any thread.
+  // Builds a tree over cells with an extent. box_of(place) returns the box of a cell; it is called
+  // once for each place, on any thread.
   template <typename BoxOf>
   BoxTree(std::size_t n_cells, std::size_t leaf_size, const BoxOf& box_of, ThreadTeam& team)
       : n_cells_(n_cells), leaf_size_(leaf_size) {
@@ -33,7 +34,7 @@ class BoxTree {
     build_nodes(std::move(leaves));
   }
 
-  // Levels, the leaves first and the root alone in the last.
+  // Number of levels. The first level holds the leaves, the last only the root.
   std::size_t n_levels() const { return levels_.size(); }
   std::span<const Box> level(std::size_t level) const { return levels_[level]; }
 
@@ -48,15 +49,15 @@ class BoxTree {
     return {leaf * leaf_size_, std::min((leaf + 1) * leaf_size_, n_cells_)};
   }
 
-  // Calls visit(begin, end) for the places of each leaf for which is_wanted(level, index) holds,
-  // for itself and all ancestors. The condition may change with each visit.
+  // Calls visit(begin, end), with the range of places, for each leaf if is_wanted(level, index)
+  // holds for the leaf and all of its ancestors. The condition may change between visits.
   template <typename IsWanted, typename Visit>
   void visit_leaves(const IsWanted& is_wanted, const Visit& visit) const {
     visit_below(n_levels() - 1, 0, is_wanted, visit);
   }
 
  private:
-  // The levels above the leaves.
+  // Adds the leaves, and the levels above them.
   void build_nodes(std::vector<Box> leaves);
 
   template <typename IsWanted, typename Visit>

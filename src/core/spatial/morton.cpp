@@ -15,7 +15,7 @@ constexpr int kDigitBits = 10;  // the tables of one digit fit into the first-le
 static_assert(kCodeBits == 3 * kBitsPerAxis && kCodeBits == 3 * kDigitBits);
 constexpr std::uint32_t kDigits = 1U << kDigitBits;
 
-// Parts with separate write cursors per thread, to balance the load.
+// Parts of the cells per thread, each with its own write cursors. Several balance the load.
 constexpr std::int64_t kPartsPerThread = 4;
 
 struct Entry {
@@ -23,7 +23,7 @@ struct Entry {
   Cell cell;
 };
 
-// Spreads the lower ten bits of a number, with two zeros after each.
+// Spreads the lower ten bits of a number: two zeros follow each.
 std::uint32_t spread(std::uint32_t bits) {
   bits = (bits | bits << 16) & 0x030000ffU;
   bits = (bits | bits << 8) & 0x0300f00fU;
@@ -40,7 +40,7 @@ std::uint32_t digit_of(std::uint32_t code, int digit) {
   return code >> (digit * kDigitBits) & (kDigits - 1);
 }
 
-// The Morton code of each point.
+// Computes the Morton codes of points in a box.
 class Curve {
  public:
   explicit Curve(const Box& bounds) : bounds_(bounds) {
@@ -67,11 +67,11 @@ using Counts = std::array<std::int64_t, kDigits>;
 // other digits within the second-level cache.
 struct Coarse {
   Buffer<Entry> entries;
-  std::array<std::int64_t, kDigits + 1> starts;  // of each digit
+  std::array<std::int64_t, kDigits + 1> starts;  // start of the entries of each digit
 };
 
-// Each part of the cells is counted and moved by one thread. The write cursors are ordered by
-// digit, then by part, so that the sort is stable and does not depend on the number of parts.
+// One thread counts and moves the cells of a part. The write cursors are ordered by digit, then by
+// part, so the sort is stable and does not depend on the number of parts.
 Coarse sort_by_high_digit(std::span<const std::uint32_t> codes, ThreadTeam& team) {
   const auto n = static_cast<std::int64_t>(codes.size());
   const std::int64_t n_parts = kPartsPerThread * team.size();
@@ -140,7 +140,7 @@ Buffer<Cell> order_of(const Coarse& coarse, ThreadTeam& team) {
 // cells. Halves have equal numbers of cells, so that this ends for coincident cells, too.
 void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
                      std::size_t n_together) {
-  // Sorted, because the result of nth_element depends on the standard library.
+  // Sorted by index, because the order after nth_element depends on the standard library.
   if (cells.size() <= n_together) return std::sort(cells.begin(), cells.end());
   Box box;
   for (const Cell cell : cells) box.include(positions[cell]);
@@ -156,7 +156,7 @@ void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
   order_by_halves(positions, {middle, cells.end()}, n_together);
 }
 
-// The ranges of places with more than n_together cells of one code.
+// Finds the ranges of places with more than n_together cells of the same code.
 std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std::uint32_t> codes,
                                                              std::size_t n_together) {
   std::vector<std::pair<std::int64_t, std::int64_t>> runs;
@@ -169,7 +169,7 @@ std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std
   return runs;
 }
 
-// Orders the cells of long ranges by halving; their codes are at the same places.
+// Orders the cells of long ranges by halving; codes[place] is the code of cell order[place].
 void refine(std::span<const Point> positions, std::span<const std::uint32_t> codes,
             std::size_t n_together, std::span<Cell> order, ThreadTeam& team) {
   const auto runs = long_runs(codes, n_together);
@@ -206,7 +206,7 @@ Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t 
                                   ThreadTeam& team) {
   const Buffer<std::uint32_t> codes = morton_codes(positions, bounds_of(positions, team), team);
   Buffer<Cell> order = order_of_codes(codes.span(), team);
-  Buffer<std::uint32_t> sorted(codes.size());  // by place
+  Buffer<std::uint32_t> sorted(codes.size());  // codes by place
   team.for_each_index(std::ssize(positions),
                       [&](std::int64_t place) { sorted[place] = codes[order[place]]; });
   refine(positions, sorted.span(), n_together, order.span(), team);

@@ -9,30 +9,31 @@
 namespace superfacets {
 
 // Cells sorted along a Morton curve of 2^10 steps per axis over `bounds`, the box around all
-// positions; cells with equal codes are sorted by index. Time O(N); memory 12 bytes per cell beside
-// the result, 20 if all cells are within a tenth of the axes.
+// positions. Cells with equal codes are sorted by index. Time O(N); memory 12 bytes per cell with
+// the result, 20 if all cells are within a tenth of each axis.
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team);
 
-// The same over the box around all positions, except that more than n_together cells with one code
-// are ordered by recursive halving, so that neighbors in the order are near in space however
-// unevenly cells are spread. Expected time O(N log N) at worst.
+// Like morton_order over the box around all positions, except that more than n_together cells with
+// the same code are ordered by recursive halving of their box. So neighbors in the order are near
+// in space however unevenly the cells are spread. Expected time O(N log N) at worst.
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 
-// The same order for cells that are already sorted by code and index. They may be a part of all
-// cells, if they include all cells of each code.
+// The order of refined_morton_order for cells that are already sorted by code, then by index. They
+// may be a subset of all cells, if it contains all cells of each code in it.
 Buffer<Cell> order_within_steps(std::span<const Point> positions,
                                 std::span<const std::uint32_t> codes, std::size_t n_together,
                                 ThreadTeam& team);
 
-// The Morton code of each position: the order is by code, then by index.
+// The Morton code of each position: morton_order sorts by code, then by index.
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
                                    ThreadTeam& team);
 
 // Number of bits of a code.
 inline constexpr int kCodeBits = 30;
 
-// Cells sorted by codes of kCodeBits bits, stable. Time and memory as for morton_order.
+// Cells sorted by codes of kCodeBits bits, then by index. Time and memory as for morton_order,
+// without the codes.
 Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team);
 
 // The box around all positions.

@@ -19,10 +19,10 @@ constexpr std::size_t kShapesPerLeaf = 2;
 // near.
 constexpr std::int64_t kQueriesPerTask = 1 << 11;
 
-constexpr std::size_t kQueriesTogether = 64;  // so many of one code are not worth sorting
+constexpr std::size_t kQueriesTogether = 64;  // queries of one code left in input order
 
-// The best result so far. Initially, `squared` is the limit and the cell is above all cells, so
-// that a cell at exactly the limit is accepted.
+// The best result so far. Initially, `squared` is the squared limit and the cell is above all
+// cells, so that a cell at exactly the limit is accepted.
 struct Answer {
   double squared;
   Cell cell = std::numeric_limits<Cell>::max();
@@ -38,7 +38,7 @@ class ShapeSearch {
   template <typename ShapeOf>
   ShapeSearch(std::int64_t n_shapes, const ShapeOf& shape_of, ThreadTeam& team)
       : shapes_(n_shapes) {
-    Buffer<Point> middles(n_shapes);  // middles times two
+    Buffer<Point> middles(n_shapes);  // centers of the boxes, times two
     team.for_each_index(n_shapes, [&](std::int64_t cell) {
       const Box box = shape_of(cell).box();
       middles[cell] = box.low + box.high;
@@ -67,7 +67,7 @@ class ShapeSearch {
 
  private:
   struct Open {
-    double squared;  // to its box
+    double squared;  // distance to the box, squared
     std::size_t index;
   };
 

@@ -10,7 +10,8 @@
 namespace superfacets {
 namespace {
 
-// A lower bound of the distance between two boxes, in floating point too: see squared_distance.
+// A lower bound of the squared distance between points of two boxes. It holds in floating point
+// too: see Box::squared_distance.
 double squared_gap(const Box& a, const Box& b) {
   auto gap = [](double a_low, double a_high, double b_low, double b_high) {
     return std::max({b_low - a_high, 0.0, a_low - b_high});
@@ -68,7 +69,7 @@ void NeighborSearch::search_leaf(std::size_t leaf, std::size_t n_nearest, Scratc
     farthest = std::max(farthest, squared_reach(list_of(place), size));
   }
   find_nearby(leaf, farthest, scratch.nearby);
-  // The nearest leaves lower that bound, so that most other leaves are skipped.
+  // The nearest leaves lower that bound, so that most of the other leaves are skipped.
   const auto n_first = std::min(kFirstLeaves, scratch.nearby.size());
   scan_leaves(leaf, std::span(scratch.nearby).first(n_first), n_nearest, scratch);
   farthest = 0.0;
@@ -83,7 +84,7 @@ void NeighborSearch::search_leaf(std::size_t leaf, std::size_t n_nearest, Scratc
               n_nearest, scratch);
 }
 
-// Offers points of other leaves to the places of a leaf.
+// Offers the points of other leaves as neighbors to the points of a leaf.
 void NeighborSearch::scan_leaves(std::size_t leaf, std::span<const Nearby> leaves,
                                  std::size_t n_nearest, Scratch& scratch) const {
   const auto [first, last] = tree_.places(leaf);
@@ -98,8 +99,8 @@ void NeighborSearch::scan_leaves(std::size_t leaf, std::span<const Nearby> leave
   }
 }
 
-// Lists the other leaves within the square root of `farthest` of a leaf, nearest centers first:
-// these lower the bound, and most of the others are then out of reach.
+// Lists the other leaves within the square root of `farthest` of a leaf, sorted by the distance of
+// centers: the nearest leaves lower the bound, and most of the others are then out of reach.
 void NeighborSearch::find_nearby(std::size_t leaf, double farthest,
                                  std::vector<Nearby>& nearby) const {
   const Box& box = tree_.level(0)[leaf];
@@ -123,7 +124,7 @@ void NeighborSearch::scan_leaf(std::size_t leaf, Place from, std::span<Neighbor>
                                std::size_t& size) const {
   const Point center = positions_[from];
   const auto [first, last] = tree_.places(leaf);
-  std::array<double, BoxTree::kLeaf> squared;  // a loop of its own, without branches
+  std::array<double, BoxTree::kLeaf> squared;  // in a separate loop without branches
   for (auto place = first; place < last; ++place) {
     squared[place - first] = squared_norm(positions_[place] - center);
   }

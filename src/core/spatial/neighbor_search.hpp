@@ -11,23 +11,24 @@
 
 namespace superfacets {
 
-// A point and its distance from another.
+// A point, and its distance from another point.
 struct Neighbor {
-  double squared;  // distance
+  double squared;  // squared distance
   Cell point;
   Place place;
 };
 
-// Nearer is less, the lower index among equals.
+// Orders by distance, and by index among equal distances.
 inline bool operator<(const Neighbor& a, const Neighbor& b) {
   return a.squared < b.squared || (a.squared == b.squared && a.point < b.point);
 }
 
-// Points along a space-filling curve, with a tree of boxes over them. Many points on one step of
-// the curve, as in a cloud with a far outlier, are ordered by halving their box.
+// Points along a space-filling curve, with a tree of boxes over them. Many points on the same step
+// of the curve, as in a cloud with a far outlier, are ordered by halving their box.
 class NeighborSearch {
  public:
-  // For some points of a cloud, given by ascending indices. They have different positions.
+  // Builds a search of some points of a cloud: `points` are their indices, ascending. Their
+  // positions differ.
   NeighborSearch(std::span<const Point> positions, std::span<const Cell> points, ThreadTeam& team);
 
   Place n_points() const { return static_cast<Place>(points_.size()); }
@@ -40,15 +41,15 @@ class NeighborSearch {
   Buffer<Cell> release_points() { return std::move(points_); }
   Buffer<Point> release_positions() { return std::move(positions_); }
 
-  // Calls take(place, neighbors, thread) for each place, on any thread, with its n_nearest nearest
-  // other points, nearest first, or all if there are fewer. About a microsecond for eight
-  // neighbors.
+  // Calls take(place, neighbors, thread) for each place, on any thread. The neighbors are the
+  // n_nearest nearest other points, nearest first, or all if there are fewer. About a microsecond
+  // per point for eight neighbors.
   template <typename Take>
   void for_each_point(std::size_t n_nearest, const Take& take, ThreadTeam& team) const {
     for_each_wanted(n_nearest, [](Place) { return true; }, take, team);
   }
 
-  // The same for the places for which is_wanted(place) holds.
+  // Like for_each_point, but only for places for which is_wanted(place) holds.
   template <typename IsWanted, typename Take>
   void for_each_wanted(std::size_t n_nearest, const IsWanted& is_wanted, const Take& take,
                        ThreadTeam& team) const {
@@ -78,7 +79,7 @@ class NeighborSearch {
   // Number of nearest leaves that are scanned first, to exclude most of the others by distance.
   static constexpr std::size_t kFirstLeaves = 12;
 
-  // A leaf that may hold neighbors of the points of another.
+  // A leaf that may hold neighbors of the points of another leaf.
   struct Nearby {
     double apart;  // squared distance of the centers of their boxes, times four
     std::size_t leaf;

@@ -11,16 +11,17 @@ namespace {
 // wide still have one.
 constexpr double kLeastDifference = 1e-7;
 
-// Newton's method for the smallest root converges from below; the last steps double the digits.
+// Newton's method converges to the smallest root from below; the last steps double the number of
+// correct digits.
 constexpr int kMaxSteps = 60;
 
-// A symmetric matrix.
+// A symmetric 3 x 3 matrix.
 struct Symmetric {
   double xx, xy, xz, yy, yz, zz;
 };
 
-// The covariance matrix, scaled so that its trace, the sum of the variances, is 1; zero where all
-// points are at one place.
+// The covariance matrix, scaled so that its trace, the sum of the variances, is 1; zero if all
+// points have the same position.
 Symmetric covariance_of(const Spread& spread) {
   const Point mean = (1.0 / spread.n) * spread.sum;
   const Symmetric c{
@@ -60,7 +61,8 @@ double smallest_eigenvalue(const Symmetric& c) {
 Point direction_of_least_spread(const Spread& spread) {
   const Symmetric c = covariance_of(spread);
   const double least = smallest_eigenvalue(c);
-  // The rows of the matrix minus the eigenvalue are orthogonal to the eigenvector.
+  // The eigenvector is orthogonal to the rows of the matrix minus the eigenvalue: it is along their
+  // cross products.
   const Point rows[] = {
       {c.xx - least, c.xy, c.xz}, {c.xy, c.yy - least, c.yz}, {c.xz, c.yz, c.zz - least}};
   const Point crossed[] = {cross(rows[0], rows[1]), cross(rows[1], rows[2]),

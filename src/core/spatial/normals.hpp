@@ -6,7 +6,8 @@
 
 namespace superfacets {
 
-// Sums of the coordinates of points relative to the first point, and of their products.
+// Number of points, and sums of their coordinates and of products of coordinates, relative to
+// `origin`.
 struct Spread {
   Point origin;
   double n = 0.0;
@@ -28,7 +29,7 @@ struct Spread {
 };
 
 // The unit vector in the direction of least variance of the included points, of either sign; zero
-// if they lie on a line or at one place.
+// if the points are on a line or at one position.
 Point direction_of_least_spread(const Spread& spread);
 
 }  // namespace superfacets

@@ -71,7 +71,7 @@ Buffer<Point> directions_around(std::span<const Point> positions, std::span<cons
 SortedLists sorted_lists(Cell n_cells, std::span<const Cell> sources,
                          std::span<const Place> targets) {
   SUPERFACETS_ASSERT(sources.size() == targets.size() && all_below(sources, n_cells));
-  Buffer<std::int64_t> cursors(std::size_t{1} + n_cells);  // start of each list, later its end
+  Buffer<std::int64_t> cursors(std::size_t{1} + n_cells);  // starts of lists; when filled, ends
   std::fill(cursors.begin(), cursors.end(), 0);
   for (const Cell source : sources) ++cursors[source + 1];
   std::inclusive_scan(cursors.begin(), cursors.end(), cursors.begin());

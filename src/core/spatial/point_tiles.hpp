@@ -1,5 +1,5 @@
-// Stage 1 for clouds, in parts: results for some points, computed from these and points around
-// them.
+// Stage 1 for parts of a cloud: results for the points of a part are computed from these points and
+// others around them.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -11,21 +11,23 @@ namespace superfacets {
 // The nearest neighbors of several points: rows of equal length, nearest first.
 struct NearestRows {
   Buffer<Cell> points;     // (n * n_nearest,) padded with -1
-  Buffer<double> squared;  // distances, padded with infinity
+  Buffer<double> squared;  // squared distances, padded with infinity
 };
 
-// For the wanted points, in their order, the nearest of all points; the lowest indices win ties.
-// All points have different positions.
+// Finds the n_nearest neighbors among all points of each wanted point, in the order of the wanted
+// points. Among equal distances, the lower index comes first. All points have different positions.
 NearestRows nearest_in_part(std::span<const Point> positions,
                             std::span<const std::uint8_t> is_wanted, std::size_t n_nearest,
                             ThreadTeam& team);
 
-// The direction of least variance, of either sign, for each center and its row of neighbors, up to
-// the first -1; both are indices.
+// For each center, the direction of least variance, of either sign, of the center and its
+// neighbors. `centers` and `rows` are indices of points; there is one row of neighbors per center,
+// and it ends at the first -1.
 Buffer<Point> directions_around(std::span<const Point> positions, std::span<const Cell> centers,
                                 std::span<const Cell> rows, ThreadTeam& team);
 
-// Neighbors of each of n cells, from pairs in any order: ascending, without duplicates.
+// Targets of each of n cells, ascending, without duplicates. sorted_lists builds them from pairs
+// (sources[i], targets[i]) in any order.
 struct SortedLists {
   Buffer<std::int64_t> offsets;  // (n + 1,)
   Buffer<Place> targets;

@@ -17,14 +17,14 @@ constexpr std::size_t kTrianglesPerLeaf = 4;
 constexpr std::int64_t kStartsPerTask = 32;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-constexpr double kCosHalfAngle = 0.5;  // 60 degrees
-constexpr double kSoftening = 0.2;     // radians: the ray along the axis has a finite weight
-constexpr double kLeastShare = 0.25;   // fraction of rays that must leave the body
+constexpr double kCosHalfAngle = 0.5;  // cosine of the half-angle of the cone of rays, 60 degrees
+constexpr double kSoftening = 0.2;     // radians; the weight of a ray is 1 / (angle + kSoftening)
+constexpr double kLeastShare = 0.25;   // least fraction of rays that must leave the body
 
 constexpr std::size_t kFanOut = BoxTree::kFanOut;
 
-// The boxes of the children of a node, each coordinate in an array of its own for vectorized loops.
-// Rounded outwards.
+// The boxes of the children of a node, with one array per coordinate for vectorized loops. Single
+// precision, rounded outwards.
 struct Boxes {
   std::array<std::array<float, kFanOut>, 3> low;
   std::array<std::array<float, kFanOut>, 3> high;
@@ -52,7 +52,7 @@ struct Ray {
         origin{static_cast<float>(from.x), static_cast<float>(from.y), static_cast<float>(from.z)},
         inverse{invert(along.x), invert(along.y), invert(along.z)} {}
 
-  // A large number replaces infinity, whose product with 0 is NaN.
+  // Returns 1 / x. For x near 0, a large number replaces infinity, whose product with 0 is NaN.
   static float invert(double x) {
     constexpr double kLeast = 1e-15;
     return static_cast<float>(1.0 / (std::abs(x) < kLeast ? std::copysign(kLeast, x) : x));
@@ -64,8 +64,9 @@ struct Ray {
   std::array<float, 3> inverse;
 };
 
-// The distance at which a ray enters each box: at most the distance of anything in it; larger than
-// the exit distance if the ray misses the box. kSlack compensates for rounding of the ray.
+// Computes the distances at which a ray enters and leaves each box. The first is a lower bound of
+// the distance to anything in the box; it is larger than the second if the ray misses the box.
+// kSlack compensates for rounding of the ray.
 void enter(const Boxes& boxes, const Ray& ray, std::array<float, kFanOut>& enters,
            std::array<float, kFanOut>& leaves) {
   constexpr float kSlack = 1e-6F;
@@ -94,14 +95,15 @@ struct Hit {
 // A triangle prepared for intersection with rays.
 struct Target {
   Point corner;
-  Point first;  // edges from the corner
+  Point first;  // edges from the corner to the other corners
   Point second;
 
-  // Points on edges belong to both triangles, so that no ray slips through between them.
+  // Replaces `best` if the ray hits the triangle nearer, but beyond `least`. Points on an edge
+  // belong to both triangles of the edge, so that no ray slips through between them.
   void offer(const Ray& ray, double least, bool inside_out, Hit& best) const {
     constexpr double kEdge = 1e-12;
     const Point p = cross(ray.along, second);
-    const double determinant = dot(first, p);  // minus the normal times the ray
+    const double determinant = dot(first, p);  // minus the product of normal and ray
     if (determinant == 0.0) return;
     const double sign = determinant < 0.0 ? -1.0 : 1.0;
     const double size = sign * determinant;  // scale of u, v and the distance
@@ -121,12 +123,13 @@ double surface_of(const Point& extent) {
   return 2.0 * (extent.x * extent.y + extent.y * extent.z + extent.z * extent.x);
 }
 
-// Oriented bounding box, aligned with the longest edge and the normal of a triangle. It culls long
-// thin triangles that are not parallel to an axis: their axis-aligned boxes overlap, and a ray
-// would meet most of the n boxes of a fan of n triangles.
+// A bounding box aligned with the longest edge and the normal of a triangle. It culls long thin
+// triangles that are not parallel to an axis. Their axis-aligned boxes overlap: a ray would meet
+// most of the n boxes of a fan of n triangles.
 class SlantedBox {
  public:
-  // Bounds triangles; aligned with the largest. Unbounded if all have zero area.
+  // Bounds triangles, aligned with the largest of them. If all have zero area, there are no axes,
+  // and every ray counts as hitting the box.
   explicit SlantedBox(std::span<const Target> targets) {
     double most = 0.0;
     for (const Target& target : targets) {
@@ -192,7 +195,7 @@ class RayTree {
       for (const Vertex vertex : triangles[face].corners) box.include(corner(vertex));
       return box;
     };
-    Buffer<Point> middles(triangles.size());  // times two
+    Buffer<Point> middles(triangles.size());  // centers of the boxes, times two
     team.for_each_index(std::ssize(triangles), [&](std::int64_t face) {
       const Box box = box_of(face);
       middles[face] = box.low + box.high;
@@ -208,12 +211,13 @@ class RayTree {
     add_slanted(team);
   }
 
-  // Coordinates have their origin in the middle of the mesh and run from -1 to 1, so that single
-  // precision has the same error everywhere.
+  // Transforms a point to local coordinates. They have their origin in the middle of the mesh and
+  // run from -1 to 1, so that one number bounds the rounding of single precision on every mesh.
   Point local(const Point& p) const { return (1.0 / scale_) * (p - middle_); }
   double scale() const { return scale_; }
 
-  // Of a ray, in these coordinates.
+  // Returns the first hit of a ray beyond the distance `least`, both in local coordinates. If there
+  // is none, the distance of the hit is infinite.
   Hit first_hit(const Ray& ray, double least, bool inside_out) const {
     Hit best{kInfinity};
     std::array<Open, kMostOpen> open;
@@ -235,7 +239,7 @@ class RayTree {
   }
 
  private:
-  // Unused vertices may be far away, and do not count.
+  // Sets the origin and unit of local coordinates. Unused vertices may be far away and are ignored.
   void set_unit(std::span<const Point> vertices, std::span<const Triangle> triangles) {
     Box bounds;
     for (const Triangle& triangle : triangles) {
@@ -253,7 +257,7 @@ class RayTree {
     std::uint32_t level;
     std::size_t index;
   };
-  static constexpr std::size_t kMostOpen = 128;  // eight a level: enough for 2^45 triangles
+  static constexpr std::size_t kMostOpen = 128;  // eight per level: enough for 2^45 triangles
 
   void pack(ThreadTeam& team) {
     boxes_.resize(tree_.n_levels());
@@ -271,10 +275,10 @@ class RayTree {
     }
   }
 
-  // Adds oriented boxes to leaves whose axis-aligned box has many times the area of the triangles,
-  // and to the nodes above them.
+  // Adds oriented boxes to leaves whose axis-aligned box has many times the area of their
+  // triangles, and to nodes above them of which at least half the children are of this kind.
   void add_slanted(ThreadTeam& team) {
-    constexpr double kThin = 32.0;  // a square across two axes has a ratio of 4
+    constexpr double kThin = 32.0;  // a square at 45 degrees to two axes has about 4
     const std::span<const Box> leaves = tree_.level(0);
     std::vector<std::uint8_t> is_thin(leaves.size());
     team.for_each_block(std::ssize(leaves), [&](std::int64_t first, std::int64_t last) {
@@ -328,7 +332,7 @@ class RayTree {
     return box.has_value() && !box->is_met(ray, distance);
   }
 
-  // Pushes the children of a node that the ray meets, the nearest last.
+  // Pushes the children of a node that the ray meets before its best hit, the nearest last.
   std::size_t open_below(const Open& node, const Ray& ray, const Hit& best,
                          std::array<Open, kMostOpen>& open, std::size_t n_open) const {
     std::array<float, kFanOut> enters;
@@ -348,18 +352,19 @@ class RayTree {
 
   Buffer<Target> targets_;  // by place on the curve
   Point middle_{0.0, 0.0, 0.0};
-  double scale_ = 1.0;  // half the longest side
+  double scale_ = 1.0;  // half the longest side of the bounding box
   BoxTree tree_;
   std::vector<std::vector<Boxes>> boxes_;  // by level: boxes of the children of each node
-  std::vector<std::vector<std::optional<SlantedBox>>> slanted_;  // by level; null for most nodes
+  std::vector<std::vector<std::optional<SlantedBox>>> slanted_;  // by level; empty for most nodes
 };
 
 struct Spoke {
-  Point direction;  // relative to the z axis
+  Point direction;  // in a frame whose z axis is the axis of the cone
   double weight;
 };
 
-// Spread evenly over the cone: equal steps in height, each rotated by the golden angle.
+// Returns rays spread evenly over the cone: equal steps in height, each rotated by the golden
+// angle.
 std::vector<Spoke> make_spokes(int n_rays) {
   constexpr double kCosGolden = -0.7373688780783197;
   constexpr double kSinGolden = 0.6754902942615237;
@@ -378,8 +383,8 @@ std::vector<Spoke> make_spokes(int n_rays) {
   return spokes;
 }
 
-// Two unit vectors that form a right-handed frame with a third (Duff et al., "Building an
-// orthonormal basis, revisited", 2017).
+// Returns two unit vectors that form a right-handed frame with the unit vector `axis` (Duff et al.,
+// "Building an orthonormal basis, revisited", 2017).
 std::pair<Point, Point> across(const Point& axis) {
   const double sign = axis.z < 0.0 ? -1.0 : 1.0;
   const double a = -1.0 / (sign + axis.z);
@@ -408,12 +413,13 @@ double deviation_of(std::span<const Length> lengths) {
   return std::sqrt(squares / static_cast<double>(lengths.size()));
 }
 
-// The weighted mean length of the rays, without outliers.
+// The weighted mean of the lengths, without those farther from the median than the standard
+// deviation. Sorts the lengths.
 double typical_length(std::vector<Length>& lengths) {
   std::sort(lengths.begin(), lengths.end(),
             [](const Length& a, const Length& b) { return a.length < b.length; });
   const double median = median_of(lengths);
-  const double limit = deviation_of(lengths) + 1e-9 * median;  // nearly equal lengths all count
+  const double limit = deviation_of(lengths) + 1e-9 * median;  // tolerates rounding errors
   double sum = 0.0;
   double weights = 0.0;
   for (const Length& ray : lengths) {
@@ -421,7 +427,7 @@ double typical_length(std::vector<Length>& lengths) {
     sum += ray.weight * ray.length;
     weights += ray.weight;
   }
-  // With two groups of lengths, none may be near the median.
+  // If there are two groups of lengths, no length may be near the median.
   return weights > 0.0 ? sum / weights : median;
 }
 

@@ -8,9 +8,9 @@
 namespace superfacets {
 
 struct RayOptions {
-  int n_rays = 30;              // from each point, evenly in a cone of half-angle 60 degrees
-  double least_distance = 0.0;  // hits nearer than this are on the surface that rays start from
-  bool inside_out = false;      // normals point inwards
+  int n_rays = 30;              // rays from each point, evenly in a cone of half-angle 60 degrees
+  double least_distance = 0.0;  // nearer hits are ignored: they are on the surface at the start
+  bool inside_out = false;      // whether the normals of triangles point inwards
 };
 
 // The thickness at each start: a mean of the lengths of rays about an inward axis (a unit vector)

@@ -13,7 +13,7 @@
 namespace superfacets {
 namespace {
 
-// Number of vertices with one code that are left in any order.
+// Up to this many vertices with the same code are sorted by index only.
 constexpr std::size_t kTogether = 32;
 
 // Prefetch distance, in vertices and cells, for random reads of the input.
@@ -33,7 +33,7 @@ Buffer<Vertex> curve_order(std::span<const Point> vertices, std::span<const Vert
 }
 
 struct SortedVertices {
-  Buffer<Point> positions;  // by place along the curve
+  Buffer<Point> positions;  // by place on the curve
   Buffer<Place> place_of;   // (V,) place of each vertex after welding
 };
 
@@ -63,9 +63,10 @@ Buffer<Vertex> renumbered(std::span<const Vertex> corners, const Buffer<Place>& 
   return places;
 }
 
-// Cells by the lowest of their corners, then by index.
+// Cells sorted by the lowest of their corners, then by index.
 Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, ThreadTeam& team) {
-  // Shifted to use all bits of a code: the sort splits work among threads by the highest digit.
+  // Codes are shifted to use all of their bits, because the sort splits work among threads by the
+  // highest digit. From 2^30 vertices on, the lowest bit of the corner is lost.
   const int spare_bits = kCodeBits - static_cast<int>(std::bit_width(n_vertices));
   Buffer<std::uint32_t> codes(cells.n_cells());
   team.for_each_index(cells.n_cells(), [&](std::int64_t cell) {
@@ -77,7 +78,7 @@ Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, T
   return order_of_codes(codes.span(), team);
 }
 
-// Offsets of the corners of cells in this order; empty if the input has none.
+// Offsets of the corners of cells in this order; empty if the input has no offsets.
 Buffer<std::int64_t> sorted_offsets(const CornerLists& cells, std::span<const Cell> order) {
   if (cells.offsets.empty()) return {};
   Buffer<std::int64_t> offsets(cells.offsets.size());

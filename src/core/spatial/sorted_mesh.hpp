@@ -12,7 +12,7 @@ struct CornerLists {
   std::span<const Vertex> corners;  // (C,)
   std::span<const std::int64_t>
       offsets;            // (N + 1,) into corners; empty if all cells have `size` corners
-  std::int64_t size = 0;  // number of corners of every cell, without offsets
+  std::int64_t size = 0;  // number of corners of every cell, if there are no offsets
 
   Cell n_cells() const {
     return static_cast<Cell>(offsets.empty() ? std::ssize(corners) / size
@@ -27,17 +27,16 @@ struct CornerLists {
 };
 
 struct SortedMesh {
-  Buffer<Point> vertices;        // welded
-  Buffer<Vertex> corners;        // (C,) by the new numbers of their representatives
-  Buffer<std::int64_t> offsets;  // (N + 1,); empty if the input has none
-  Buffer<Cell> order;            // (N,) numbers of the cells in the input
+  Buffer<Point> vertices;        // one vertex per position
+  Buffer<Vertex> corners;        // (C,) corners of the sorted cells, as indices into `vertices`
+  Buffer<std::int64_t> offsets;  // (N + 1,); empty if the input has no offsets
+  Buffer<Cell> order;            // (N,) index of each sorted cell in the input
 };
 
 // Sorts vertices along a Morton curve, and cells by the first of their vertices on it, then by
 // index. Vertices are welded: `representative` is the result of weld_vertices. Unused vertices are
-// kept, and corners keep their order within a cell. Expected time
-// O(V log V + C) at worst; memory at most 4 bytes a corner, 8 a vertex and 16 a cell beside the
-// result.
+// kept, and corners keep their order within a cell. Expected time O(V log V + C) at worst; memory
+// at most 4 bytes per corner, 8 per vertex and 16 per cell in addition to the result.
 SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> representative,
                      const CornerLists& cells, ThreadTeam& team);
 

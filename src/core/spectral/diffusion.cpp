@@ -19,7 +19,8 @@ double product_of(std::span<const double> one, std::span<const double> other, Th
   return sum_of_blocks(std::ssize(one), add_range, team);
 }
 
-// M + T L.
+// The matrix M + T L of `diffuse`: M is diagonal with the masses, L is the Laplacian of the
+// conductances, and T is `time`.
 struct DiffusionMatrix {
   const Arcs& arcs;
   std::span<const double> conductances;
@@ -44,10 +45,10 @@ struct DiffusionMatrix {
   }
 };
 
-constexpr float kDamping = 0.75F;  // a full step would make neighbors swap their values
+constexpr float kDamping = 0.75F;  // with 1, two neighbors alone would swap their values
 
-// One row of a sweep. A width known at compile time makes it several times faster; 0 stands for
-// any.
+// Computes one row of a sweep. A width known at compile time makes it several times faster; with
+// kWidth = 0, any_width is the width.
 template <std::size_t kWidth>
 void relax_row(const Arcs& arcs, const float* shares, std::size_t any_width, Cell cell,
                const float* from, float* to) {
@@ -71,7 +72,7 @@ CreaseConductance::Found CreaseConductance::of(Cell cell, const Step& arc) const
   const double crease = weights.empty() ? 0.0 : weights[arc.arc] * options.diagonal - step;
   const double kappa = options.crease_unit > 0.0 ? crease / options.crease_unit : 0.0;
   const double width = std::sqrt(areas[cell] + areas[arc.to]);
-  const double least = 1e-6 * width;  // lower bound of steps between cells at one place
+  const double least = 1e-6 * width;  // steps between cells at one place count as this long
   const double open = width > 0.0 ? width / std::max(step, least) : 0.0;
   return {step, open * exponential(-options.steepness * std::max(0.0, kappa)) + kLeastConductance};
 }
@@ -156,12 +157,12 @@ std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductanc
                             std::span<const double> masses, std::span<const double> values,
                             double time, ThreadTeam& team) {
   constexpr int kMaxSteps = 2'000;
-  constexpr double kTolerance = 1e-6;  // of the residual, in the norm of the preconditioner
+  constexpr double kTolerance = 1e-6;  // relative residual, in the norm of the preconditioner
   const std::size_t n = masses.size();
   const DiffusionMatrix matrix{arcs, conductances, masses, time, team};
   std::vector<double> x(n, 0.0);
   std::vector<double> residual(n);
-  std::vector<double> inverse(n);  // of the diagonal
+  std::vector<double> inverse(n);  // inverse of the diagonal; 0 where the diagonal is 0
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     const double diagonal = matrix.diagonal(cell);
     inverse[cell] = diagonal > 0.0 ? 1.0 / diagonal : 0.0;

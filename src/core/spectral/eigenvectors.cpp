@@ -12,8 +12,8 @@
 namespace superfacets {
 namespace {
 
-// Extra vectors beyond those wanted: the error of the wanted ones shrinks in each iteration by the
-// ratio of the largest wanted eigenvalue to the first one without a vector.
+// Extra vectors beyond the wanted ones. In each iteration, the error of the wanted vectors shrinks
+// by the ratio of the largest wanted eigenvalue to the first eigenvalue without a vector.
 constexpr std::size_t kMoreVectors = 10;
 constexpr int kMaxIterations = 40;
 constexpr double kTolerance = 1e-5;  // relative change of the eigenvalues
@@ -67,11 +67,11 @@ void rotate(Square& matrix, Square& vectors, std::size_t p, std::size_t q) {
   for (std::size_t i = 0; i < matrix.size(); ++i) turn(vectors(i, p), vectors(i, q));
 }
 
-// Jacobi's method: makes the matrix diagonal, with the eigenvalues in any order; returns the
+// Jacobi's method: makes the matrix diagonal, with the eigenvalues in any order. Returns the
 // eigenvectors as columns.
 Square diagonalize(Square& matrix) {
   constexpr int kMaxSweeps = 30;
-  constexpr double kNegligible = 1e-28;  // relative to the squares of all entries
+  constexpr double kNegligible = 1e-28;  // relative to the sum of the squares of all entries
   const std::size_t n = matrix.size();
   Square vectors(n);
   for (std::size_t i = 0; i < n; ++i) vectors(i, i) = 1.0;
@@ -92,7 +92,7 @@ Square diagonalize(Square& matrix) {
   return vectors;
 }
 
-// Pseudorandom numbers, -1 to 1, always the same (splitmix64).
+// Pseudorandom number from -1 to 1, the same for the same index on every platform (splitmix64).
 double noise(std::uint64_t index) {
   std::uint64_t bits = (index + 1) * 0x9e3779b97f4a7c15U;
   bits = (bits ^ (bits >> 30U)) * 0xbf58476d1ce4e5b9U;
@@ -118,7 +118,7 @@ class Subspace {
     remove_constants();
   }
 
-  // Returns the largest relative change of the first n_wanted eigenvalues.
+  // Runs one iteration. Returns the largest relative change of the first n_wanted eigenvalues.
   double iterate(std::size_t n_wanted) {
     for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
       for (double& value : row(cell)) value *= measures_[cell];
@@ -168,7 +168,7 @@ class Subspace {
     return std::span(rows_).subspan(cell * width_, width_);
   }
 
-  // Subtracts the mean on each component.
+  // Subtracts from each vector its weighted mean on each component.
   void remove_constants() {
     std::vector<double> means(n_components_ * width_, 0.0);
     std::vector<double> totals(n_components_, 0.0);
@@ -184,7 +184,8 @@ class Subspace {
     }
   }
 
-  // Y^T X or Y^T A X, where Y is the current rows.
+  // Returns Y^T X, or Y^T A X if is_weighted; Y is rows_, X is `others`. The result is made
+  // symmetric.
   Square gram(std::span<const double> others, bool is_weighted) const {
     Square products(width_);
     for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
@@ -204,8 +205,8 @@ class Subspace {
     return products;
   }
 
-  // Replaces rows by linear combinations that are orthonormal by the masses and diagonalize the
-  // other matrix, in ascending order of eigenvalues.
+  // Replaces the vectors in rows_ by linear combinations that are orthonormal with respect to
+  // `masses` and make `energies` diagonal, in ascending order of eigenvalues.
   void take_ritz_vectors(Square masses, const Square& energies) {
     Square basis = diagonalize(masses);
     double largest = 0.0;
@@ -250,8 +251,8 @@ class Subspace {
   const std::size_t width_;
   const double shift_;
   const SparseFactor factor_;
-  std::vector<double> rows_;    // (n, width)
-  std::vector<double> values_;  // (width,) including the shift
+  std::vector<double> rows_;    // (n, width) a row per cell, a column per vector
+  std::vector<double> values_;  // (width,) eigenvalues, including the shift
 };
 
 }  // namespace

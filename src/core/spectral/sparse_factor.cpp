@@ -12,8 +12,8 @@ namespace superfacets {
 SparseFactor::SparseFactor(const Arcs& arcs, std::span<const double> conductances,
                            std::span<const double> diagonal) {
   const Cell n_cells = arcs.n_cells();
-  std::vector<double> left(diagonal.begin(), diagonal.end());  // the rest of the diagonal
-  std::vector<Row> rows(n_cells);                              // off-diagonal entries
+  std::vector<double> left(diagonal.begin(), diagonal.end());  // diagonal of the reduced matrix
+  std::vector<Row> rows(n_cells);                              // its off-diagonal entries
   std::set<std::pair<std::size_t, Cell>> queue;
   for (Cell cell = 0; cell < n_cells; ++cell) {
     for (const auto [arc, neighbor] : arcs.steps(cell)) {

@@ -1,4 +1,4 @@
-// Factorization of a sparse symmetric matrix, to solve many equations with it.
+// Factorization of a sparse symmetric matrix, to solve many systems of equations with it.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,10 @@
 
 namespace superfacets {
 
-// M = P^T F D F^T P for a symmetric, positive definite matrix M with the pattern of a graph of some
-// thousand cells, at most one arc from each to another. Cells are eliminated by minimum degree, the
-// lowest index first among equals. On graphs of surfaces the factors have about n log n entries.
+// M = P^T F D F^T P for a symmetric, positive definite matrix M whose off-diagonal entries are on
+// the arcs of a graph. The graph has some thousand cells, and at most one arc from each cell to
+// another. Cells are eliminated by minimum degree, the lowest index first among equals. On graphs
+// of surfaces the factors have about n log n entries.
 class SparseFactor {
  public:
   // M has `diagonal` on its diagonal, and minus the conductance of each arc as other entries. Arcs
@@ -20,7 +21,7 @@ class SparseFactor {
   SparseFactor(const Arcs& arcs, std::span<const double> conductances,
                std::span<const double> diagonal);
 
-  // Solves M X = B in place: n rows of `width` numbers.
+  // Solves M X = B in place: `rows` holds B, then X, as n rows of `width` numbers.
   void solve(std::span<double> rows, std::size_t width) const;
 
  private:
@@ -28,7 +29,7 @@ class SparseFactor {
     Cell cell;
     double value;
   };
-  using Row = std::vector<Entry>;  // ascending cells
+  using Row = std::vector<Entry>;  // sorted by cell
 
   struct Elimination {
     Cell cell;
@@ -37,10 +38,10 @@ class SparseFactor {
   static void subtract(const Row& pivot_row, double factor, const Elimination& step, Row& row,
                        Row& merged);
 
-  std::vector<Cell> order_;             // of elimination
-  std::vector<double> pivots_;          // in this order
-  std::vector<std::size_t> starts_{0};  // of the entries of each column, in this order
-  std::vector<Entry> entries_;          // of the columns of F, without its diagonal of ones
+  std::vector<Cell> order_;             // cells in their order of elimination
+  std::vector<double> pivots_;          // diagonal of D, in this order
+  std::vector<std::size_t> starts_{0};  // start of the entries of each column, in this order
+  std::vector<Entry> entries_;          // entries of the columns of F, without its diagonal of ones
 };
 
 }  // namespace superfacets

@@ -22,7 +22,7 @@ constexpr double kCanceled = 1e-9;
 constexpr double kOffDiagonal = 1e-20;
 constexpr int kMaxSweeps = 16;
 
-// Heap order: whether a candidate is taken later than another (standard heaps return the last).
+// Heap order: whether a candidate is taken later than another (std::pop_heap takes the last).
 constexpr auto comes_after = [](const auto& one, const auto& other) {
   return one.error != other.error ? one.error > other.error : one.order > other.order;
 };
@@ -120,13 +120,13 @@ Point least_axis(SymmetricMatrix matrix) {
   return {axes[0][least], axes[1][least], axes[2][least]};
 }
 
-// Sums over the faces of a region, in their order.
+// Sums over the faces of a region, added in the order of the faces.
 struct RegionSums {
   double area = 0.0;
   double n_faces = 0.0;
-  Point moment{0.0, 0.0, 0.0};     // of area times centroid
-  Point centroids{0.0, 0.0, 0.0};  // of centroids
-  Point normal{0.0, 0.0, 0.0};     // of area times normal
+  Point moment{0.0, 0.0, 0.0};     // sum of area times centroid
+  Point centroids{0.0, 0.0, 0.0};  // sum of centroids
+  Point normal{0.0, 0.0, 0.0};     // sum of area times normal
 
   Point center() const {
     const Point& sum = area > 0.0 ? moment : centroids;
@@ -157,9 +157,9 @@ std::vector<RegionSums> sum_regions(const ProxySurface& surface, std::span<const
   return sums;
 }
 
-// Normals of the planes through the given centers that are nearest to the regions (L2). The
-// integral of x x^T over a triangle of area A is A / 12 (a a^T + b b^T + c c^T + s s^T), s = a + b
-// + c; the factor of 12 turns no axis.
+// Sets the normal of each proxy: the plane through its center is the nearest to the region (L2).
+// The integral of x x^T over a triangle of area A is A / 12 (a a^T + b b^T + c c^T + s s^T), s = a
+// + b + c. The factor 1 / 12 is omitted, because it does not change the axes.
 void fit_planes(const ProxySurface& surface, std::span<const Label> labels,
                 std::vector<Proxy>& proxies) {
   std::vector<SymmetricMatrix> moments(proxies.size());
@@ -281,8 +281,8 @@ Face ProxyRegions::worst_face(const std::vector<RegionErrors>& regions) const {
   return worst_face;
 }
 
-// Computes labels from proxies and seeds (CSAD04, section 3.3). All seeds are labeled before any
-// face is offered, so no region loses its own.
+// Computes labels from proxies and seeds (section 3.3 of the paper). All seeds are labeled before
+// any face is offered, so no region loses its seed.
 void ProxyRegions::flood() {
   std::fill(labels_.begin(), labels_.end(), kNoLabel);
   std::fill(least_offer_.begin(), least_offer_.end(), kInfinity);
@@ -308,8 +308,8 @@ void ProxyRegions::take(Face face, Label label) {
   offer_neighbors(face);
 }
 
-// Queues the neighbors of a face for its region, except faces queued already with at most the same
-// error: those candidates come first.
+// Queues the neighbors of a face for its region. A neighbor that is queued already, with at most
+// the same error, is left out: the earlier candidate is taken first.
 void ProxyRegions::offer_neighbors(Face face) {
   const Label label = labels_[face];
   for (const Face neighbor : surface_.arcs().neighbors(face)) {

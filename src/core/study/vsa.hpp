@@ -1,6 +1,6 @@
 // Variational Shape Approximation (Cohen-Steiner, Alliez and Desbrun 2004): an alternative to
-// stages 3 and 4. Regions stand for planes, their proxies; k-means on planes, with labels by
-// flooding.
+// stages 3 and 4. This is k-means with planes: each region has a proxy, a plane that approximates
+// it, and labels are assigned by flooding.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@
 namespace superfacets {
 
 enum class ProxyMetric : std::uint8_t {
-  kL2,   // squared distance to the plane, integrated over the face
+  kL2,   // squared distance to the plane of the proxy, integrated over the face
   kL21,  // squared difference of the unit normals, times the area of the face
 };
 
@@ -29,7 +29,7 @@ struct Corners {
 // Faces with the data that the metrics need, and their arcs in CSR form.
 struct ProxySurface {
   Buffer<Corners> corners;            // (F,)
-  Buffer<Point> normals;              // (F,) of length 1, or zero where a face has none
+  Buffer<Point> normals;              // (F,) of length 1; zero where a face has no normal
   std::vector<double> areas;          // (F,)
   std::vector<std::int64_t> offsets;  // (F + 1,)
   std::vector<Face> neighbors;        // (M,)
@@ -45,41 +45,44 @@ ProxySurface make_proxy_surface(std::span<const Point> vertices, std::span<const
 
 // The error of a face with respect to a proxy, >= 0.
 //
-// L2: against a proxy without a normal, the squared distance to its point, integrated.
-// L21: 0 for a face without a normal. A proxy without a normal counts as orthogonal to all faces:
-// that is the average over all directions.
+// L2: if the proxy has no normal, its center replaces the plane: the error is the integral of the
+// squared distance to the center. L21: a face without a normal has error 0. A proxy without a
+// normal counts as orthogonal to all faces, which gives the average error over all directions.
 double proxy_error(const ProxySurface& surface, ProxyMetric metric, Face face, const Proxy& proxy);
 
-// The proxy of least error for each region 0..n_regions-1 of these labels; each must have a face.
+// The proxy of least error for each region 0..n_regions-1 of these labels. Each region must have a
+// face.
 //
-// The center is the area-weighted barycenter; the plain mean of the centroids in a region without
-// area. L2: the normal is the direction in which the region varies least, none without area. L21:
-// it is the direction of the area-weighted sum of the normals, none where they cancel out.
+// The center is the area-weighted barycenter; in a region without area, the mean of the centroids.
+// L2: the normal is the direction in which the region varies least; zero in a region without area.
+// L21: the normal is the direction of the area-weighted sum of the normals; zero where they cancel
+// out.
 std::vector<Proxy> fit_proxies(const ProxySurface& surface, ProxyMetric metric,
                                std::span<const Label> labels, Label n_regions);
 
-// Regions grown from their proxies. `labels()` always are the result of flooding from `seeds()` by
-// their proxies.
+// Regions grown from their proxies. `labels()` is always the result of flooding from `seeds()` with
+// the current proxies.
 //
-// A flood takes the seeds, then repeatedly the face with least error among all faces adjacent to a
-// region, the first queued among equals; it joins that region. So regions are connected. If no seed
-// reaches a face, the lowest such face becomes a seed, until all are reached. A new seed starts
-// with the plane of its face as the proxy.
+// A flood first labels the seeds. Then, of all faces adjacent to a region, it repeatedly adds the
+// face with least error to that region, the first queued among equals. So regions are connected. If
+// no seed reaches a face, the lowest unreached face becomes another seed, until all are reached.
+// The proxy of a new seed is the plane of its face.
 //
 // Time O((F + M) log F) for each call that floods, on one thread. The same bits every time.
 class ProxyRegions {
  public:
-  // Distinct seeds, one at least.
+  // Seeds are distinct; there is at least one.
   ProxyRegions(ProxySurface&& surface, ProxyMetric metric, std::span<const Face> seeds);
 
-  // Fits the proxies to the regions, makes the faces of least error the seeds (those with a normal
-  // first, then the lowest among equals), and floods. Returns the number of faces that changed
-  // regions.
+  // Fits the proxies to the regions. In each region, makes the face of least error the seed (faces
+  // with a normal first, the lowest index among equals). Floods. Returns the number of faces that
+  // changed regions.
   std::int64_t relax();
 
-  // The same with one more region. Of the regions with two faces or more, the one of largest error
-  // (lowest label among equals) gives its face of largest error (except its seed; the highest index
-  // among equals) as the new seed. There must be fewer regions than faces.
+  // Like `relax`, with one more region. Its seed comes from the region of largest total error among
+  // regions with two faces or more (the lowest label among equals). It is the face of largest error
+  // there (the highest index among equals), except the seed of that region. There must be fewer
+  // regions than faces.
   void insert();
 
   Label n_regions() const { return static_cast<Label>(seeds_.size()); }
@@ -90,12 +93,12 @@ class ProxyRegions {
   // A face offered to a region.
   struct Candidate {
     double error;
-    std::int64_t order;  // number of candidates before this one
+    std::int64_t order;  // number of candidates queued before this one
     Face face;
     Label label;
   };
 
-  // The errors of the faces of a region.
+  // Errors of the faces of a region with respect to its proxy.
   struct RegionErrors {
     Face n_faces = 0;
     double total = 0.0;
@@ -116,8 +119,8 @@ class ProxyRegions {
   std::vector<Proxy> proxies_;       // (K,)
   std::vector<Label> labels_;        // (F,)
   std::vector<double> least_offer_;  // (F,) least error at which a face is queued, or infinity
-  std::vector<Candidate> queue_;     // a heap, the next one first; empty between floods
-  std::int64_t n_offers_ = 0;        // candidates so far
+  std::vector<Candidate> queue_;     // a heap with the next candidate first; empty between floods
+  std::int64_t n_offers_ = 0;        // number of candidates queued in this flood
 };
 
 }  // namespace superfacets

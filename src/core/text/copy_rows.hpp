@@ -1,4 +1,4 @@
-// Strided rows of bytes, as the fields of records in a binary file are.
+// Copies strided rows of bytes, such as one field of all records of a binary file.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,12 @@ struct RowPlaces {
   std::int64_t size = 0;
 };
 
-// Writes the rows side by side to `copy`, which has room for n_rows * rows.size bytes. Numbers in
-// records are not aligned: numpy would copy them one by one.
+// Writes the rows one after the other to `copy`, which has room for n_rows * rows.size bytes.
+// Numbers in records are not aligned: numpy would copy them one by one.
 void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std::uint8_t* copy);
 
-// Returns runs of bytes one after the other: run i has the bytes[starts[i]] .. of sizes[i] >= 0.
+// Copies runs of bytes one after the other. Run i has sizes[i] >= 0 bytes, from bytes[starts[i]]
+// on.
 Buffer<std::uint8_t> copy_runs(std::span<const std::uint8_t> bytes,
                                std::span<const std::int64_t> starts,
                                std::span<const std::int64_t> sizes, ThreadTeam& team);

@@ -9,7 +9,8 @@
 #include "base/threads.hpp"
 #include "text/scan_lines.hpp"
 
-// libc++ before version 20 has no from_chars for floating point; that of GCC before 11 is slow.
+// Some standard libraries have no from_chars for floating point: libc++ before version 20, and
+// libstdc++ before GCC 11.
 #if defined(__cpp_lib_to_chars) && !defined(SUPERFACETS_WITHOUT_FROM_CHARS)
 #define SUPERFACETS_HAS_FROM_CHARS
 #else
@@ -46,7 +47,7 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #else
 
-// strtod in the "C" locale, whatever locale the process has.
+// Calls strtod in the "C" locale, whatever locale the process has.
 double to_double(const char* token, char** stop) {
 #if defined(_MSC_VER)
   static const _locale_t plain = _create_locale(LC_ALL, "C");
@@ -73,13 +74,13 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #endif
 
-// Each of these reads the token at `begin`, of at least one byte. It returns the end of the part
-// that it read, or null.
+// Each of the functions below parses the token at `begin`, which has at least one byte. It returns
+// the end of the part that it parsed, or null.
 
 const char* parse_double(const char* begin, const char* end, double& value) {
   begin = skip_plus(begin, end);
   const char* first = begin + (*begin == '-' ? 1 : 0);
-  const bool is_plain = first < end && (is_digit(*first) || *first == '.');  // no nan, no inf
+  const bool is_plain = first < end && (is_digit(*first) || *first == '.');  // excludes nan and inf
   return is_plain ? parse_plain_double(begin, end, value) : nullptr;
 }
 
@@ -101,7 +102,8 @@ const char* parse_corner(const char* begin, const char* end, Integer& value) {
   return place;
 }
 
-// Reads as many tokens as there are values; false if the line does not hold exactly these.
+// Parses as many tokens as there are values. Returns false if the line has fewer or more tokens, or
+// a token is not a number.
 template <typename Value, typename ParseToken>
 bool parse_line(const char* place, const char* end, std::span<Value> values,
                 const ParseToken& parse_token) {
@@ -121,7 +123,7 @@ ParsedLines<Value> parse_lines(const LineSpans& lines, ThreadTeam& team,
   SUPERFACETS_ASSERT(lines.ends.size() == lines.counts.size());
   const auto n_lines = static_cast<std::int64_t>(lines.counts.size());
   const std::int64_t n_chunks = (n_lines + kLinesAtOnce - 1) / kLinesAtOnce;
-  std::vector<std::int64_t> firsts(n_chunks + 1, 0);  // values before each chunk
+  std::vector<std::int64_t> firsts(n_chunks + 1, 0);  // number of values before each chunk
   for (std::int64_t chunk = 0; chunk < n_chunks; ++chunk) {
     const std::int64_t begin = chunk * kLinesAtOnce;
     const auto counts = lines.counts.subspan(begin, std::min(kLinesAtOnce, n_lines - begin));

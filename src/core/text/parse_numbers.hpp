@@ -1,4 +1,4 @@
-// Numbers written as text.
+// Parses numbers written as text.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace superfacets {
 
-// Some lines of a text. Line i has the bytes starts[i]..ends[i]-1, and counts[i] tokens.
+// Selected lines of a text. Line i has the bytes starts[i]..ends[i]-1, and counts[i] tokens.
 struct LineSpans {
   std::string_view text;
   std::span<const std::int64_t> starts;
@@ -19,25 +19,26 @@ struct LineSpans {
   std::span<const std::int32_t> counts;
 };
 
-// The values of all tokens of some lines, one after the other.
+// The values of all tokens of the lines, one after the other.
 template <typename Value>
 struct ParsedLines {
   Buffer<Value> values;
-  // Lines with a token of another kind, or one that is not handled here. Their values are zeros,
-  // which the caller must replace.
+  // Lines with another number of tokens, or with a token that is no number or not handled here.
+  // Their values are zeros, which the caller must replace.
   std::vector<std::int64_t> left_out;
 };
 
-// Decimals, rounded to the nearest double, like Python's float(). Not handled: nan, inf, numbers
-// too large or too small for a double, and tokens that are no numbers.
+// Parses decimals, rounded to the nearest double, like Python's float(). Not handled: nan, inf,
+// numbers too large or too small for a double, and, in a build without from_chars, tokens of 64
+// bytes or more.
 ParsedLines<double> parse_doubles(const LineSpans& lines, ThreadTeam& team);
 
-// Integers. Not handled: integers out of range.
+// Parses integers. Not handled: integers out of range.
 template <typename Integer>
 ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team);
 
-// The first of the integers in each token joined by slashes, as in 7, 7/2, 7//3 and 7/2/3. All but
-// the first may be missing.
+// Parses the first integer of each token. A token is one integer or several, joined by slashes, as
+// in 7, 7/2, 7//3 and 7/2/3. All but the first may be missing.
 template <typename Integer>
 ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team);
 

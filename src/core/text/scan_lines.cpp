@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::int64_t kChunk = 1 << 16;  // bytes scanned at a time, small enough for the cache
 
-// The first of the bytes begin..end-1 that is `wanted`, or end.
+// Returns the index of the first byte `wanted` in begin..end-1; `end` if there is none.
 std::int64_t find(std::string_view text, std::int64_t begin, std::int64_t end, char wanted) {
   const void* place = std::memchr(text.data() + begin, wanted, end - begin);
   return place == nullptr ? end : static_cast<const char*>(place) - text.data();
@@ -75,7 +75,7 @@ TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end
     const std::int64_t from = next_line(text, begin, begin + chunk * kChunk, to);
     for_each_line(text, from, to, comment, visit);
   };
-  // Number of lines before each chunk, after summation; first, the number in the chunk before.
+  // Number of lines in the previous chunk; after the prefix sum, number of lines before each chunk.
   std::vector<std::int64_t> firsts(n_chunks + 1, 0);
   auto count = [&](std::int64_t first_chunk, std::int64_t last_chunk) {
     for (std::int64_t chunk = first_chunk; chunk < last_chunk; ++chunk) {

@@ -9,9 +9,9 @@
 
 namespace superfacets {
 
-// Layout of a column in a row: one value, or a list after its length.
+// Layout of a column in a row: a single value, or the length of a list and then its values.
 struct ColumnLayout {
-  int count_size;  // bytes of the length of a list: 1, 2, 4 or 8; 0: a single value
+  int count_size;  // bytes of the length of a list: 1, 2, 4 or 8; 0 for a single value
   bool is_count_signed;
   int value_size;  // bytes of a value
 };
@@ -19,12 +19,13 @@ struct ColumnLayout {
 struct WalkedRows {
   Buffer<std::int64_t> starts;   // (R * columns,) first byte of the values, row by row
   Buffer<std::int64_t> lengths;  // (R * columns,) number of values; may be negative
-  std::int64_t end = 0;          // one past the last byte of the last row
-  std::int64_t n_whole = 0;      // complete rows; entries past these are not set
+  std::int64_t end = 0;  // one past the last byte of the last row; valid if all rows are complete
+  std::int64_t n_whole = 0;  // number of complete rows; entries of later rows are not valid
 };
 
-// Walks rows from byte `begin` on. A negative length counts as 0. Time O(R * columns), on one
-// thread: the start of a row is known only after reading the previous one.
+// Finds the values of n_rows rows from byte `begin` on. Stops at a row that the end of the bytes
+// cuts off. A negative length counts as 0. Time O(R * columns), on one thread: the start of a row
+// is known only after reading the previous one.
 WalkedRows walk_rows(std::span<const std::uint8_t> bytes, std::int64_t begin, std::int64_t n_rows,
                      std::span<const ColumnLayout> columns, bool is_big_endian);
 
