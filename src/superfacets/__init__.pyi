@@ -73,6 +73,8 @@ from .pipeline import PAPER as PAPER
 from .pipeline import PARTS as PARTS
 from .pipeline import segment as segment
 from .regions.connect import enforce_connectivity as enforce_connectivity
+from .regions.cut import BorderCut as BorderCut
+from .regions.cut import cut_borders as cut_borders
 from .regions.edit import RegionEdit as RegionEdit
 from .regions.hierarchy import Hierarchy as Hierarchy
 from .regions.lines import BorderLines as BorderLines
