@@ -27,7 +27,7 @@ constexpr int kRings = 4;
 // faces. Steps are half of what would bring the area back, since the neighbors move too.
 constexpr double kBalance = 0.5 / (4.0 * 2.0 * 0.8);
 constexpr double kMostStep = 0.05;
-constexpr double kMostOffset = 0.3;
+constexpr double kMostOffset = 0.6;
 
 // Most different labels that are told apart around a vertex.
 constexpr int kMostLabels = 32;
@@ -151,7 +151,6 @@ void BorderField::run() {
     mix_labels();
     find_near();
     for (int step = 0; step < options_.n_steps; ++step) diffuse();
-    std::fill(offsets_.begin(), offsets_.end(), 0.0);
     balance();
   }
 }
@@ -202,6 +201,11 @@ void BorderField::find_near() {
   for (Vertex vertex = 0; vertex < around_.n_vertices(); ++vertex) {
     if (rings[vertex] > 0 && are_pinned_[vertex] == 0) near_.push_back(vertex);
   }
+  next_mixes_ = Buffer<LabelMix>(near_.size());
+  find_near_faces(rings.span());
+}
+
+void BorderField::find_near_faces(std::span<const std::uint8_t> rings) {
   near_faces_.clear();
   far_areas_.assign(mesh_.n_labels, 0.0);
   for (Face face = 0; face < around_.n_faces(); ++face) {
@@ -212,7 +216,6 @@ void BorderField::find_near() {
       far_areas_[shares_[face].labels[0]] += around_.area(face);
     }
   }
-  next_mixes_ = Buffer<LabelMix>(near_.size());
 }
 
 void BorderField::diffuse() {
@@ -221,27 +224,40 @@ void BorderField::diffuse() {
   team_.for_each_index(n_near, [&](std::int64_t i) { mixes_[near_[i]] = next_mixes_[i]; });
 }
 
+// Whether all corners of faces around a vertex have its label only.
+bool BorderField::is_inside(Vertex vertex) const {
+  const LabelMix& own = mixes_[vertex];
+  if (!own.is_pure()) return false;
+  const auto is_same = [&](Vertex corner) {
+    const LabelMix& mix = mixes_[corner];
+    return mix.labels[0] == own.labels[0] && mix.is_pure();
+  };
+  const std::span<const Face> faces = around_.of(vertex);
+  return std::all_of(faces.begin(), faces.end(), [&](Face face) {
+    const auto& corners = around_.corners(face).corners;
+    return std::all_of(corners, corners + 3, is_same);
+  });
+}
+
 // Each neighbor counts once for each face on the edge to it.
 LabelMix BorderField::diffused(Vertex vertex) const {
+  if (is_inside(vertex)) return mixes_[vertex];
   MixSum sum;
   float total = 0.0F;
-  bool is_pure = mixes_[vertex].is_pure();
   const auto flow = [&](Vertex from, float weight) {
     if (from == vertex || are_pinned_[from] != 0) return;
-    is_pure =
-        is_pure && mixes_[from].is_pure() && mixes_[from].labels[0] == mixes_[vertex].labels[0];
     total += weight;
     sum.add(mixes_[from], weight);
   };
   for (const Face face : around_.of(vertex)) {
     const auto& corners = around_.corners(face).corners;
-    const float* cotangents = &cotangents_[3 * std::size_t(face)];
+    const float* cotangents = &cotangents_[3 * static_cast<std::size_t>(face)];
     int at = 0;
     while (at < 2 && corners[at] != vertex) ++at;
     flow(corners[next_corner(at)], cotangents[previous_corner(at)]);
     flow(corners[previous_corner(at)], cotangents[next_corner(at)]);
   }
-  if (is_pure || !(total > 0.0F)) return mixes_[vertex];
+  if (!(total > 0.0F)) return mixes_[vertex];
   sum.add(mixes_[vertex], total * ((1.0F - kFlow) / kFlow));
   return sum.largest();
 }

@@ -58,12 +58,14 @@ class BorderField {
  private:
   void mix_labels();
   void find_near();
+  void find_near_faces(std::span<const std::uint8_t> rings);
   void diffuse();
   void balance();
   void choose_labels();
   void cut_faces();
   std::vector<double> measure_labels() const;
   LabelMix mix_around(Vertex vertex) const;
+  bool is_inside(Vertex vertex) const;
   LabelMix diffused(Vertex vertex) const;
   Label best_label(const LabelMix& mix) const;
   double lead(Vertex vertex, Label own, Label other) const;

@@ -14,16 +14,32 @@ import numpy.typing as npt
 
 from .._options import CLIPS, Clip
 from .._types import Array, Bools
-from .._validate import checked_choice, checked_count, checked_number, compact_partial_labels
+from .._validate import (
+    checked_choice,
+    checked_count,
+    checked_flag,
+    checked_number,
+    compact_partial_labels,
+)
 from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import kind_of
 from ..io.atomic import atomic_outputs, checked_targets
 from ..mesh.cells import Cells
+from ..mesh.faces import FaceMesh
+from ..regions.cut import cut_borders
 from .backend import ensure_gl, import_pillow, import_vtk
 from .camera import Camera, View, place_camera
 from .colors import face_colors
 from .drawing import MAX_SIDE, draw
-from .scene import Picture, Scene, build_cloud_scene, build_scene, default_border_width, guess_up
+from .scene import (
+    Picture,
+    Scene,
+    build_cloud_scene,
+    build_scene,
+    checked_colors,
+    default_border_width,
+    guess_up,
+)
 
 _PNG_RUNS = 3  # Z_RLE of zlib
 
@@ -39,6 +55,7 @@ def render(
     border_width: float | None = None,
     background: str = "white",
     clip: Clip | None = None,
+    smooth_borders: bool = False,
 ) -> Picture:
     """Return a shaded picture of a mesh, its regions colored and outlined.
 
@@ -71,6 +88,9 @@ def render(
     clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
         Of a `TetMesh`, show the tetrahedra with centroids on one side of the middle of the bounding
         box: ``"x"`` those of larger x, ``"-x"`` those of smaller x. By default the outside of all.
+    smooth_borders : bool, default False
+        Draw borders of regions of a mesh as smooth curves across faces, as `cut_borders` makes
+        them, in place of lines along edges. Points have no borders.
 
     Returns
     -------
@@ -91,10 +111,11 @@ def render(
         If the file cannot be written.
     """
     cells = as_cells(mesh)
+    is_smooth = checked_flag(smooth_borders, "smooth_borders")
     style = checked_style(size, view, border_width, background)
     path = None if output is None else checked_picture_path(output, (".png",))
     import_vtk()
-    scene = scene_of(cells, labels, colors, clip)
+    scene = scene_of(cells, labels, colors, clip, is_smooth=is_smooth)
     view = upright(style.view, scene)
     camera = place_camera(scene.points, view, style.aspect)
     (picture,) = draw_scene(scene, [camera], style)
@@ -131,7 +152,12 @@ def checked_style(
 
 
 def scene_of(
-    cells: Cells, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None, clip: Clip | None
+    cells: Cells,
+    labels: npt.ArrayLike | None,
+    colors: npt.ArrayLike | None,
+    clip: Clip | None,
+    *,
+    is_smooth: bool = False,
 ) -> Scene:
     """The scene of cells of any kind."""
     kind = kind_of(cells)
@@ -141,14 +167,42 @@ def scene_of(
         return build_cloud_scene(kind.cloud(cells), labels, colors)
     surface, sources = outside
     if sources is None:
-        return build_scene(surface, labels, colors)
+        return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
     if labels is not None:
         labels, _ = compact_partial_labels(labels, cells.n_cells)
         colors = face_colors(cells, labels) if colors is None else colors  # once for all views
         labels = labels[sources]
     if colors is not None:
         colors = _colors_of(colors, cells.n_cells)[sources]
-    return build_scene(surface, labels, colors)
+    return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
+
+
+def _surface_scene(
+    surface: FaceMesh,
+    labels: npt.ArrayLike | None,
+    colors: npt.ArrayLike | None,
+    *,
+    is_smooth: bool,
+) -> Scene:
+    """The scene of a mesh, cut along smooth borders if asked for; regions keep their colors."""
+    if labels is None or not is_smooth:
+        return build_scene(surface, labels, colors)
+    compact, ids = compact_partial_labels(labels, surface.n_faces)
+    if not len(ids):
+        return build_scene(surface, labels, colors)
+    given = face_colors(surface, compact) if colors is None else colors
+    shades = checked_colors(given, surface.n_faces)
+    cut = cut_borders(surface, compact)
+    # A part that another region gained has the color of the first face of that region, if its
+    # faces have all the same.
+    _, firsts = np.unique(compact, return_index=True)
+    first = firsts[cut.labels + int(compact[firsts[0]] < 0)]
+    is_plain = np.ones(len(ids) + 1, dtype=bool)  # the last: no region
+    is_plain[
+        compact[(shades != shades[firsts[compact + int(compact[firsts[0]] < 0)]]).any(axis=1)]
+    ] = False
+    chosen = np.where(is_plain[cut.labels], first, cut.source_faces)
+    return build_scene(cut.mesh, cut.labels, shades[chosen])
 
 
 def _half(cells: Any, clip: Clip) -> Bools:
