@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/assert.hpp"
+#include "mesh/geometry.hpp"
 
 namespace superfacets {
 namespace {
@@ -133,7 +134,18 @@ class Cutter {
     parts.add(crossing, corners[end], apex, cut.labels[end]);
   }
 
-  // One corner cut off. The other part has four corners and is cut along its shorter diagonal.
+  // 0 for a triangle without area, 2 / sqrt(3) for one with equal sides.
+  double roundness(Vertex a, Vertex b, Vertex c) const {
+    const auto& points = result_.vertices;
+    const Point ab = points[b] - points[a];
+    const Point bc = points[c] - points[b];
+    const Point ca = points[a] - points[c];
+    const double sum = squared_norm(ab) + squared_norm(bc) + squared_norm(ca);
+    return sum > 0.0 ? 4.0 * norm(cross(ab, bc)) / sum : 0.0;
+  }
+
+  // One corner cut off. The other part has four corners and is cut along the diagonal that leaves
+  // the rounder triangles.
   void write_corner(Face face, const FaceCut& cut, Parts& parts) const {
     const auto& corners = mesh_.faces[face].corners;
     const int uncut = cut.side_where(false);
@@ -144,10 +156,9 @@ class Cutter {
     const Vertex near_b = crossing_vertex(face, next_corner(uncut));
     const Label label = cut.labels[uncut];
     parts.add(corners[odd], near_a, near_b, cut.labels[odd]);
-    const auto squared = [&](Vertex from, Vertex to) {
-      return squared_norm(result_.vertices[to] - result_.vertices[from]);
-    };
-    if (squared(near_a, b) <= squared(a, near_b)) {
+    const double one = std::min(roundness(near_a, a, b), roundness(near_a, b, near_b));
+    const double other = std::min(roundness(near_a, a, near_b), roundness(a, b, near_b));
+    if (one >= other) {
       parts.add(near_a, a, b, label);
       parts.add(near_a, b, near_b, label);
     } else {
@@ -156,14 +167,14 @@ class Cutter {
     }
   }
 
-  // Cuts from a junction, the mean of the crossings, to the three sides.
+  // Cuts from a junction to the three sides.
   void write_three(Face face, const FaceCut& cut, Parts& parts) {
     const Vertex crossings[] = {crossing_vertex(face, 0), crossing_vertex(face, 1),
                                 crossing_vertex(face, 2)};
-    const auto& points = result_.vertices;
+    const std::span<Point> points = result_.vertices.span();
     const auto junction = static_cast<Vertex>(first_junction_ + junctions_[face]);
     const Point sum = points[crossings[0]] + points[crossings[1]] + points[crossings[2]];
-    result_.vertices[junction] = {sum.x / 3.0, sum.y / 3.0, sum.z / 3.0};
+    points[junction] = 0.5 * (1.0 / 3.0 * sum + centroid(mesh_.vertices, mesh_.faces[face]));
     for (int corner = 0; corner < 3; ++corner) {
       const Vertex at = mesh_.faces[face].corners[corner];
       parts.add(at, crossings[corner], junction, cut.labels[corner]);

@@ -24,7 +24,8 @@ struct FaceShares {
 // - no side: the face is whole;
 // - one: from its crossing to the third corner, which lies on a border;
 // - two: from crossing to crossing;
-// - three: from the mean of the three crossings to each of them.
+// - three: from a junction, halfway between the mean of the crossings and the centroid, to each
+//   crossing. The mean alone can be so near to a side that parts are slivers.
 struct FaceCut {
   Label labels[3];      // of the corners
   double crossings[3];  // of side s, as a fraction of the way from corner s to corner s + 1
@@ -74,8 +75,8 @@ struct FaceCut {
       const double along = crossings[corner];
       const double beside = 1.0 - crossings[previous_corner(corner)];
       const double opposite = crossings[next_corner(corner)];
-      const double middle_along = (along + 1.0 - opposite) / 3.0;
-      const double middle_beside = (beside + opposite) / 3.0;
+      const double middle_along = (along + 1.0 - opposite + 1.0) / 6.0;
+      const double middle_beside = (beside + opposite + 1.0) / 6.0;
       found.labels[corner] = labels[corner];
       found.shares[corner] = static_cast<float>(along * middle_beside + middle_along * beside);
     }
