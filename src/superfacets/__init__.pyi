@@ -5,6 +5,8 @@ from . import reference as reference
 from .batches.batching import BatchProgress as BatchProgress
 from .batches.batching import BatchResult as BatchResult
 from .batches.batching import batch as batch
+from .cells.border_cut import BorderCut as BorderCut
+from .cells.border_cut import cut_borders as cut_borders
 from .cells.cell_graph import ArcMeasures as ArcMeasures
 from .cells.cell_graph import CellGraph as CellGraph
 from .cells.face_graph import EdgeCounts as EdgeCounts
@@ -73,8 +75,6 @@ from .pipeline import PAPER as PAPER
 from .pipeline import PARTS as PARTS
 from .pipeline import segment as segment
 from .regions.connect import enforce_connectivity as enforce_connectivity
-from .regions.cut import BorderCut as BorderCut
-from .regions.cut import cut_borders as cut_borders
 from .regions.edit import RegionEdit as RegionEdit
 from .regions.hierarchy import Hierarchy as Hierarchy
 from .regions.lines import BorderLines as BorderLines

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .._validate import ranked_labels
 from ..adapters.convert import as_mesh
+from ..cells.border_cut import BorderCut, cut_borders
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..export.cells import FormatOptions
@@ -19,7 +20,6 @@ from ..export.write import check_fit, check_outputs, write_outputs
 from ..io.guards import counted
 from ..mesh.faces import FaceMesh
 from ..pipeline import segment
-from ..regions.cut import BorderCut, cut_borders
 from .failures import print_note
 from .inputs import labels_beside, load_cells
 from .interrupts import run_in_background

@@ -22,11 +22,11 @@ from .._validate import (
     compact_partial_labels,
 )
 from ..adapters.convert import CloudLike, MeshLike, as_cells
+from ..cells.border_cut import cut_borders
 from ..cells.kinds import kind_of
 from ..io.atomic import atomic_outputs, checked_targets
 from ..mesh.cells import Cells
 from ..mesh.faces import FaceMesh
-from ..regions.cut import cut_borders
 from .backend import ensure_gl, import_pillow, import_vtk
 from .camera import Camera, View, place_camera
 from .colors import face_colors

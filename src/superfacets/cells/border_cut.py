@@ -11,12 +11,12 @@ from .. import _core
 from .._types import Bools, Bytes, Floats, Ints, Longs
 from .._validate import checked_regions, checked_threads, freeze
 from ..adapters.convert import MeshLike, as_mesh
-from ..cells.face_graph import build_face_graph
-from ..cells.sums import sums_by_label
 from ..errors import MeshError
 from ..mesh.cells import lowest_vertices
 from ..mesh.faces import cut_into_triangles
 from ..mesh.triangle_mesh import Mesh
+from .face_graph import build_face_graph
+from .sums import sums_by_label
 
 _N_ROUNDS = 5
 """Number of times that borders move. On 16 benchmark models compactness is 4.41 of the labels, 4.19
@@ -38,8 +38,8 @@ _MOST_CHANGE = 0.1
 0.05, 12 of 150 regions are kept in place of 8."""
 
 _MOST_TOTAL = 0.01
-"""Largest sum of all changes of areas, as a fraction of the area of the mesh. Of 95 benchmark models
-few would exceed it."""
+"""Largest sum of all changes of areas, as a fraction of the area of the mesh. Few models would
+exceed it."""
 
 _MAX_TRIALS = 12
 """Number of times that regions with a fault are put back before all are; from half of it on, with
@@ -102,8 +102,8 @@ def cut_borders(
 
     An edge is cut at one point in all of its faces, so that closed meshes stay closed and seams
     stay without gaps. Cuts keep away from vertices by a tenth of the edge, so that no angle of a
-    part is below a twentieth of the smallest of its face. A face is cut into six parts at most. The result is the same for any
-    number of threads.
+    part is below a twentieth of the smallest of its face. A face is cut into six parts at most.
+    The result is the same for any number of threads.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def cut_borders(
     threads = checked_threads(n_threads)
     array, n_regions = checked_regions(labels, surface.n_faces)
     triangles, polygons = cut_into_triangles(surface)
-    old = surface if isinstance(surface, Mesh) else Mesh(surface.vertices, triangles)
+    old = Mesh(surface.vertices, triangles)
     of_triangles = array if polygons is None else np.ascontiguousarray(array[polygons])
     cut, is_kept = _cut_until_sound(_Regions.of(old, of_triangles, n_regions, weld, threads))
     vertices, faces, new_labels, sources = cut
@@ -206,7 +206,7 @@ class _Regions:
             raise MeshError("the mesh would have too many faces if it were cut") from None
 
     def faults(self, cut: _Cut) -> Bools:
-        """Return which regions vanished, came apart or changed their areas, (n_regions,)."""
+        """Return which regions vanished, came apart or changed their areas, (n_regions + 1,)."""
         vertices, faces, labels, _ = cut
         n = self.n_regions + 1
         new = Mesh(vertices, faces)
@@ -214,8 +214,8 @@ class _Regions:
         change = np.abs(sums_by_label(labels, areas, n) - self.areas)
         limit = np.minimum(_MOST_CHANGE * self.areas, self._largest_change(change))
         pieces = _count_pieces(new, labels, n, self.weld, self.n_threads)
-        is_wrong = (pieces == 0) | (pieces > self.n_pieces) | (change > limit)
-        return np.asarray(is_wrong[: self.n_regions])
+        has_vanished = (pieces == 0) & (self.n_pieces > 0)
+        return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
         """Limit of the change of an area, so that smaller ones are 1 % of all areas at most."""
@@ -245,7 +245,7 @@ def _cut_until_sound(regions: _Regions) -> tuple[_Cut, Bools]:
         faults = regions.faults(cut)
         if not faults.any():
             return cut, is_kept[:-1]
-        is_kept[:-1] |= faults
+        is_kept |= faults
         if trial >= _MAX_TRIALS // 2:
             is_kept = regions.beside(is_kept)
     is_kept[:] = True

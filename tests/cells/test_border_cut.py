@@ -36,7 +36,7 @@ def border_length(mesh, labels):
 
 
 def sheet(n=24, seed=0):
-    """A flat square of side n, in right triangles with legs of 1 that are cut along both diagonals."""
+    """A flat square of side n, in right triangles with legs of 1, squares cut either way."""
     points = [[x, y, 0.0] for y in range(n + 1) for x in range(n + 1)]
     corner = [y * (n + 1) + x for y in range(n) for x in range(n)]
     flips = np.random.default_rng(seed).random(len(corner)) < 0.5
