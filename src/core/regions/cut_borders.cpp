@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/assert.hpp"
-#include "mesh/geometry.hpp"
 
 namespace superfacets {
 namespace {
@@ -173,8 +172,9 @@ class Cutter {
                                 crossing_vertex(face, 2)};
     const std::span<Point> points = result_.vertices.span();
     const auto junction = static_cast<Vertex>(first_junction_ + junctions_[face]);
-    const Point sum = points[crossings[0]] + points[crossings[1]] + points[crossings[2]];
-    points[junction] = 0.5 * (1.0 / 3.0 * sum + centroid(mesh_.vertices, mesh_.faces[face]));
+    const auto& [a, b, c] = mesh_.faces[face].corners;
+    const auto [at_a, at_b, at_c] = cut.junction();
+    points[junction] = at_a * points[a] + at_b * points[b] + at_c * points[c];
     for (int corner = 0; corner < 3; ++corner) {
       const Vertex at = mesh_.faces[face].corners[corner];
       parts.add(at, crossings[corner], junction, cut.labels[corner]);

@@ -1,6 +1,9 @@
 // Stage 5: how borders of regions run through one face.
 #pragma once
 
+#include <algorithm>
+#include <array>
+
 #include "base/types.hpp"
 
 namespace superfacets {
@@ -24,8 +27,7 @@ struct FaceShares {
 // - no side: the face is whole;
 // - one: from its crossing to the third corner, which lies on a border;
 // - two: from crossing to crossing;
-// - three: from a junction, halfway between the mean of the crossings and the centroid, to each
-//   crossing. The mean alone can be so near to a side that parts are slivers.
+// - three: from a junction to each crossing.
 struct FaceCut {
   Label labels[3];      // of the corners
   double crossings[3];  // of side s, as a fraction of the way from corner s to corner s + 1
@@ -50,6 +52,22 @@ struct FaceCut {
     return side;
   }
 
+  // The junction of three cuts, as weights of the corners: the mean of the crossings, or the
+  // nearest point to it on the way to the centroid that is no nearer to a side than kLeastWeight.
+  std::array<double, 3> junction() const {
+    std::array<double, 3> weights;
+    double shift = 0.0;
+    for (int corner = 0; corner < 3; ++corner) {
+      double& weight = weights[corner];
+      weight = (1.0 - crossings[corner] + crossings[previous_corner(corner)]) / 3.0;
+      if (weight < kLeastWeight) {
+        shift = std::max(shift, (kLeastWeight - weight) / (1.0 / 3.0 - weight));
+      }
+    }
+    for (double& weight : weights) weight += shift * (1.0 / 3.0 - weight);
+    return weights;
+  }
+
   FaceShares shares() const {
     if (n_cuts == 0) return {{whole, kNoLabel, kNoLabel}, {1.0F, 0.0F, 0.0F}};
     if (n_cuts == 1) return shares_of_two_parts();
@@ -57,6 +75,9 @@ struct FaceCut {
   }
 
  private:
+  // With less, angles of parts are smaller than where two sides are cut.
+  static constexpr double kLeastWeight = 0.15;
+
   FaceShares shares_of_two_parts() const {
     const int side = side_where(true);
     const auto share = static_cast<float>(crossings[side]);
@@ -71,14 +92,13 @@ struct FaceCut {
   // In coordinates with the two sides at a corner as axes, twice the areas of triangles.
   FaceShares shares_of_three() const {
     FaceShares found;
+    const std::array<double, 3> middle = junction();
     for (int corner = 0; corner < 3; ++corner) {
       const double along = crossings[corner];
       const double beside = 1.0 - crossings[previous_corner(corner)];
-      const double opposite = crossings[next_corner(corner)];
-      const double middle_along = (along + 1.0 - opposite + 1.0) / 6.0;
-      const double middle_beside = (beside + opposite + 1.0) / 6.0;
       found.labels[corner] = labels[corner];
-      found.shares[corner] = static_cast<float>(along * middle_beside + middle_along * beside);
+      found.shares[corner] = static_cast<float>(along * middle[previous_corner(corner)] +
+                                                middle[next_corner(corner)] * beside);
     }
     return found;
   }
