@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._options import CLIPS, Clip
-from .._types import Array, Bools
+from .._types import Array, Bools, Ints
 from .._validate import (
     checked_choice,
     checked_count,
@@ -22,7 +22,7 @@ from .._validate import (
     compact_partial_labels,
 )
 from ..adapters.convert import CloudLike, MeshLike, as_cells
-from ..cells.border_cut import cut_borders
+from ..cells.border_cut import BorderCut, cut_borders
 from ..cells.kinds import kind_of
 from ..io.atomic import atomic_outputs, checked_targets
 from ..mesh.cells import Cells
@@ -193,16 +193,17 @@ def _surface_scene(
     given = face_colors(surface, compact) if colors is None else colors
     shades = checked_colors(given, surface.n_faces)
     cut = cut_borders(surface, compact)
-    # A part that another region gained has the color of the first face of that region, if its
-    # faces have all the same.
-    _, firsts = np.unique(compact, return_index=True)
-    first = firsts[cut.labels + int(compact[firsts[0]] < 0)]
-    is_plain = np.ones(len(ids) + 1, dtype=bool)  # the last: no region
-    is_plain[
-        compact[(shades != shades[firsts[compact + int(compact[firsts[0]] < 0)]]).any(axis=1)]
-    ] = False
-    chosen = np.where(is_plain[cut.labels], first, cut.source_faces)
-    return build_scene(cut.mesh, cut.labels, shades[chosen])
+    return build_scene(cut.mesh, cut.labels, _colors_of_parts(cut, compact, shades))
+
+
+def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
+    """Colors of new faces: of their regions where those have one color, else of their old faces."""
+    old, new = labels + 1, cut.labels + 1  # 0: no region
+    firsts = np.zeros(old.max() + 1, dtype=np.int64)
+    firsts[old[::-1]] = np.arange(len(old))[::-1]
+    is_plain = np.ones(len(firsts), dtype=bool)
+    is_plain[old[(shades != shades[firsts[old]]).any(axis=1)]] = False
+    return shades[np.where(is_plain[new], firsts[new], cut.source_faces)]
 
 
 def _half(cells: Any, clip: Clip) -> Bools:
