@@ -37,6 +37,7 @@ def main() -> None:
     draw(mesh, "stage5-regions", final.labels)
     sf.render(mesh, final.labels, output=IMAGES / "bear.png", size=(1080, 810))
     draw_slivers("howto-slivers")
+    draw_cut("howto-cut")
     draw_plots(mesh, final.labels)
 
 
@@ -77,8 +78,6 @@ def dots(graph, seeds):
 
 def draw_slivers(name):
     """Write, side by side, a CAD part, its regions, and those of the subdivided part."""
-    from PIL import Image
-
     part = flange()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.SliverWarning)
@@ -93,6 +92,24 @@ def draw_slivers(name):
         sf.render(part, striped.labels, **style),
         sf.render(fine, round_ones.labels, **style),
     ]
+    write_row(panels, name)
+
+
+def draw_cut(name):
+    """Write, side by side, borders along edges and smooth ones."""
+    mesh = sf.sample_mesh(6_000)
+    labels = sf.segment(mesh, 60).labels
+    style = {"size": (440, 440), "border_width": 2}
+    panels = [
+        sf.render(mesh, labels, smooth_borders=is_smooth, **style) for is_smooth in (False, True)
+    ]
+    write_row(panels, name)
+
+
+def write_row(panels, name):
+    """Write pictures side by side."""
+    from PIL import Image
+
     pixels = np.concatenate([np.asarray(panel) for panel in panels], axis=1)
     Image.fromarray(pixels).quantize(128).save(IMAGES / f"{name}.png", optimize=True)
 

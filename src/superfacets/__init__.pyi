@@ -5,6 +5,8 @@ from . import reference as reference
 from .batches.batching import BatchProgress as BatchProgress
 from .batches.batching import BatchResult as BatchResult
 from .batches.batching import batch as batch
+from .cells.border_cut import BorderCut as BorderCut
+from .cells.border_cut import cut_borders as cut_borders
 from .cells.cell_graph import ArcMeasures as ArcMeasures
 from .cells.cell_graph import CellGraph as CellGraph
 from .cells.face_graph import EdgeCounts as EdgeCounts

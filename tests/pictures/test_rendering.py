@@ -173,6 +173,25 @@ def test_regions_are_outlined_in_dark(gl):
     assert not dark(picture)[90, 110]
 
 
+def test_smooth_borders_are_shorter_lines_and_keep_the_colors_of_regions(gl):
+    """A border in steps of 1 along a square of 24, with colors that belong to regions."""
+    points = [[x, y, 0] for y in range(25) for x in range(25)]
+    corner = [y * 25 + x for y in range(24) for x in range(24)]
+    mesh = Mesh(points, [t for v in corner for t in ([v, v + 1, v + 26], [v, v + 26, v + 25])])
+    x, y, _ = mesh.vertices[mesh.faces].mean(axis=1).T
+    labels = (np.floor(x) + np.floor(y) > 23).astype(int) * 8  # any numbers
+    colors = np.where((labels > 0)[:, None], [250, 0, 0], [0, 0, 250]).astype(np.uint8)
+    style = {"colors": colors, "view": FRONT, "size": (200, 200), "border_width": 2}
+    edges = render(mesh, labels, **style)
+    smooth = render(mesh, labels, smooth_borders=True, **style)
+    assert dark(smooth).sum() < 0.85 * dark(edges).sum()
+    above, below = smooth[60:90, 140:170], smooth[130:160, 30:60]
+    assert difference(above, edges[60:90, 140:170]) == 0
+    assert difference(below, edges[130:160, 30:60]) == 0
+    with pytest.raises(TypeError, match="smooth_borders must be True or False"):
+        render(mesh, labels, smooth_borders="yes")
+
+
 def test_outlines_are_as_wide_as_asked_for(gl):
     shares = [
         dark(render(square(), [0, 1], size=SIZE, view=FRONT, border_width=width)).sum()

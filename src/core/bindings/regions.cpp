@@ -3,6 +3,7 @@
 #include "bindings/bindings.hpp"
 #include "regions/borders.hpp"
 #include "regions/bridges.hpp"
+#include "regions/cut_borders.hpp"
 #include "regions/join.hpp"
 #include "regions/lines.hpp"
 #include "regions/merge_tree.hpp"
@@ -71,6 +72,14 @@ auto smoothed_part(const Surface& surface, Floats lengths, double unit, double c
   });
 }
 
+auto cut_through_faces(Points vertices, Triangles faces, Integers representative, Integers labels,
+                       Label n_labels, Bytes is_kept, std::tuple<int, int, int, double> options,
+                       ThreadTeam& team) {
+  const auto [n_rounds, n_steps, n_balances, margin] = options;
+  return cut_borders({vertices, faces, representative, labels, is_kept, n_labels},
+                     {n_rounds, n_steps, n_balances, margin}, team);
+}
+
 // Returns the ring numbers after spreading; `rings` is not changed.
 Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
   Buffer<std::uint8_t> numbers(rings.size());
@@ -100,6 +109,8 @@ void bind_regions(nb::module_& module) {
   module.def("smooth_part", &smoothed_part, "surface"_a, "lengths"_a, "unit"_a, "crease_scale"_a,
              "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a, "max_sweeps"_a, "n_threads"_a,
              "rim"_a);
+  module.def("cut_borders", threaded(&cut_through_faces), "vertices"_a, "faces"_a,
+             "representative"_a, "labels"_a, "n_labels"_a, "is_kept"_a, "options"_a, "n_threads"_a);
   module.def("find_bridges", serial(&bridges_between), "cells"_a, "ranks"_a, "n_components"_a);
   module.def("merge_tree", serial(&tree_of_merges), "areas"_a, "positions"_a, "features"_a, "low"_a,
              "high"_a, "lengths"_a, "costs"_a, "crease_weight"_a, "dimension"_a);

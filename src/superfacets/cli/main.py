@@ -25,6 +25,7 @@ COMMANDS = {
     "view": "Write a page to look at the mesh or point cloud in the file IN.",
     "studio": "Label the mesh or point cloud in the file IN, or those of a FOLDER, in a browser.",
     "regions": "Measure the regions that LABELS of the mesh in the file IN make.",
+    "cut": "Cut the mesh in the file IN along smooth borders of its regions.",
     "transfer": "Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.",
     "evaluate": "Print how good LABELS of the mesh in the file IN are.",
     "demo": "Segment the sample mesh of the package.",

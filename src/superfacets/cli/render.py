@@ -131,11 +131,16 @@ if TYPE_CHECKING:
     help="Show one half of a mesh of tetrahedra: x keeps the half with larger x, -x the half with"
     " smaller x.  [default: the outside of the whole]",
 )
+@click.option(
+    "--smooth-borders",
+    is_flag=True,
+    help="Draw borders of regions of a mesh as smooth curves, as superfacets cut makes them.",
+)
 def render_command(
     mesh: Path, output: Path | None, up: Up, azimuth: float, elevation: float,
     labels: Path | None, labels_named: str, clip: Clip | None, turntable: Path | None,
     compare: tuple[Path, ...], color_by: str | None, side: str | None,
-    size: tuple[int, int] | None,
+    size: tuple[int, int] | None, smooth_borders: bool,
 ) -> None:  # fmt: skip
     """Draw a shaded picture of the mesh or point cloud in the file IN, with its regions.
 
@@ -158,7 +163,7 @@ def render_command(
             plot(
                 cells, shown, output=path, compare=others, titles=titles, size=size,
                 color_by=values, scale_title=None if named is None else named.stem, view=view,
-                clip=clip,
+                clip=clip, smooth_borders=smooth_borders,
             )  # fmt: skip
         except (ValueError, TypeError) as error:
             if named is None or isinstance(error, MeshError):

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from .._options import Clip
 from .._types import Array, Floats
-from .._validate import checked_choice, checked_count, compact_partial_labels
+from .._validate import checked_choice, checked_count, checked_flag, compact_partial_labels
 from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.region_adjacency import region_graph
 from ..io.atomic import atomic_outputs
@@ -119,6 +119,7 @@ def plot(
     border_width: float | None = None,
     background: str = "white",
     clip: Clip | None = None,
+    smooth_borders: bool = False,
 ) -> Plot:
     """Return a picture of cells and their regions: one or several labelings, still or turning.
 
@@ -165,6 +166,9 @@ def plot(
     clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
         Half of a `TetMesh` to show, as for `render`. By default the outer surface of the whole
         mesh.
+    smooth_borders : bool, default False
+        Draw borders of regions of a mesh as smooth curves across faces, as `cut_borders` makes
+        them, in place of lines along edges. Points have no borders.
 
     Returns
     -------
@@ -192,6 +196,7 @@ def plot(
     (120, 160, 3)
     """
     whole = as_cells(cells)
+    is_smooth = checked_flag(smooth_borders, "smooth_borders")
     n = _n_frames(n_frames, output)
     path = None if output is None else _checked_target(output, n)
     series = [labels, *compare]
@@ -205,7 +210,9 @@ def plot(
     shades, scale = [colors] * len(series), None
     if color_by is not None:
         shades, scale = _colors_by(whole, series, color_by, scale_title)
-    frames = _draw_side_by_side(_Panels(whole, series, shades, clip), style, n, titles, scale)
+    frames = _draw_side_by_side(
+        _Panels(whole, series, shades, clip, is_smooth), style, n, titles, scale
+    )
     plotted = Plot(frames)
     if path is not None:
         plotted.save(path)
@@ -277,6 +284,7 @@ class _Panels:
     series: Sequence[Any]  # labels of each panel
     colors: Sequence[Any]  # colors of cells; None: colors of their regions
     clip: Clip | None
+    is_smooth: bool
 
 
 def _draw_side_by_side(
@@ -304,7 +312,7 @@ def _drawn(panels: _Panels, style: Style, n_frames: int) -> list[list[Picture]]:
     """The pictures of each panel, all from the same cameras."""
     columns, cameras = [], None
     for labels, colors in zip(panels.series, panels.colors, strict=True):
-        scene = scene_of(panels.cells, labels, colors, panels.clip)
+        scene = scene_of(panels.cells, labels, colors, panels.clip, is_smooth=panels.is_smooth)
         if cameras is None:
             view = upright(style.view, scene)
             if n_frames == 1:

@@ -13,17 +13,33 @@ import numpy as np
 import numpy.typing as npt
 
 from .._options import CLIPS, Clip
-from .._types import Array, Bools
-from .._validate import checked_choice, checked_count, checked_number, compact_partial_labels
+from .._types import Array, Bools, Ints
+from .._validate import (
+    checked_choice,
+    checked_count,
+    checked_flag,
+    checked_number,
+    compact_partial_labels,
+)
 from ..adapters.convert import CloudLike, MeshLike, as_cells
+from ..cells.border_cut import BorderCut, cut_borders
 from ..cells.kinds import kind_of
 from ..io.atomic import atomic_outputs, checked_targets
 from ..mesh.cells import Cells
+from ..mesh.faces import FaceMesh
 from .backend import ensure_gl, import_pillow, import_vtk
 from .camera import Camera, View, place_camera
 from .colors import face_colors
 from .drawing import MAX_SIDE, draw
-from .scene import Picture, Scene, build_cloud_scene, build_scene, default_border_width, guess_up
+from .scene import (
+    Picture,
+    Scene,
+    build_cloud_scene,
+    build_scene,
+    checked_colors,
+    default_border_width,
+    guess_up,
+)
 
 _PNG_RUNS = 3  # zlib's Z_RLE, which compresses runs of equal bytes only
 
@@ -39,6 +55,7 @@ def render(
     border_width: float | None = None,
     background: str = "white",
     clip: Clip | None = None,
+    smooth_borders: bool = False,
 ) -> Picture:
     """Return a shaded picture of a mesh, its regions colored and outlined.
 
@@ -74,6 +91,9 @@ def render(
         Half of a `TetMesh` to show: the tetrahedra with centroids on one side of the middle of the
         bounding box, at larger x for ``"x"``, at smaller x for ``"-x"``. By default the outer
         surface of the whole mesh.
+    smooth_borders : bool, default False
+        Draw borders of regions of a mesh as smooth curves across faces, as `cut_borders` makes
+        them, in place of lines along edges. Points have no borders.
 
     Returns
     -------
@@ -94,10 +114,11 @@ def render(
         If the file cannot be written.
     """
     cells = as_cells(mesh)
+    is_smooth = checked_flag(smooth_borders, "smooth_borders")
     style = checked_style(size, view, border_width, background)
     path = None if output is None else checked_picture_path(output, (".png",))
     import_vtk()
-    scene = scene_of(cells, labels, colors, clip)
+    scene = scene_of(cells, labels, colors, clip, is_smooth=is_smooth)
     view = upright(style.view, scene)
     camera = place_camera(scene.points, view, style.aspect)
     (picture,) = draw_scene(scene, [camera], style)
@@ -134,7 +155,12 @@ def checked_style(
 
 
 def scene_of(
-    cells: Cells, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None, clip: Clip | None
+    cells: Cells,
+    labels: npt.ArrayLike | None,
+    colors: npt.ArrayLike | None,
+    clip: Clip | None,
+    *,
+    is_smooth: bool = False,
 ) -> Scene:
     """The scene of cells of any kind."""
     kind = kind_of(cells)
@@ -144,7 +170,7 @@ def scene_of(
         return build_cloud_scene(kind.cloud(cells), labels, colors)
     surface, sources = outside
     if sources is None:
-        return build_scene(surface, labels, colors)
+        return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
     if labels is not None:
         labels, _ = compact_partial_labels(labels, cells.n_cells)
         # Colors come from the whole volume, so that they do not depend on the clip.
@@ -152,7 +178,36 @@ def scene_of(
         labels = labels[sources]
     if colors is not None:
         colors = _colors_of(colors, cells.n_cells)[sources]
-    return build_scene(surface, labels, colors)
+    return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
+
+
+def _surface_scene(
+    surface: FaceMesh,
+    labels: npt.ArrayLike | None,
+    colors: npt.ArrayLike | None,
+    *,
+    is_smooth: bool,
+) -> Scene:
+    """The scene of a mesh, cut along smooth borders if asked for; regions keep their colors."""
+    if labels is None or not is_smooth:
+        return build_scene(surface, labels, colors)
+    compact, ids = compact_partial_labels(labels, surface.n_faces)
+    if not len(ids):
+        return build_scene(surface, labels, colors)
+    given = face_colors(surface, compact) if colors is None else colors
+    shades = checked_colors(given, surface.n_faces)
+    cut = cut_borders(surface, compact)
+    return build_scene(cut.mesh, cut.labels, _colors_of_parts(cut, compact, shades))
+
+
+def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
+    """Colors of new faces: of their regions where those have one color, else of their old faces."""
+    old, new = labels + 1, cut.labels + 1  # 0: no region
+    firsts = np.zeros(old.max() + 1, dtype=np.int64)
+    firsts[old[::-1]] = np.arange(len(old))[::-1]
+    is_plain = np.ones(len(firsts), dtype=bool)
+    is_plain[old[(shades != shades[firsts[old]]).any(axis=1)]] = False
+    return shades[np.where(is_plain[new], firsts[new], cut.source_faces)]
 
 
 def _half(cells: Any, clip: Clip) -> Bools:

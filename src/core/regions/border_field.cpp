@@ -1,0 +1,352 @@
+#include "regions/border_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/assert.hpp"
+
+namespace superfacets {
+namespace {
+
+// Part of a share that leaves a vertex in a step: at most half, so that no share oscillates.
+constexpr float kFlow = 0.5F;
+
+// Shares below are dropped: they would make most vertices near a border mixed, and never win.
+constexpr float kLeastShare = 0.02F;
+
+// Limits of cotangents, of 87 and 18 degrees: shares flow over every edge, and slivers do not
+// dominate their neighbors.
+constexpr double kLeastCotangent = 0.05;
+constexpr double kMostCotangent = 3.0;
+
+// Rings around borders in which shares diffuse: twice the standard deviation of six steps.
+constexpr int kRings = 4;
+
+// A border moves by the change of offset / slope of shares. The slope is 1 / (3.2 edges
+// sqrt(steps)), a region of area A has a border of 4 sqrt(A), and an edge is 2 sqrt(A / n) for n
+// faces. Steps are half of what would bring the area back, since the neighbors move too.
+constexpr double kBalance = 0.5 / (4.0 * 2.0 * 0.8);
+constexpr double kMostStep = 0.05;
+constexpr double kMostOffset = 0.6;
+
+// Most different labels that are told apart around a vertex.
+constexpr int kMostLabels = 32;
+
+// Sums of shares by label, in the order in which labels first appear.
+class MixSum {
+ public:
+  void add(Label label, float share) {
+    for (int i = 0; i < n_; ++i) {
+      if (labels_[i] == label) {
+        shares_[i] += share;
+        return;
+      }
+    }
+    if (n_ == kMostLabels) return;
+    labels_[n_] = label;
+    shares_[n_++] = share;
+  }
+
+  void add(const LabelMix& mix, float weight) {
+    for (int i = 0; i < LabelMix::kMost && mix.labels[i] != kNoLabel; ++i) {
+      add(mix.labels[i], weight * mix.shares[i]);
+    }
+  }
+
+  // The largest shares, scaled to a sum of 1. Of equal shares, the lower label comes first.
+  LabelMix largest() {
+    float total = 0.0F;
+    for (int i = 0; i < n_; ++i) total += shares_[i];
+    LabelMix mix;
+    float kept = 0.0F;
+    for (int place = 0; place < LabelMix::kMost; ++place) {
+      const int best = take_best();
+      if (best < 0 || (place > 0 && shares_[best] < kLeastShare * total)) break;
+      mix.labels[place] = labels_[best];
+      mix.shares[place] = shares_[best];
+      kept += shares_[best];
+      labels_[best] = kNoLabel;
+    }
+    for (float& share : mix.shares) share = kept > 0.0F ? share / kept : share;
+    return mix;
+  }
+
+ private:
+  int take_best() const {
+    int best = -1;
+    for (int i = 0; i < n_; ++i) {
+      if (labels_[i] == kNoLabel) continue;
+      if (best < 0 || shares_[i] > shares_[best] ||
+          (shares_[i] == shares_[best] && labels_[i] < labels_[best])) {
+        best = i;
+      }
+    }
+    return best;
+  }
+
+  int n_ = 0;
+  Label labels_[kMostLabels];
+  float shares_[kMostLabels];
+};
+
+LabelMix pure(Label label) {
+  LabelMix mix;
+  mix.labels[0] = label;
+  mix.shares[0] = 1.0F;
+  return mix;
+}
+
+float cotangent(const Point& at, const Point& one, const Point& other) {
+  const Point a = one - at;
+  const Point b = other - at;
+  const double sine = norm(cross(a, b));
+  const double cosine = dot(a, b);
+  const double ratio = sine > 0.0 ? cosine / sine : 0.0;
+  return static_cast<float>(std::clamp(ratio, kLeastCotangent, kMostCotangent));
+}
+
+Buffer<float> cotangents_of(const LabeledMesh& mesh, ThreadTeam& team) {
+  Buffer<float> cotangents(3 * mesh.faces.size());
+  team.for_each_index(std::ssize(mesh.faces), [&](std::int64_t face) {
+    const auto& corners = mesh.faces[face].corners;
+    for (int i = 0; i < 3; ++i) {
+      cotangents[3 * face + i] =
+          cotangent(mesh.vertices[corners[i]], mesh.vertices[corners[next_corner(i)]],
+                    mesh.vertices[corners[previous_corner(i)]]);
+    }
+  });
+  return cotangents;
+}
+
+}  // namespace
+
+BorderField::BorderField(const LabeledMesh& mesh, const FacesAround& around,
+                         const CutOptions& options, ThreadTeam& team)
+    : mesh_(mesh),
+      around_(around),
+      options_(options),
+      team_(team),
+      are_pinned_(pinned_vertices(mesh, around, team)),
+      cotangents_(cotangents_of(mesh, team)),
+      shares_(mesh.faces.size()),
+      mixes_(mesh.vertices.size()),
+      chosen_(mesh.vertices.size()),
+      goals_(mesh.n_labels, 0.0),
+      steps_(mesh.n_labels, 0.0),
+      offsets_(mesh.n_labels, 0.0) {
+  SUPERFACETS_ASSERT(all_below(mesh.labels, mesh.n_labels));
+  SUPERFACETS_ASSERT(options.n_rounds > 0 && options.n_steps > 0);
+  SUPERFACETS_ASSERT(options.margin > 0.0 && options.margin < 0.5);
+  for (std::int64_t face = 0; face < around.n_faces(); ++face) {
+    const Label label = mesh.labels[face];
+    shares_[face] = {{label, kNoLabel, kNoLabel}, {1.0F, 0.0F, 0.0F}};
+    goals_[label] += around.area(static_cast<Face>(face));
+    steps_[label] += 1.0;  // the number of faces
+  }
+  for (double& step : steps_) step = kBalance * std::sqrt(step / options.n_steps);
+}
+
+void BorderField::run() {
+  for (int round = 0; round < options_.n_rounds; ++round) {
+    mix_labels();
+    find_near();
+    for (int step = 0; step < options_.n_steps; ++step) diffuse();
+    balance();
+  }
+}
+
+void BorderField::mix_labels() {
+  team_.for_each_index(around_.n_vertices(), [&](std::int64_t vertex) {
+    mixes_[vertex] = mix_around(static_cast<Vertex>(vertex));
+    chosen_[vertex] = are_pinned_[vertex] != 0 ? kNoLabel : mixes_[vertex].labels[0];
+  });
+}
+
+LabelMix BorderField::mix_around(Vertex vertex) const {
+  const std::span<const Face> faces = around_.of(vertex);
+  if (faces.empty()) return {};
+  const Label first = shares_[faces[0]].labels[0];
+  const auto is_first = [&](Face face) {
+    return shares_[face].labels[0] == first && shares_[face].labels[1] == kNoLabel;
+  };
+  if (std::all_of(faces.begin(), faces.end(), is_first)) return pure(first);
+  double area = 0.0;
+  for (const Face face : faces) area += around_.area(face);
+  MixSum sum;
+  for (const Face face : faces) {
+    const auto weight = static_cast<float>(area > 0.0 ? around_.area(face) / area : 1.0);
+    for (int i = 0; i < 3 && shares_[face].labels[i] != kNoLabel; ++i) {
+      sum.add(shares_[face].labels[i], weight * shares_[face].shares[i]);
+    }
+  }
+  return sum.largest();
+}
+
+// Rings are marked by their number, from the outermost, 1, to the borders.
+void BorderField::find_near() {
+  Buffer<std::uint8_t> rings(mesh_.vertices.size());
+  team_.for_each_index(around_.n_vertices(), [&](std::int64_t vertex) {
+    rings[vertex] = !mixes_[vertex].is_pure() || are_pinned_[vertex] != 0 ? kRings : 0;
+  });
+  for (std::uint8_t ring = kRings; ring > 1; --ring) {
+    for (Face face = 0; face < around_.n_faces(); ++face) {
+      const auto& corners = around_.corners(face).corners;
+      if (std::none_of(corners, corners + 3, [&](Vertex v) { return rings[v] == ring; })) continue;
+      for (const Vertex corner : corners) {
+        rings[corner] = std::max<std::uint8_t>(rings[corner], ring - 1);
+      }
+    }
+  }
+  near_.clear();
+  for (Vertex vertex = 0; vertex < around_.n_vertices(); ++vertex) {
+    if (rings[vertex] > 0 && are_pinned_[vertex] == 0) near_.push_back(vertex);
+  }
+  next_mixes_ = Buffer<LabelMix>(near_.size());
+  find_near_faces(rings.span());
+}
+
+void BorderField::find_near_faces(std::span<const std::uint8_t> rings) {
+  near_faces_.clear();
+  far_areas_.assign(mesh_.n_labels, 0.0);
+  for (Face face = 0; face < around_.n_faces(); ++face) {
+    const auto& corners = around_.corners(face).corners;
+    if (std::any_of(corners, corners + 3, [&](Vertex v) { return rings[v] > 0; })) {
+      near_faces_.push_back(face);
+    } else {
+      far_areas_[shares_[face].labels[0]] += around_.area(face);
+    }
+  }
+}
+
+void BorderField::diffuse() {
+  const auto n_near = static_cast<std::int64_t>(near_.size());
+  team_.for_each_index(n_near, [&](std::int64_t i) { next_mixes_[i] = diffused(near_[i]); });
+  team_.for_each_index(n_near, [&](std::int64_t i) { mixes_[near_[i]] = next_mixes_[i]; });
+}
+
+// Whether all corners of faces around a vertex have its label only.
+bool BorderField::is_inside(Vertex vertex) const {
+  const LabelMix& own = mixes_[vertex];
+  if (!own.is_pure()) return false;
+  const auto is_same = [&](Vertex corner) {
+    const LabelMix& mix = mixes_[corner];
+    return mix.labels[0] == own.labels[0] && mix.is_pure();
+  };
+  const std::span<const Face> faces = around_.of(vertex);
+  return std::all_of(faces.begin(), faces.end(), [&](Face face) {
+    const auto& corners = around_.corners(face).corners;
+    return std::all_of(corners, corners + 3, is_same);
+  });
+}
+
+// Each neighbor counts once for each face on the edge to it.
+LabelMix BorderField::diffused(Vertex vertex) const {
+  if (is_inside(vertex)) return mixes_[vertex];
+  MixSum sum;
+  float total = 0.0F;
+  const auto flow = [&](Vertex from, float weight) {
+    if (from == vertex || are_pinned_[from] != 0) return;
+    total += weight;
+    sum.add(mixes_[from], weight);
+  };
+  for (const Face face : around_.of(vertex)) {
+    const auto& corners = around_.corners(face).corners;
+    const float* cotangents = &cotangents_[3 * static_cast<std::size_t>(face)];
+    int at = 0;
+    while (at < 2 && corners[at] != vertex) ++at;
+    flow(corners[next_corner(at)], cotangents[previous_corner(at)]);
+    flow(corners[previous_corner(at)], cotangents[next_corner(at)]);
+  }
+  if (!(total > 0.0F)) return mixes_[vertex];
+  sum.add(mixes_[vertex], total * ((1.0F - kFlow) / kFlow));
+  return sum.largest();
+}
+
+void BorderField::balance() {
+  choose_labels();
+  cut_faces();
+  for (int step = 0; step < options_.n_balances; ++step) {
+    const std::vector<double> areas = measure_labels();
+    for (Label label = 0; label < mesh_.n_labels; ++label) {
+      if (!(goals_[label] > 0.0)) continue;
+      const double change = steps_[label] * (1.0 - areas[label] / goals_[label]);
+      offsets_[label] = std::clamp(offsets_[label] + std::clamp(change, -kMostStep, kMostStep),
+                                   -kMostOffset, kMostOffset);
+    }
+    choose_labels();
+    cut_faces();
+  }
+}
+
+void BorderField::choose_labels() {
+  team_.for_each_index(static_cast<std::int64_t>(near_.size()),
+                       [&](std::int64_t i) { chosen_[near_[i]] = best_label(mixes_[near_[i]]); });
+}
+
+Label BorderField::best_label(const LabelMix& mix) const {
+  Label best = mix.labels[0];
+  if (mix.is_pure()) return best;
+  double highest = mix.shares[0] + offsets_[best];
+  for (int i = 1; i < LabelMix::kMost && mix.labels[i] != kNoLabel; ++i) {
+    const Label label = mix.labels[i];
+    const double score = mix.shares[i] + offsets_[label];
+    if (score > highest || (score == highest && label < best)) {
+      highest = score;
+      best = label;
+    }
+  }
+  return best;
+}
+
+void BorderField::cut_faces() {
+  team_.for_each_index(static_cast<std::int64_t>(near_faces_.size()), [&](std::int64_t i) {
+    shares_[near_faces_[i]] = cut_of(near_faces_[i]).shares();
+  });
+}
+
+// Adds in the order of faces, on one thread, so that sums are always the same.
+std::vector<double> BorderField::measure_labels() const {
+  std::vector<double> areas = far_areas_;
+  for (const Face face : near_faces_) {
+    const FaceShares& parts = shares_[face];
+    for (int i = 0; i < 3 && parts.labels[i] != kNoLabel; ++i) {
+      areas[parts.labels[i]] += around_.area(face) * parts.shares[i];
+    }
+  }
+  return areas;
+}
+
+FaceCut BorderField::cut_of(Face face) const {
+  const auto& corners = around_.corners(face).corners;
+  FaceCut cut;
+  cut.whole = kNoLabel;
+  for (int corner = 0; corner < 3; ++corner) {
+    cut.labels[corner] = chosen_[corners[corner]];
+    cut.whole = std::max(cut.whole, cut.labels[corner]);
+  }
+  if (cut.whole == kNoLabel || mesh_.is_kept[face] != 0) cut.whole = mesh_.labels[face];
+  for (int side = 0; side < 3; ++side) {
+    cut.crossings[side] = 0.0;
+    if (!cut.is_cut(side)) continue;
+    cut.crossings[side] = crossing(corners[side], corners[next_corner(side)]);
+    ++cut.n_cuts;
+  }
+  return cut;
+}
+
+double BorderField::crossing(Vertex a, Vertex b) const {
+  if (a > b) return 1.0 - crossing(b, a);
+  const double at_a = lead(a, chosen_[a], chosen_[b]);
+  const double at_b = lead(b, chosen_[b], chosen_[a]);
+  const double sum = at_a + at_b;
+  const double middle = sum > 0.0 ? at_a / sum : 0.5;
+  return std::clamp(middle, options_.margin, 1.0 - options_.margin);
+}
+
+double BorderField::lead(Vertex vertex, Label own, Label other) const {
+  const LabelMix& mix = mixes_[vertex];
+  const double gap = double{mix.share(own)} + offsets_[own] - mix.share(other) - offsets_[other];
+  return std::max(gap, 0.0);
+}
+
+}  // namespace superfacets

@@ -1,0 +1,99 @@
+"""The command `cut`."""
+
+import json
+
+import numpy as np
+import pytest
+import shapes
+from command_line import can_render
+
+from superfacets import (
+    PointCloud,
+    build_face_graph,
+    cut_borders,
+    read_labels,
+    read_mesh,
+    segment,
+    write_mesh,
+)
+
+
+@pytest.fixture
+def labels(sheet, tmp_path):
+    """A file of labels 3 and 7 of the sheet, and -1 for one face."""
+    centers = shapes.bumpy_sheet(24).vertices[shapes.bumpy_sheet(24).faces].mean(axis=1)
+    given = np.where(centers[:, 0] + 0.4 * centers[:, 1] < centers.mean(axis=0)[:2].sum(), 3, 7)
+    given[-1] = -1
+    np.save(tmp_path / "labels.npy", given.astype(np.int32))
+    return tmp_path / "labels.npy"
+
+
+def test_a_mesh_is_segmented_and_cut(run, sheet, tmp_path):
+    out = tmp_path / "cut.ply"
+    status, printed, notes = run("cut", sheet, "-n", 20, "-o", out)
+    mesh = read_mesh(sheet)
+    expected = cut_borders(mesh, segment(mesh, 20).labels)
+    assert (status, notes) == (0, "")
+    first, second = printed.splitlines()
+    assert first == f"wrote {out}"
+    assert second.startswith(f"sheet.ply: 1152 faces cut into {expected.mesh.n_faces}, 20 regions")
+    cut = read_mesh(out)
+    assert np.array_equal(cut.faces, expected.mesh.faces)
+    assert np.array_equal(read_labels(out, cut.n_faces), expected.labels)
+
+
+def test_labels_keep_their_numbers(run, sheet, labels, tmp_path):
+    mesh, faces = tmp_path / "cut.obj", tmp_path / "cut.npy"
+    status, printed, _ = run(
+        "cut", sheet, "--labels", labels, "-o", mesh, "-o", faces, "--json"
+    )  # fmt: skip
+    assert status == 0
+    facts = json.loads(printed)
+    written = np.load(faces)
+    assert set(written.tolist()) == {-1, 3, 7}
+    assert facts["n_faces"] == 1152
+    assert facts["n_new_faces"] == len(written) == read_mesh(mesh).n_faces
+    assert (facts["n_regions"], facts["outputs"]) == (2, [str(mesh), str(faces)])
+
+
+def test_labels_in_the_mesh_are_taken(run, tmp_path):
+    mesh = shapes.bumpy_sheet(12)
+    given = segment(mesh, 5).labels
+    write_mesh(tmp_path / "labeled.ply", mesh, given)
+    assert run("cut", tmp_path / "labeled.ply", "-o", tmp_path / "cut.npy", "-q")[:2] == (0, "")
+    assert np.array_equal(np.load(tmp_path / "cut.npy"), cut_borders(mesh, given).labels)
+
+
+def test_the_default_output_lies_beside_the_input(run, sheet):
+    assert run("cut", sheet, "-n", 4)[0] == 0
+    cut = read_mesh(sheet.with_name("sheet.superfacets.ply"))
+    assert build_face_graph(cut).edge_counts.non_manifold == 0
+
+
+def test_regions_are_given_once(run, sheet, labels):
+    status, _, err = run("cut", sheet, "-n", 4, "--labels", labels)
+    assert status == 2
+    assert "--labels names regions already" in err
+
+
+def test_labels_of_no_region_are_refused(run, sheet, tmp_path):
+    np.save(tmp_path / "none.npy", np.full(1152, -1, np.int32))
+    status, _, err = run("cut", sheet, "--labels", tmp_path / "none.npy", "-o", tmp_path / "c.ply")
+    assert status == 1
+    assert "no face is in a region" in err
+
+
+def test_points_have_no_borders_to_cut(run, tmp_path):
+    write_mesh(tmp_path / "cloud.ply", PointCloud(np.random.default_rng(0).random((30, 3))))
+    status, _, err = run("cut", tmp_path / "cloud.ply", "-o", tmp_path / "cut.ply")
+    assert status == 1
+    assert "only a mesh of faces can be cut" in err
+
+
+def test_smooth_borders_are_drawn(run, sheet, labels, tmp_path):
+    if not can_render():
+        pytest.skip("no OpenGL to draw with")
+    edges, smooth = tmp_path / "edges.png", tmp_path / "smooth.png"
+    assert run("render", sheet, "--labels", labels, "-o", edges)[0] == 0
+    assert run("render", sheet, "--labels", labels, "--smooth-borders", "-o", smooth)[0] == 0
+    assert edges.read_bytes() != smooth.read_bytes()
