@@ -122,6 +122,12 @@ def thickness(cells: Cells) -> object:
     return sf.shape_diameter(cells, n_threads=1)
 
 
+def smooth_borders_of_regions(cells: Cells) -> object:
+    """Cut smooth borders of regions of 32 faces each."""
+    assert isinstance(cells, sf.Mesh | sf.PolygonMesh)
+    return sf.cut_borders(cells, np.arange(cells.n_cells) // 32, n_threads=1)
+
+
 JOBS: dict[str, Job] = {
     "defaults": segment,
     "k = N": partial(segment, share=1.0),
@@ -139,12 +145,16 @@ JOBS: dict[str, Job] = {
     "parts": partial(segment, weights="parts"),
     "shape_diameter": thickness,
     "region_graph": graph_of_regions,
+    "cut_borders": smooth_borders_of_regions,
 }
 
 
-HOLLOW = ("flat grid", "star", "coin")
-"""Shapes whose thickness is measured. Points and tetrahedra have no thickness. In the dust, a ray
-passes as many triangles as a row of the lattice has, so it is not linear."""
+SHAPES_OF: dict[str, tuple[str, ...]] = {
+    "shape_diameter": ("flat grid", "star", "coin"),
+    "cut_borders": ("flat grid", "star", "coin", "dust"),
+}
+"""Shapes of jobs that need faces. The thickness of the dust is not measured: a ray passes as many
+triangles as a row of the lattice has, so it is not linear."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +184,7 @@ def measure_doubling(
     for shape in shapes:
         inputs = [SHAPES[shape](size) for size in sizes]
         for job in jobs:
-            if job == "shape_diameter" and shape not in HOLLOW:
+            if shape not in SHAPES_OF.get(job, shapes):
                 continue
             seconds = [_cpu_time(partial(JOBS[job], cells), repeats) for cells in inputs]
             yield Growth(shape, job, tuple(sizes), tuple(seconds))

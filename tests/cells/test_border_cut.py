@@ -69,9 +69,9 @@ def assert_sound(old, labels, cut):
     n_old = old.n_vertices
     assert cut.n_old_vertices == n_old
     assert np.array_equal(cut.mesh.vertices[:n_old], old.vertices)
-    assert np.all(np.diff(cut.source_faces) >= 0)
-    assert np.bincount(cut.source_faces).max() <= 6
-    of_sources = np.bincount(cut.source_faces, areas(cut.mesh), minlength=old.n_faces)
+    assert np.all(np.diff(cut.sources) >= 0)
+    assert np.bincount(cut.sources).max() <= 6
+    of_sources = np.bincount(cut.sources, areas(cut.mesh), minlength=old.n_faces)
     assert of_sources == pytest.approx(areas(old), rel=1e-9, abs=1e-12)
     before, after = areas_of_regions(old, labels), areas_of_regions(cut.mesh, cut.labels)
     assert np.abs(after - before).sum() <= 0.01 * before.sum()
@@ -80,7 +80,7 @@ def assert_sound(old, labels, cut):
     n_after = shapes.count_pieces(build_face_graph(cut.mesh), cut.labels)
     assert (labels < 0).any() or n_after <= n_before
     kept = np.flatnonzero(np.append(cut.is_kept, False)[labels])
-    assert np.array_equal(cut.labels[np.isin(cut.source_faces, kept)], labels[kept])
+    assert np.array_equal(cut.labels[np.isin(cut.sources, kept)], labels[kept])
 
 
 def test_a_zigzag_through_a_plane_becomes_nearly_straight():
@@ -97,8 +97,8 @@ def test_faces_away_from_borders_stay_as_they_are():
     mesh = sheet()
     labels = crossing_half(mesh)
     cut = cut_borders(mesh, labels)
-    is_whole = np.bincount(cut.source_faces)[cut.source_faces] == 1
-    assert np.array_equal(cut.mesh.faces[is_whole], mesh.faces[cut.source_faces[is_whole]])
+    is_whole = np.bincount(cut.sources)[cut.sources] == 1
+    assert np.array_equal(cut.mesh.faces[is_whole], mesh.faces[cut.sources[is_whole]])
     assert is_whole.sum() > 0.9 * mesh.n_faces
 
 
@@ -124,7 +124,7 @@ def test_a_straight_crease_stays_and_borders_beside_it_move():
     )
     cut = cut_borders(mesh, labels)
     is_left = cut.labels == 0
-    assert np.array_equal(np.unique(cut.source_faces[is_left]), np.flatnonzero(labels == 0))
+    assert np.array_equal(np.unique(cut.sources[is_left]), np.flatnonzero(labels == 0))
     assert is_left.sum() == (labels == 0).sum()
     assert border_length(cut.mesh, cut.labels) < border_length(mesh, labels) - 0.5
 
@@ -247,7 +247,7 @@ def test_no_angle_of_a_part_is_below_a_twentieth_of_the_smallest_of_its_face(fla
     labels = segment(mesh, 40).labels
     flat = Mesh(mesh.vertices * [1, 1, flatness], mesh.faces)
     cut = cut_borders(flat, labels)
-    assert np.min(smallest_angles(cut.mesh) / smallest_angles(flat)[cut.source_faces]) > 0.05
+    assert np.min(smallest_angles(cut.mesh) / smallest_angles(flat)[cut.sources]) > 0.05
 
 
 def smallest_angles(mesh):
@@ -297,8 +297,8 @@ def test_polygons_are_cut_into_triangles_first():
                         [[v, v + 1, v + 10, v + 9] for v in range(71) if v % 9 < 8])  # fmt: skip
     labels = (np.arange(64) % 8 + np.arange(64) // 8 > 7).astype(int)
     cut = cut_borders(quads, labels)
-    assert cut.n_source_faces == 64
-    assert np.bincount(cut.source_faces, areas(cut.mesh)) == pytest.approx(np.ones(64))
+    assert cut.n_sources == 64
+    assert np.bincount(cut.sources, areas(cut.mesh)) == pytest.approx(np.ones(64))
     assert border_length(cut.mesh, cut.labels) < 0.8 * border_length(quads, labels)
 
 

@@ -9,6 +9,7 @@ from command_line import can_render
 
 from superfacets import (
     PointCloud,
+    TetMesh,
     build_face_graph,
     cut_borders,
     read_labels,
@@ -81,6 +82,20 @@ def test_labels_of_no_region_are_refused(run, sheet, tmp_path):
     status, _, err = run("cut", sheet, "--labels", tmp_path / "none.npy", "-o", tmp_path / "c.ply")
     assert status == 1
     assert "no face is in a region" in err
+
+
+def test_a_mesh_of_few_faces_has_a_region_for_each(run, tmp_path):
+    write_mesh(tmp_path / "cube.ply", shapes.cube())
+    status, printed, _ = run("cut", tmp_path / "cube.ply", "-o", tmp_path / "cut.ply")
+    assert status == 0
+    assert "12 faces cut into 12, 12 regions" in printed
+
+
+def test_tetrahedra_have_no_faces_to_cut(run, tmp_path):
+    write_mesh(tmp_path / "tets.vtu", TetMesh(np.eye(4, 3), [[0, 1, 2, 3]]))
+    status, _, err = run("cut", tmp_path / "tets.vtu", "-o", tmp_path / "cut.ply")
+    assert status == 1
+    assert "only a mesh of faces can be cut" in err
 
 
 def test_points_have_no_borders_to_cut(run, tmp_path):

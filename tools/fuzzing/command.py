@@ -188,8 +188,8 @@ def prepare() -> None:
     """Limit the memory of this process, and turn warnings into errors."""
     faulthandler.enable()
     warnings.simplefilter("error")
-    for right in (IslandWarning, SliverWarning):  # true of many of these meshes
-        warnings.simplefilter("ignore", right)
+    for expected in (IslandWarning, SliverWarning):  # many random meshes give these warnings
+        warnings.simplefilter("ignore", expected)
     with contextlib.suppress(ImportError):  # Windows has no such limit
         import resource
 

@@ -107,7 +107,7 @@ export class Drawing {
     });
   }
 
-  /** Mean milliseconds of fine frames, without the first, which compiles shaders. */
+  /** Average a fine frame with the average so far; the first frame compiles shaders and counts 0. */
   private noteFrame(ms: number): void {
     if (this.isCoarse) return;
     this.frameMs = this.frameMs === undefined ? 0 : (this.frameMs + ms) / 2;

@@ -28,6 +28,14 @@ struct Triangle {
 };
 static_assert(sizeof(Triangle) == 3 * sizeof(Vertex), "triangles are rows of an (F, 3) array");
 
+// Corners of a triangle around it: side s leads from corner s to the next one.
+constexpr int next_corner(int corner) {
+  return corner == 2 ? 0 : corner + 1;
+}
+constexpr int previous_corner(int corner) {
+  return corner == 0 ? 2 : corner - 1;
+}
+
 struct Tet {
   Vertex corners[4];
 };

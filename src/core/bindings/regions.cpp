@@ -84,7 +84,11 @@ auto cut_through_faces(Points vertices, Triangles faces, Integers representative
 Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
   Buffer<std::uint8_t> numbers(rings.size());
   std::copy(rings.begin(), rings.end(), numbers.begin());
-  spread_rings({offsets, corners}, numbers.span());
+  SUPERFACETS_ASSERT(all_below(corners, rings.size()));
+  const auto corners_of = [&](Cell cell) {
+    return corners.subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
+  };
+  spread_rings(static_cast<Cell>(offsets.size() - 1), corners_of, numbers.span());
   return numbers;
 }
 

@@ -77,7 +77,7 @@ void for_each_side(const WeldedCorners& corners, Face face, const Visit& visit) 
   const Vertex ends[] = {corners(face, 0), corners(face, 1), corners(face, 2)};
   for (int side = 0; side < 3; ++side) {
     const Vertex from = ends[side];
-    const Vertex to = ends[side == 2 ? 0 : side + 1];
+    const Vertex to = ends[next_corner(side)];
     if (from != to) visit(side, from, to);
   }
 }

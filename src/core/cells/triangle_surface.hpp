@@ -103,7 +103,7 @@ class TriangleSurface final : public Surface {
  private:
   Edge edge_of_side(Face face, int side) const {
     const auto& corners = faces_[face].corners;
-    return {vertices_[corners[side]], vertices_[corners[side == 2 ? 0 : side + 1]]};
+    return {vertices_[corners[side]], vertices_[corners[next_corner(side)]]};
   }
   bool is_valid() const;
   int corner_at(Face face, Vertex vertex) const;

@@ -27,10 +27,6 @@ constexpr std::int64_t kFacesPerTask = 256;
 constexpr Vertex kNoVertex = -1;
 constexpr int kNoSide = -1;
 
-constexpr int next_side(int side) {
-  return side == 2 ? 0 : side + 1;
-}
-
 Point midpoint(const Point& a, const Point& b) {
   return {std::midpoint(a.x, b.x), std::midpoint(a.y, b.y), std::midpoint(a.z, b.z)};
 }
@@ -59,7 +55,7 @@ class Limit {
     double longest = squared_;
     int longest_side = kNoSide;
     for (int side = 0; side < 3; ++side) {
-      const double length = squared_norm(corners.points[next_side(side)] - corners.points[side]);
+      const double length = squared_norm(corners.points[next_corner(side)] - corners.points[side]);
       if (length > longest) {
         longest = length;
         longest_side = side;
@@ -80,7 +76,7 @@ Corners corners_of(std::span<const Point> vertices, const Triangle& face) {
 std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t most) {
   const int side = limit.longest_side(face);
   if (side == kNoSide) return 1;
-  const int end = next_side(side);
+  const int end = next_corner(side);
   const Point middle = midpoint(face.points[side], face.points[end]);
   const std::int64_t n_first = count_parts(face.with(end, middle), limit, most - 1);
   if (n_first >= most) return most + 1;  // the other half is at least one part
@@ -183,7 +179,7 @@ class LongEdges {
       for (const Triangle& face : faces) {
         for (int side = 0; side < 3; ++side) {
           const Vertex a = face.corners[side];
-          const Vertex b = face.corners[next_side(side)];
+          const Vertex b = face.corners[next_corner(side)];
           if (limit.is_exceeded(vertices[a], vertices[b])) visit(std::min(a, b), std::max(a, b));
         }
       }
@@ -325,8 +321,8 @@ class Cutter {
       write_part(corners, depth);
       return;
     }
-    const int second = next_side(side);
-    const int third = next_side(second);
+    const int second = next_corner(side);
+    const int third = next_corner(second);
     const Side bisected = face.sides[side];
     const std::int32_t inner = add_inner_edge(edges_[bisected.edge].middle, corners.corners[third]);
     cut(face.with(side, half_at_start(bisected), second, {inner, false}), depth + 1);
@@ -360,7 +356,7 @@ Buffer<Vertex> place_inner_points(std::span<const Point> vertices, std::span<con
     auto n_points = static_cast<Vertex>(starts[face + 1] - starts[face] - 1);
     for (int side = 0; side < 3; ++side) {
       const Vertex a = faces[face].corners[side];
-      const Vertex b = faces[face].corners[next_side(side)];
+      const Vertex b = faces[face].corners[next_corner(side)];
       if (limit.is_exceeded(vertices[a], vertices[b])) n_points -= long_edges.points(a, b).count;
     }
     first_points[face] = n_points / 2;

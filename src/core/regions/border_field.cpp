@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/assert.hpp"
+#include "regions/rings.hpp"
 
 namespace superfacets {
 namespace {
@@ -188,15 +189,8 @@ void BorderField::find_near() {
   team_.for_each_index(around_.n_vertices(), [&](std::int64_t vertex) {
     rings[vertex] = !mixes_[vertex].is_pure() || are_pinned_[vertex] != 0 ? kRings : 0;
   });
-  for (std::uint8_t ring = kRings; ring > 1; --ring) {
-    for (Face face = 0; face < around_.n_faces(); ++face) {
-      const auto& corners = around_.corners(face).corners;
-      if (std::none_of(corners, corners + 3, [&](Vertex v) { return rings[v] == ring; })) continue;
-      for (const Vertex corner : corners) {
-        rings[corner] = std::max<std::uint8_t>(rings[corner], ring - 1);
-      }
-    }
-  }
+  const auto corners_of = [&](Face face) { return std::span(around_.corners(face).corners); };
+  spread_rings(static_cast<Face>(around_.n_faces()), corners_of, rings.span());
   near_.clear();
   for (Vertex vertex = 0; vertex < around_.n_vertices(); ++vertex) {
     if (rings[vertex] > 0 && are_pinned_[vertex] == 0) near_.push_back(vertex);

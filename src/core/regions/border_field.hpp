@@ -18,7 +18,7 @@ struct CutOptions {
   double margin = 0.1;  // least distance of a crossing from both ends of its edge, in its lengths
 };
 
-// The labels around a vertex: the largest shares, and the sum of all is 1.
+// The labels around a vertex, at most kMost, by descending share. The shares sum to 1.
 struct LabelMix {
   static constexpr int kMost = 4;
   Label labels[kMost] = {kNoLabel, kNoLabel, kNoLabel, kNoLabel};

@@ -8,13 +8,6 @@
 
 namespace superfacets {
 
-constexpr int next_corner(int corner) {
-  return corner == 2 ? 0 : corner + 1;
-}
-constexpr int previous_corner(int corner) {
-  return corner == 0 ? 2 : corner - 1;
-}
-
 // The parts of a face that belong to each label, as fractions of its area; unused entries have
 // kNoLabel.
 struct FaceShares {

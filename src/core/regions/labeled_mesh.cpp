@@ -9,8 +9,9 @@
 namespace superfacets {
 namespace {
 
-// Cosines of 75, 40 and 30 degrees. With 60 in place of 75, and 40 for all creases, regions of the
-// benchmark models are 0.3 % and 1 % less compact; at 75, edges of boxes stay.
+// Cosines of 75 degrees, of kSharpAngle (cells/weights.hpp), and of 30 degrees. With 60 in place of
+// 75, and 40 for all creases, regions of the benchmark models are 0.3 % and 1 % less compact; at
+// 75, edges of boxes stay.
 constexpr double kSharp = 0.2588190451025207;
 constexpr double kFolded = 0.7660444431189780;
 constexpr double kStraight = 0.8660254037844386;

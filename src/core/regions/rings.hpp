@@ -1,5 +1,7 @@
-// Stage 5 on tiles: the cells around borders between regions.
+// Stage 5: the cells around borders between regions.
 #pragma once
+
+#include <algorithm>
 
 #include "base/buffer.hpp"
 #include "base/types.hpp"
@@ -12,19 +14,24 @@ namespace superfacets {
 Buffer<std::uint8_t> cells_at_borders(std::span<const std::int64_t> offsets,
                                       std::span<const Cell> targets, std::span<const Label> labels);
 
-// The corners of cells: those of cell i are offsets[i] .. offsets[i + 1] - 1.
-struct CellCorners {
-  std::span<const std::int64_t> offsets;  // (N + 1,)
-  std::span<const Vertex> corners;
-
-  std::span<const Vertex> of(std::size_t cell) const {
-    return corners.subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
-  }
-};
-
 // Spreads ring numbers from vertex to vertex: each vertex of a cell gets at least the largest
 // number of the cell's vertices minus one. So a vertex with number n gives each cell within n rings
-// around it a vertex with a number of 1 or more. Time O(N max(rings)).
-void spread_rings(const CellCorners& cells, std::span<std::uint8_t> rings);
+// around it a vertex with a number of 1 or more. corners_of(cell) is a range of vertices. Time
+// O(N max(rings)).
+template <typename CornersOf>
+void spread_rings(Cell n_cells, const CornersOf& corners_of, std::span<std::uint8_t> rings) {
+  // Round by round from the largest number down: a round writes smaller numbers, which the next one
+  // reads.
+  for (int ring = rings.empty() ? 0 : *std::max_element(rings.begin(), rings.end()); ring > 1;
+       --ring) {
+    const auto less = static_cast<std::uint8_t>(ring - 1);
+    for (Cell cell = 0; cell < n_cells; ++cell) {
+      int largest = 0;
+      for (const Vertex corner : corners_of(cell)) largest = std::max<int>(largest, rings[corner]);
+      if (largest != ring) continue;  // if larger, it was handled in an earlier round
+      for (const Vertex corner : corners_of(cell)) rings[corner] = std::max(rings[corner], less);
+    }
+  }
+}
 
 }  // namespace superfacets

@@ -58,32 +58,32 @@ class BorderCut:
         old face 1, and so on, oriented as those.
     labels : ndarray of int32, shape (F',)
         Region of each new face, -1 for none.
-    source_faces : ndarray of int32, shape (F',)
+    sources : ndarray of int32, shape (F',)
         The old face that each new face is a part of; never decreasing. Values of old faces are
-        carried to new ones by ``values[source_faces]``.
+        carried to new ones by ``values[sources]``.
     n_old_vertices : int
         Number of vertices of the old mesh.
     is_kept : ndarray of bool, shape (K,)
-        Whether the faces of a region stayed as they were, since its smooth border would have
-        changed its area by more than 15 %, or taken it apart.
+        Whether a region keeps its old faces, because smooth borders would change its area too much
+        or take it apart.
     """
 
     mesh: Mesh
     labels: Ints
-    source_faces: Ints
+    sources: Ints
     n_old_vertices: int
     is_kept: Bools
 
     def __post_init__(self) -> None:
-        freeze(self, labels=self.labels, source_faces=self.source_faces, is_kept=self.is_kept)
+        freeze(self, labels=self.labels, sources=self.sources, is_kept=self.is_kept)
 
     @property
-    def n_source_faces(self) -> int:
+    def n_sources(self) -> int:
         """Number of faces of the old mesh."""
-        return int(self.source_faces[-1]) + 1
+        return int(self.sources[-1]) + 1
 
     def __repr__(self) -> str:
-        return f"BorderCut({self.n_source_faces} faces into {len(self.source_faces)})"
+        return f"BorderCut({self.n_sources} faces into {len(self.sources)})"
 
 
 def cut_borders(
@@ -91,19 +91,20 @@ def cut_borders(
 ) -> BorderCut:
     """Cut faces along smooth borders between regions, and return the new mesh and its labels.
 
-    Labels of faces have borders along edges, in zigzag. Here the borders become smooth curves
-    across faces, which are cut there: for charts, patterns to cut out, printing and pictures.
-    `smooth_borders` keeps the mesh and chooses better labels; this goes on from there.
+    Borders between labels of faces run in zigzag along edges. Here they become smooth curves across
+    faces, which are cut there: for charts, patterns to cut out, printing and pictures.
+    `smooth_borders` only changes labels, and keeps the mesh.
 
     Borders stay on their edges in creases: at folds of 75 degrees or more, and of 40 if the crease
     runs on straight; and on edges with three faces or more. The boundary of an open mesh does not
-    move. Each region keeps its area to within 15 %, and all changes together are 1 % of the area at
-    most, and 0.3 % as a rule. No region comes apart. The few regions for which that cannot be
-    done keep their faces, see `BorderCut.is_kept`.
+    move. The area of each region changes by at most 15 %; all changes together are at most 1 % of
+    the area, usually 0.3 %. No region comes apart. Regions that cannot be cut in this way keep
+    their faces, see `BorderCut.is_kept`.
 
     An edge is cut at one point in all of its faces, so that closed meshes stay closed and seams
-    stay without gaps. Cuts keep away from vertices by a tenth of the edge, so that no angle of a
-    part is below a twentieth of the smallest of its face. A face is cut into six parts at most.
+    stay without gaps. Cuts keep a distance of a tenth of the edge from vertices: in all faces that
+    were sampled, the angles of parts are at least a twentieth of the smallest angle of the face. A
+    face is cut into at most six parts.
     The result is the same for any number of threads.
 
     Parameters

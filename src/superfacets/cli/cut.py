@@ -14,6 +14,7 @@ from .._validate import ranked_labels
 from ..adapters.convert import as_mesh
 from ..cells.border_cut import BorderCut, cut_borders
 from ..cells.kinds import kind_of
+from ..cells.size import DEFAULT_N_SEGMENTS
 from ..errors import MeshError
 from ..export.cells import FormatOptions
 from ..export.write import check_fit, check_outputs, write_outputs
@@ -35,9 +36,6 @@ from .options import (
 from .outputs import Job, output_option, plan_jobs, to_option
 from .report import notes_on_vertices
 
-_N_SEGMENTS = 150
-"""Number of regions if there are no labels and none is asked for."""
-
 
 @click.command("cut")
 @click.argument("mesh", metavar="IN", type=FILE)
@@ -46,7 +44,7 @@ _N_SEGMENTS = 150
     "--n-segments",
     type=COUNT,
     help="Segment the mesh in this many regions first.  [default: the labels in IN, if it has any;"
-    f" otherwise {_N_SEGMENTS}]",
+    f" otherwise {DEFAULT_N_SEGMENTS}]",
 )
 @click.option(
     "--labels",
@@ -74,7 +72,7 @@ def cut_command(
     """Cut the mesh in the file IN along smooth borders of its regions.
 
     Borders of regions run in zigzag along edges; here they become smooth curves across faces,
-    which are cut there. Creases, closed meshes and areas of regions stay as they are.
+    which are cut there. Borders in creases stay, and closed meshes stay closed.
     """
     if n_segments is not None and labels is not None:
         raise click.UsageError("--labels names regions already: leave out -n")
@@ -90,7 +88,7 @@ def cut_command(
         if n_segments is None and (labels is not None or format is None):
             given = labels_beside(mesh, labels, surface.n_faces, labels_named)
         if given is None:
-            given = segment(surface, n_segments or _N_SEGMENTS, n_threads=n_threads).labels
+            given = segment(surface, n_segments, n_threads=n_threads).labels
         compact, names = ranked_labels(given)  # labels in a file may have gaps
         if not len(names):
             raise MeshError(f"{labels or mesh}: no face is in a region: all labels are -1")
@@ -110,7 +108,7 @@ def cut_command(
 def _load(path: Path, format: str | None) -> FaceMesh:
     cells = load_cells(str(path), format)
     kind = kind_of(cells)
-    if not kind.has_faces or kind.dimension != 2:
+    if not kind.has_faces:
         raise MeshError(f"{path}: holds {kind.plural}: only a mesh of faces can be cut")
     return as_mesh(cells)
 
@@ -119,12 +117,12 @@ def _report(job: Job, cut: BorderCut, *, as_json: bool) -> None:
     """Print a line per file written, and one for the run; or the facts as an object."""
     n_regions, n_kept = len(cut.is_kept), int(np.count_nonzero(cut.is_kept))
     if as_json:
-        facts = {"file": job.input, "n_faces": cut.n_source_faces, "n_regions": n_regions}
+        facts = {"file": job.input, "n_faces": cut.n_sources, "n_regions": n_regions}
         facts |= {"n_new_faces": cut.mesh.n_faces, "n_kept": n_kept, "outputs": job.names}
         click.echo(json.dumps(facts), err=job.stream is not None)
         return
     lines = [f"wrote {path}" for path in job.files]
     kept = f", of which {n_kept} kept their faces" if n_kept else ""
-    faces = f"{counted(cut.n_source_faces, 'face')} cut into {cut.mesh.n_faces}"
+    faces = f"{counted(cut.n_sources, 'face')} cut into {cut.mesh.n_faces}"
     lines.append(f"{Path(job.input).name}: {faces}, {counted(n_regions, 'region')}{kept}")
     click.echo("\n".join(lines), err=job.stream is not None)

@@ -207,7 +207,7 @@ def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
     firsts[old[::-1]] = np.arange(len(old))[::-1]
     is_plain = np.ones(len(firsts), dtype=bool)
     is_plain[old[(shades != shades[firsts[old]]).any(axis=1)]] = False
-    return shades[np.where(is_plain[new], firsts[new], cut.source_faces)]
+    return shades[np.where(is_plain[new], firsts[new], cut.sources)]
 
 
 def _half(cells: Any, clip: Clip) -> Bools:

@@ -77,7 +77,11 @@ def _measure_arcs(
 
 
 def _evened_share(turn: float, volume: float, area: float) -> float:
-    """Evened share, 1/4 for hollow shapes, 0 for solid ones; `turn` counts each edge twice."""
+    """Share of the cost of smooth concave edges that smooth convex ones take over.
+
+    It is 0 for solid shapes and up to 1/4 for hollow ones. `turn` is the sum of angle times length
+    over all arcs, so each edge counts twice.
+    """
     roundness = 3.0 * volume * turn / 4.0 / area**2
     share = min(max((0.3 - roundness) / (0.3 - 0.15), 0.0), 1.0)
     return 0.25 * round(2**16 * share) / 2**16

@@ -151,7 +151,10 @@ def _forget_failure(piece: Piece) -> None:
 
 
 def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
-    """Record why a piece failed. If that cannot be written, return the cause by path."""
+    """Write the reason of a failure as the record of the piece.
+
+    Returns the error by path of the record if the record cannot be written, else no entry.
+    """
     try:
         write_record(piece.path, piece.key, {"reason": reason})
     except OSError as error:
@@ -160,7 +163,7 @@ def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
 
 
 def _record_death(task: Task, death: Killed) -> dict[Path, str]:
-    """Record for the remaining pieces of a killed worker that they have no result."""
+    """Write a failure, as the record, for each piece of a killed worker that has no record yet."""
     lost: dict[Path, str] = {}
     for piece in task.pieces:
         if read_piece(piece) is None:

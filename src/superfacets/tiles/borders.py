@@ -241,7 +241,7 @@ class _Band:
         return np.flatnonzero(self._have_end(is_touched))
 
     def _have_end(self, is_chosen: bool | Bools = True) -> Bools:
-        """Whether each face has an end among its vertices, of the chosen vertices."""
+        """Whether each face has a vertex that is an end and is chosen (by default all are)."""
         offsets, corners = self.part.corners()
         is_end = is_among(self.part.vertices["ids"], self.ends) & is_chosen
         return np.logical_or.reduceat(is_end[corners], offsets[:-1])

@@ -229,7 +229,7 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
     for at in range(0, end - begin, RANGE):
         is_apart = points.columns["lowest"][at : at + RANGE] == NOT_COPIED
         positions = points.columns["positions"][at : at + RANGE][is_apart]
-        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # empty box: all are copies
+        nowhere = np.array([[np.inf] * 3, [-np.inf] * 3])  # box of a range of copies only
         boxes.append(box_of(positions) if len(positions) else nowhere)
     return np.stack(boxes)
 

@@ -41,7 +41,10 @@ def dominators(found: Means) -> list[str]:
 
 
 def render_quality(results: Mapping[str, Any]) -> str:
-    """Return the tables of a study in Markdown, from its "rows", "resolution" rows and "ks"."""
+    """Return the tables of a study as Markdown.
+
+    `results` has the keys "rows", "resolution" (rows at all scales) and "ks".
+    """
     sections = [
         ("UE / compactness by k", _frontier(results)),
         ("Against plain", _comparison(results)),
