@@ -1,7 +1,6 @@
-"""Draw regions by default and within parts, side by side, the features they are made of, a cup.
+"""Draw regions of creases alone and by default, side by side, the features of parts, and a cup.
 
-``python docs/make_parts_figures.py psb fandisk.obj``: the folder of the Princeton benchmark, and
-further meshes, whose pictures get their names.
+``python docs/make_parts_figures.py psb``: the folder of the Princeton benchmark.
 """
 
 import sys
@@ -21,35 +20,30 @@ N_SHADES = 24
 
 MODELS = {
     "hand": (181, sf.View(azimuth=20, elevation=10)),
-    "horse": (397, sf.View(azimuth=40, elevation=12)),
     "person": (1, sf.View(up="z", azimuth=20, elevation=5)),
-    "machine": (329, sf.View(azimuth=30, elevation=30)),
 }
-FURTHER = sf.View(azimuth=30, elevation=30)
 
 
-def main(folder: Path, further: list[Path]) -> None:
+def main(folder: Path) -> None:
     """Draw all pictures."""
     benchmark = Benchmark(folder)
     meshes = {name: (benchmark.load(number).mesh, view) for name, (number, view) in MODELS.items()}
-    meshes |= {path.stem: (sf.read_mesh(path), FURTHER) for path in further}
     for name, (mesh, view) in meshes.items():
+        of_creases = sf.segment(mesh, N_SEGMENTS, weights="creases").labels
         by_default = sf.segment(mesh, N_SEGMENTS).labels
-        within_parts = sf.segment(mesh, N_SEGMENTS, **sf.PARTS).labels
-        save_side_by_side(mesh, [by_default, within_parts], view, f"parts-{name}.png")
+        save_side_by_side(mesh, [of_creases, by_default], view, f"parts-{name}.png")
     mesh, view = meshes["hand"]
-    thickness, first, second = sf.shape_diameter(mesh), *sf.spectral_embedding(mesh).T[:2]
-    bands = [shades(np.log(thickness)), shades(first), shades(second)]
+    bands = [shades(column) for column in sf.spectral_embedding(mesh).T[:3]]
     save_side_by_side(mesh, bands, view, "parts-features.png")
     save_cup(benchmark.load(29).mesh)
 
 
 def save_cup(mesh: sf.Mesh) -> None:
-    """Draw a hollow shape as if it were solid, and by default."""
-    by_default = sf.segment(mesh, N_SEGMENTS)
-    radius = by_default.params["expected_radius"]
+    """Draw a hollow shape as if it were solid, and as a hollow one, with creases alone."""
+    as_hollow = sf.segment(mesh, N_SEGMENTS, weights="creases")
+    radius = as_hollow.params["expected_radius"]
     weights = sf.crease_weights(mesh, sf.build_face_graph(mesh), radius, hollows=False)
-    labels = [sf.segment(mesh, N_SEGMENTS, weights=weights).labels, by_default.labels]
+    labels = [sf.segment(mesh, N_SEGMENTS, weights=weights).labels, as_hollow.labels]
     save_side_by_side(mesh, labels, sf.View(azimuth=30, elevation=35), "hollows-cup.png")
 
 
@@ -74,4 +68,4 @@ def save_side_by_side(
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), [Path(name) for name in sys.argv[2:]])
+    main(Path(sys.argv[1]))

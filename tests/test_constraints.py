@@ -98,6 +98,7 @@ OPTIONS = [
     {"radius_factor": 2.0, "enforce_connectivity": True},
     {"init": "grid", "islands": "nearest"},
     {"init": "flood"},
+    {"weights": "creases"},
     {"weights": "superfacets", "init": "farthest"},
 ]
 
@@ -105,7 +106,7 @@ OPTIONS = [
 @pytest.mark.parametrize("options", OPTIONS, ids=str)
 @pytest.mark.parametrize("name", CELLS)
 def test_masks_are_never_labeled_and_labels_never_crossed(name, options):
-    if name == "tets" and "weights" in options:
+    if name == "tets" and options.get("weights") == "superfacets":
         options = {"init": "farthest"}
     cells = CELLS[name]()
     graph = graph_of(cells)
@@ -356,10 +357,11 @@ def test_results_of_graphs_are_those_of_meshes():
     rng = np.random.default_rng(0)
     mask = rng.uniform(size=9)[random_field(faces, 9, rng)] < 0.7
     sides = random_field(faces, 3, rng)
-    expected = run(mesh, 12, mask=mask, barriers=sides, smooth=False)
+    options = {"mask": mask, "barriers": sides}
+    expected = run(mesh, 12, weights="creases", smooth=False, **options)
     weights = crease_weights(mesh, faces, expected.params["expected_radius"])
     graph = faces.with_weights(weights)
-    found = segment_graph(graph, 12, mask=mask, barriers=sides)
+    found = segment_graph(graph, 12, **options)
     assert np.array_equal(found.labels, expected.labels)
     assert np.array_equal(found.centers, expected.centers)
 

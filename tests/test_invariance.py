@@ -168,7 +168,7 @@ def test_regions_do_not_depend_on_the_order_of_faces(mesh, options):
 
     Weights by parts do, as far as the rounding of sums over faces goes.
     """
-    rough = {**options, "smooth": False}
+    rough = {"weights": "creases", **options, "smooth": False}
     order = np.random.default_rng(5).permutation(mesh.n_faces)
     permuted = segment(Mesh(mesh.vertices, mesh.faces[order]), 90, **rough).labels
     assert same_regions(permuted, segment(mesh, 90, **rough).labels[order])

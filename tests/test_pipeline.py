@@ -146,7 +146,7 @@ def test_tol_zero_runs_until_no_center_changes(sheet):
     result = segment(sheet, 3, **PLAIN, tol=0, max_num_iter=500)
     assert result.stop_reason == "converged"
     assert np.array_equal(update_centers(graph_of(sheet), result.labels), result.centers)
-    assert {level.n_iter for level in segment(sheet, 3, tol=1).levels} == {1}
+    assert {level.n_iter for level in segment(sheet, 3, tol=1, relocate=False).levels} == {1}
 
 
 def test_a_radius_too_small_to_square_gives_one_region_a_face(sheet):
@@ -182,6 +182,18 @@ def test_centers_that_come_back_end_the_loop_as_a_cycle():
 def test_max_num_iter_ends_the_loop(sheet):
     result = segment(sheet, 20, tol=0, max_num_iter=2)
     assert (result.n_iter, result.stop_reason) == (2, "max_num_iter")
+
+
+@pytest.mark.parametrize("n_segments", [20, 200])
+def test_max_num_iter_bounds_all_iterations_of_a_level_with_those_of_relocation(n_segments):
+    mesh = shapes.bumpy_sheet(40)
+    free = segment(mesh, n_segments).levels[0].n_iter
+    still = segment(mesh, n_segments, relocate=False).levels[0].n_iter
+    assert free > still + 2
+    for most in (2, still, still + 1, free - 1):
+        result = segment(mesh, n_segments, max_num_iter=most)
+        assert result.levels[0].n_iter == most
+        assert all(level.n_iter <= most for level in result.levels)
 
 
 def test_progress_hears_of_every_iteration(sheet):
@@ -381,6 +393,11 @@ def test_borders_are_straight_by_default_and_centers_stay_in_connected_regions(s
     assert np.array_equal(result.labels[result.centers], np.arange(20))
     assert compactness(sheet, result.labels) < compactness(sheet, rough.labels) - 0.3
     assert shapes.count_pieces(build_face_graph(sheet), result.labels) == 20
+
+
+def test_the_borders_of_segment_are_those_of_smooth_borders(sheet):
+    rough = segment(sheet, 20, weights="creases", smooth=False)
+    result = segment(sheet, 20, weights="creases")
     graph = build_face_graph(sheet)
     weights = crease_weights(sheet, graph, rough.params["expected_radius"])
     cells = graph.with_weights(weights)  # paths, and borders, are measured in whole units

@@ -30,18 +30,23 @@ def quads(request, data_dir):
 @pytest.mark.parametrize(
     "name_and_k", [("beast", 10), ("beast", 20), ("beast", 50), ("suzanne", 10), ("suzanne", 20)]
 )
-def test_regions_of_the_same_centers_agree(data_dir, name_and_k):
-    """Measured: 0.90 to 0.97; 0.84 with 150 regions, and less where a region has a few faces."""
+@pytest.mark.parametrize(("weights", "least"), [("creases", 0.85), ("parts", 0.75)])
+def test_regions_of_the_same_centers_agree(data_dir, name_and_k, weights, least):
+    """Measured with creases: 0.87 to 0.97; 0.84 with 150 regions of the beast.
+
+    With parts 0.80 to 0.93. The beast's quads are then labeled by paths on coarse cells, but
+    triangles, as their seeds are given, by paths on all faces.
+    """
     name, k = name_and_k
     quads = sf.read_mesh(data_dir / "meshes" / f"{name}.obj")
     triangles, sources = quads.triangulate()
-    result = sf.segment(quads, k, islands="nearest")
+    options = {"weights": weights, "islands": "nearest"}
+    result = sf.segment(quads, k, **options)
     first_of = np.searchsorted(sources, np.arange(quads.n_faces))
-    same = sf.segment(
-        triangles, k, init=first_of[result.centers], max_num_iter=1, islands="nearest"
-    )
+    seeds = first_of[result.centers]
+    same = sf.segment(triangles, k, init=seeds, max_num_iter=1, **options)
     areas = sf.build_face_graph(triangles).measures
-    assert share_that_agrees(result.labels[sources], same.labels, areas) >= 0.85
+    assert share_that_agrees(result.labels[sources], same.labels, areas) >= least
 
 
 @pytest.mark.parametrize("k", [20, 100])
@@ -61,8 +66,9 @@ def test_regions_of_quads_are_as_good_as_those_of_triangles(quads, k):
 def test_a_whole_run_on_few_regions_agrees(data_dir):
     suzanne = sf.read_mesh(data_dir / "meshes" / "suzanne.obj")
     triangles, sources = suzanne.triangulate()
-    labels = sf.segment(suzanne, 10, islands="nearest").labels[sources]
-    others = sf.segment(triangles, 10, islands="nearest").labels
+    options = {"weights": "creases", "islands": "nearest"}  # relocation would move other centers
+    labels = sf.segment(suzanne, 10, **options).labels[sources]
+    others = sf.segment(triangles, 10, **options).labels
     areas = sf.build_face_graph(triangles).measures
     assert share_that_agrees(labels, others, areas) >= 0.85
 

@@ -72,18 +72,18 @@ class LoopOptions:
     n_threads: int
     progress: Progress | None
     on_stage: OnStage | None = None
-    relocate: bool = False
+    relocate: bool | None = False  # None: decided once the cells are known
 
     @classmethod
     def checked(
         cls, max_num_iter: int, tol: float, radius_factor: float | None, islands: Islands,
         n_threads: int | None, progress: Progress | None, on_stage: OnStage | None = None,
-        *, relocate: bool = False,
+        *, relocate: bool | None = False,
     ) -> LoopOptions:  # fmt: skip
         """Return the checked options; arguments are as for `segment`."""
         if radius_factor is not None:
             radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
-        relocate = checked_flag(relocate, "relocate")
+        relocate = None if relocate is None else checked_flag(relocate, "relocate")
         if relocate and radius_factor is not None:
             raise ValueError(
                 "relocate needs the shortest paths to all centers: leave radius_factor out"

@@ -16,5 +16,6 @@ Ints: TypeAlias = npt.NDArray[np.int32]
 """Indices of cells and vertices, and labels."""
 Longs: TypeAlias = npt.NDArray[np.int64]
 """Offsets into concatenated lists."""
+
 ArcLists: TypeAlias = tuple[Longs, Ints]
 """Arcs in CSR form: offsets, (N + 1,), and neighbors, (M,)."""

@@ -23,10 +23,11 @@ from .cells.cell_graph import checked_weights
 from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, OrderedCells, kind_of
-from .cells.parts import SMOOTH_DISTANCE, part_weights
+from .cells.parts import PART_CREASE_SCALE, SMOOTH_DISTANCE, SPARE, PartPrices, groups_to_embed
 from .cells.size import EDGE_PER_RADIUS, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
-from .clustering.loop import segment_cells
+from .clustering.graphs import has_small_regions
+from .clustering.loop import coarsened, segment_cells
 from .clustering.plan import Plan, Start
 from .clustering.segmentation import Segmentation
 from .errors import IslandWarning, SliverWarning
@@ -52,12 +53,9 @@ Weights are those of eq. 1-3, seeds are the farthest from each other in space, e
 """
 
 PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": True})
-"""Keywords for regions that stay within the parts of a shape: ``segment(mesh, 150, **PARTS)``.
+"""Keywords for regions that stay within the parts of a shape: those of the default.
 
-Weights know of parts, and centers relocate to where regions are large and uneven. On the benchmark
-models borders that people drew are followed far better than by default, at the same compactness;
-see the page on quality. It takes a tenth of a second longer on meshes of up to 100,000 faces, and
-less than twice as long on a million.
+``segment(mesh, 150, **PARTS)`` is ``segment(mesh, 150)``: what was an option is the default.
 """
 
 
@@ -95,14 +93,14 @@ def segment(
     alpha: float | None = None,
     eta_convex: float | None = None,
     ridges: float | None = None,
-    weights: WeightName | Weights = "creases",
+    weights: WeightName | Weights = "parts",
     init: Init | Start = "geodesic",
     mask: npt.ArrayLike | None = None,
     barriers: npt.ArrayLike | None = None,
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
-    relocate: bool = False,
+    relocate: bool | None = None,
     enforce_connectivity: bool = False,
     min_size: float = 0.0,
     islands: Islands = "keep",
@@ -176,20 +174,22 @@ def segment(
         and regions may be disconnected.
     max_num_iter : int, default 50
         Maximum number of iterations, on each level. With 0, faces are labeled by the first centers,
-        which do not move. Each labels all faces once, or all coarse
-        cells: where regions have about a hundred faces or more, the loop runs on connected groups
-        of 4 to 16 faces (on groups of those where they have thousands), and all faces are labeled
-        once after it. It does not with given seeds, `radius_factor`, ``tol=0``,
-        ``max_num_iter`` 0 or 1, and weights that are not the same both ways.
+        which do not move. Each labels all faces once, or all coarse cells: where regions have about
+        a hundred faces or more, the loop begins on connected groups of 4 to 16 faces (on groups of
+        those where they have thousands). Where they have 200 or more (100 with other weights than
+        ``"parts"``), it ends there, and all faces are labeled once after it. The loop is on all
+        faces with given seeds, `radius_factor`, ``tol=0``, ``max_num_iter`` 0 or 1, and weights
+        that are not the same both ways.
     tol : float, default 0.02
         Stop when the root mean square of the centers' moves is at most this fraction of r. With 0,
         stop when no center changes, as in the paper; all iterations are then on all faces.
-    relocate : bool, default False
+    relocate : bool, optional
         When the loop has ended on its first level, let centers of regions that are hardly needed
         jump to where regions are large and uneven, and iterate again (up to 8 times), in up to four
         rounds. A region is hardly needed if its faces are as near to the next center as to their
         own; both are measured by path length. The number of regions stays, and a component keeps a
-        center if it has one. Given seeds may move, too. Not with `radius_factor`.
+        center if it has one. Given seeds may move, too. Not with `radius_factor`. By default True
+        with ``weights="parts"``, unless `radius_factor` or seeds are given.
     enforce_connectivity : bool, default False
         If regions are disconnected (with `radius_factor`), each keeps the piece with its center,
         and its other pieces join a neighbor; see `enforce_connectivity`.
@@ -359,10 +359,31 @@ class _Work:
     steps: FeatureSteps | None = None
     lengths: Any = None  # the weights as whole numbers of a unit
     unit: float = 0.0
-    placed: Any = None  # PlacedCells: those that are left, in order, or all if there is no plan yet
     arcs: Any = None  # ArcLengths of the cells that are left
+    graph: Any = None  # OrderedGraph of the cells that are left
+    levels: Any = None  # Levels: coarser and coarser graphs
+    parts: PartPrices | None = None
     result: Any = None  # Segmentation, of the cells that are left until the last stage
     timings: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def has_parts(self) -> bool:
+        """Whether steps are straight, and those between parts have a price.
+
+        Not in volumes, and not for cells that have weights of their own.
+        """
+        surface, is_asked = self.surface, self.options.weights.has_parts
+        has_creases = surface.weights is None and surface.dimension == 2
+        return is_asked and has_creases and self.plan.size.radius > 0.0
+
+    def relocating(self) -> _Work:
+        """Return the work with the default of `relocate` in place of None."""
+        loop, is_given = self.options.loop, not isinstance(self.options.init, str)
+        if loop.relocate is not None:
+            return self
+        relocates = self.has_parts and not is_given and loop.radius_factor is None
+        loop = replace(loop, relocate=relocates)
+        return replace(self, options=replace(self.options, loop=loop))
 
     def timed(self, stage: str, *, begins: bool = True) -> AbstractContextManager[None]:
         """Measure the time of a block, and tell the caller of `segment` if a stage begins."""
@@ -376,10 +397,11 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
         _prepare,
         _plan,
         _weigh,
-        _add_parts,
         _add_features,
         _measure,
         _place,
+        _coarsen,
+        _add_parts,
         _cluster,
         _clean,
         _finish,
@@ -434,22 +456,10 @@ def _weigh(work: _Work) -> _Work:
         weights = cells.kind.weights(
             surface, cells.graph, cells.found, work.plan.size.radius, options.weights
         )
-    return replace(work, surface=surface, weights=weights, prepared=replace(cells, found=None))
-
-
-def _add_parts(work: _Work) -> _Work:
-    """Stage 2: add the price of steps between parts of the shape, if asked for."""
-    options, cells, surface = work.options.weights, work.prepared, work.surface
-    weights, placed = work.weights, None
-    with work.timed("weights", begins=False):
-        if options.has_parts:
-            radius = work.plan.size.radius
-            weights, placed = part_weights(
-                cells.cells, cells.graph, surface, weights, radius, options
-            )
-        if not options.has_other_unit:  # or else border costs will need all of the surface
+        if not options.weights.has_other_unit:  # or else border costs will need all of the surface
             surface = cells.kind.bare_surface(surface, cells.cells, cells.graph, surface.n_threads)
-    return replace(work, surface=surface, weights=weights, placed=placed)
+    cells = replace(cells, found=None)
+    return replace(work, surface=surface, weights=weights, prepared=cells).relocating()
 
 
 def _add_features(work: _Work) -> _Work:
@@ -467,47 +477,79 @@ def _add_features(work: _Work) -> _Work:
 def _measure(work: _Work) -> _Work:
     """Stage 2: make weights whole numbers, whose sums are exact."""
     with work.timed("weights", begins=False):
-        lengths, unit = work.prepared.graph.quantized(work.weights, work.surface.n_threads)
+        spare = SPARE if work.has_parts else 1.0
+        lengths, unit = work.prepared.graph.quantized(work.weights, work.surface.n_threads, spare)
     return replace(work, weights=None, lengths=lengths, unit=unit)
 
 
 def _place(work: _Work) -> _Work:
     """Put the cells that are left in order."""
     with work.timed("order"):
-        placed, arcs = work.plan.placed_cells(
-            work.prepared.graph, work.lengths, work.surface.n_threads, work.placed
+        n_threads = work.surface.n_threads
+        placed, arcs = work.plan.placed_cells(work.prepared.graph, work.lengths, n_threads)
+        offsets, neighbors, lengths = arcs
+        work = replace(work, prepared=None, arcs=arcs)  # a surface finds centroids again
+        is_symmetric = work.options.weights.given is None  # by the formulas
+        straight_unit = work.unit * work.surface.weight_unit if work.has_parts else 0.0
+        graph = _core.OrderedGraph(
+            placed, offsets, neighbors, lengths, n_threads, is_symmetric, straight_unit
         )
-    # A surface finds centroids and areas again if it is asked for them.
-    return replace(work, prepared=None, placed=placed, arcs=arcs)
+    return replace(work, graph=graph)
+
+
+def _coarsen(work: _Work) -> _Work:
+    """Stage 4: group cells in coarse cells, on which most of the loop runs."""
+    levels = coarsened(work.graph, work.plan, work.options.loop, work.timings)
+    return replace(work, levels=levels)
+
+
+def _add_parts(work: _Work) -> _Work:
+    """Stage 2: add arcs to cells farther away, and the prices of steps between parts."""
+    if not work.has_parts:
+        return work
+    options, graph, levels = work.options.weights, work.graph, work.levels
+    n_threads = work.surface.n_threads
+    with work.timed("weights", begins=False):
+        factors = (options.params["gamma"], options.crease_price(work.plan.size.radius))
+        if levels.on_all:
+            groups = groups_to_embed(graph, n_threads)
+            parts = PartPrices.of(graph, groups, factors, n_threads)
+            far = has_small_regions(graph, work.plan.size.n_segments)
+            parts.add_to_all(graph, levels.coarse, n_threads, far=far)
+        else:
+            groups = levels.coarse[: levels.n_finer + 1]
+            parts = PartPrices.of(graph, groups, factors, n_threads)
+            parts.add_to_coarse(levels.coarse[levels.n_finer :], n_threads)
+    return replace(work, parts=parts)
 
 
 def _cluster(work: _Work) -> _Work:
     """Stages 3 and 4: place seeds, and move centers until they stay."""
     options = work.options
-    with work.timed("order", begins=False):
-        is_symmetric = options.weights.given is None  # by the formulas
-        offsets, neighbors, lengths = work.arcs
-        n_threads = options.loop.n_threads
-        graph = _core.OrderedGraph(
-            work.placed, offsets, neighbors, lengths, n_threads, is_symmetric
-        )
     note = sliver_note(work.sliver_share, sliver_advice(work.plan.size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=4)
-    result = segment_cells(graph, work.surface.bounds, work.plan, options.loop)
+    borders = work.arcs if work.has_parts else None
+    result = segment_cells(
+        work.graph, work.levels, work.surface.bounds, work.plan, options.loop, borders
+    )
     warn_of_islands(result, 5)
-    return replace(work, placed=None, arcs=None, result=result)
+    return replace(work, graph=None, levels=None, arcs=None, result=result)
 
 
 def _clean(work: _Work) -> _Work:
     """Stage 5: make regions one piece each, large enough, and with straight borders."""
-    options, plan = work.options, work.plan
+    options, plan, n_threads = work.options, work.plan, work.surface.n_threads
     if not options.cleanup.is_needed:
         return work
     with work.timed("regions"):
         costs = _border_costs(work)
         costs = costs if plan.cut is None else costs.of_part(plan.cut)
-        reach = SMOOTH_DISTANCE if options.weights.has_parts else MAX_DISTANCE
+        if work.parts is not None:
+            arcs, lengths = costs.surface.arcs, costs.lengths
+            lengths = work.parts.border_lengths(arcs, lengths, n_threads)
+            costs = replace(costs, lengths=lengths, crease_scale=PART_CREASE_SCALE)
+        reach = MAX_DISTANCE if work.parts is None else SMOOTH_DISTANCE
         result = _cleaned(costs, work.result, options.cleanup, plan.groups, reach)
     return replace(work, lengths=None, result=result)
 

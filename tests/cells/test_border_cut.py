@@ -282,7 +282,7 @@ def test_scale_and_place_do_not_matter():
 def test_the_order_of_faces_and_names_of_regions_hardly_matter():
     """Sums are in the order of faces, so the last bits of positions differ."""
     mesh = sphere(0.3)
-    labels = segment(mesh, 8).labels
+    labels = segment(mesh, 8, weights="creases").labels
     order = np.random.default_rng(0).permutation(mesh.n_faces)
     turned = cut_borders(Mesh(mesh.vertices, mesh.faces[order]), 7 - labels[order])
     whole = cut_borders(mesh, labels)

@@ -7,6 +7,7 @@ import shapes
 import superfacets as sf
 from superfacets import _core
 from superfacets.cells.surface import Surface
+from superfacets.cells.weights import NO_NORMALS, EdgeFactors, weights_of
 
 LEAST = 1e-6
 
@@ -20,28 +21,62 @@ def sheet():
     return graph, (graph.offsets, graph.neighbors), sources, rng.uniform(0.1, 2, graph.n_arcs)
 
 
+def straight_graph(mesh, alpha, unit=1e-6):
+    """A graph with straight steps and prices of creases, and the price of a turn by pi."""
+    graph = sf.build_face_graph(mesh)
+    surface = Surface.of_faces(mesh, graph, 1)
+    factors = EdgeFactors.of_radius(0.5, alpha, 0.0)._replace(is_straight=True)
+    cells = (graph.positions, graph.measures, NO_NORMALS)
+    lengths = _core.round_weights(weights_of(surface, cells, factors) * graph.diagonal, unit, 1)
+    placed = _core.PlacedCells(graph.positions, graph.measures, 1)
+    ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, 1, True, unit)
+    return graph, ordered, alpha * 0.5 / unit
+
+
 def test_concave_creases_conduct_less():
     valley, ridge = shapes.fold(90), shapes.fold(-90)
     found = {}
     for name, mesh in (("valley", valley), ("ridge", ridge)):
-        graph = sf.build_face_graph(mesh)
-        surface = Surface.of_faces(mesh, graph, 1)
-        weights = sf.crease_weights(mesh, graph, 0.5, alpha=10, ridges=0)
-        steps, found[name] = _core.crease_conductances(
-            surface.handle, graph.measures, weights, graph.diagonal, 10 * 0.5, 20.0, 1
+        graph, ordered, crease_price = straight_graph(mesh, 10)
+        offsets, neighbors, steps, conductances, hindered = ordered.conducting_arcs(
+            crease_price, 20.0, 1
         )
-        assert np.allclose(steps, 2.0)
-        open_width = np.sqrt(graph.measures.sum()) / 2.0
-    assert np.allclose(found["ridge"], open_width + LEAST)
-    assert np.allclose(found["valley"], open_width * np.exp(-20 * 0.5) + LEAST)
+        assert offsets.tolist() == [0, 1, 2]
+        assert neighbors.tolist() == [1, 0]
+        straight = np.linalg.norm(graph.positions[0] - graph.positions[1])
+        assert np.allclose(steps, straight)
+        open_width = np.sqrt(graph.measures.sum()) / straight
+        found[name] = conductances / open_width, hindered
+    assert np.allclose(found["ridge"][0], 1, atol=2 * LEAST)
+    assert found["ridge"][1] == pytest.approx(0, abs=1e-4)
+    assert np.allclose(found["valley"][0], np.exp(-20 * 0.5), rtol=0.01, atol=2 * LEAST)
+    assert found["valley"][1] == pytest.approx(1 - np.exp(-20 * 0.5), abs=1e-4)
 
 
-def test_differences_of_values_hinder(sheet):
-    graph, arcs, sources, conductances = sheet
-    values = np.random.default_rng(1).normal(size=graph.n_cells)
-    ours = _core.hindered_conductances(*arcs, conductances, values, 3.0, 2)
-    differences = np.abs(values[sources] - values[graph.neighbors])
-    assert np.allclose(ours, conductances * np.exp(-3 * differences) + LEAST, rtol=1e-12)
+def test_steps_between_cells_at_one_place_have_a_length():
+    fins = shapes.fins(3)
+    positions = np.zeros((fins.n_faces, 3))
+    graph = sf.build_face_graph(fins)
+    for measures, least in (
+        (graph.measures, 0.2 * np.sqrt(2 * graph.measures.min())),
+        (0 * graph.measures, 0.5),
+    ):
+        placed = _core.PlacedCells(positions, measures, 1)
+        lengths = np.ones(graph.n_arcs, np.float32)
+        ordered = _core.OrderedGraph(placed, graph.offsets, graph.neighbors, lengths, 1, True, 0.5)
+        _, _, steps, conductances, _ = ordered.conducting_arcs(1.0, 20.0, 1)
+        assert steps.min() >= least * (1 - 1e-12)
+        assert np.isfinite(conductances).all()
+        assert conductances.min() >= LEAST
+
+
+def test_without_creases_conductances_are_widths_over_steps(sheet):
+    graph, _, sources, _ = sheet
+    surface = Surface.of_faces(shapes.bumpy_sheet(8), graph, 1)
+    steps, conductances = _core.step_conductances(surface.handle, graph.measures, 2)
+    widths = np.sqrt(graph.measures[sources] + graph.measures[graph.neighbors])
+    assert np.allclose(steps, sf.arc_measures(shapes.bumpy_sheet(8), graph).step_lengths)
+    assert np.allclose(conductances, widths / steps + LEAST)
 
 
 def test_between_coarse_cells_conductance_times_step_is_summed(sheet):

@@ -124,7 +124,7 @@ def test_polygons_that_are_triangles_weigh_the_same():
 
 def test_regions_are_those_of_the_weights():
     mesh = refined(shapes.bowl(), 2)
-    result = sf.segment(mesh, 40, smooth=False)
+    result = sf.segment(mesh, 40, weights="creases", smooth=False)
     graph = build_face_graph(mesh)
     radius = result.params["expected_radius"]
     on, off = (

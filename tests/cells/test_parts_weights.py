@@ -1,18 +1,16 @@
 """Weights by parts: the embedding tells parts apart, and regions stay within them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapes
 
 import superfacets as sf
 from superfacets import Mesh, segment, spectral_embedding
-from superfacets.cells import parts
-from superfacets.cells.parts import Embedding, embed, part_weights
-from superfacets.cells.weights import WeightOptions
+from superfacets.cells.weights import WEIGHTS
 
 BEAR = sf.sample_mesh(5_000)
-CREASES = WeightOptions.checked("creases", None, None)
-PARTS = WeightOptions.checked("parts", None, None)
 
 
 def distances(embedding, one, other):
@@ -70,20 +68,7 @@ def test_labels_depend_on_no_thread():
     assert np.array_equal(one.labels, other.labels)
     assert one.n_segments == 40
     assert one.params["weights"] == "parts"
-    assert one.params["alpha"] == 25.0
-
-
-def test_weights_are_the_same_both_ways():
-    graph = sf.build_face_graph(BEAR)
-    surface = sf.cells.surface.Surface.of_faces(BEAR, graph, 1)
-    base = sf.crease_weights(BEAR, graph, 0.1, alpha=25)
-    weights, _ = part_weights(BEAR, graph, surface, base, 0.1, PARTS)
-    sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
-    there = np.lexsort((graph.neighbors, sources))
-    back = np.lexsort((sources, graph.neighbors))
-    assert np.array_equal(weights[there], weights[back])
-    assert np.isfinite(weights).all()
-    assert (weights >= 0).all()
+    assert one.params["alpha"] == 17.0
 
 
 def tets():
@@ -111,7 +96,7 @@ SOURCES = {
 
 @pytest.mark.parametrize("kind", SOURCES)
 @pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
-def test_what_has_no_inside_has_parts_all_the_same(kind):
+def test_cells_of_all_kinds_have_regions_and_an_embedding(kind):
     source = SOURCES[kind]()
     k = 2
     result = segment(source, k, weights="parts", islands="nearest")
@@ -135,96 +120,72 @@ def test_thousands_of_islands_have_no_parts():
     n = 13_000
     vertices = (triangle[None] + 3 * np.arange(n)[:, None, None]).reshape(-1, 3)
     mesh = Mesh(vertices, np.arange(3 * n).reshape(-1, 3))
-    graph = sf.build_face_graph(mesh)
-    surface = sf.cells.surface.Surface.of_faces(mesh, graph, 1)
-    embedding = embed(mesh, graph, surface, np.zeros(0), 1.0, CREASES)
-    assert embedding.vectors.shape == (n, 0)
-    assert embedding.logs is None
+    assert not spectral_embedding(mesh).any()
+
+
+@pytest.mark.parametrize(
+    "mesh", [shapes.cube(), sf.subdivide(shapes.cube(), max_edge=0.05).mesh, shapes.strip(60)]
+)
+def test_without_concave_creases_there_are_no_parts(mesh, monkeypatch):
+    """Prices between parts are 0, whatever the factor. Ridges would divide a cube into parts."""
+    expected = segment(mesh, 8, ridges=0).labels
+    weight = WEIGHTS["parts"]
+    other = replace(weight, defaults={**weight.defaults, "gamma": 50.0})
+    monkeypatch.setitem(WEIGHTS, "parts", other)
+    assert np.array_equal(segment(mesh, 8, ridges=0).labels, expected)
+    assert not np.array_equal(segment(BEAR, 8).labels, segment(BEAR, 8, weights="creases").labels)
 
 
 FINE = sf.sample_mesh(60_000)
-N_GROUPS = 6_000
 
 
 @pytest.fixture
-def few_groups(monkeypatch):
-    """Let groups be made on meshes of fewer faces."""
-    monkeypatch.setattr("superfacets.cells.parts.N_BASE", N_GROUPS)
+def few_are_many(monkeypatch):
+    """Let groups of cells be embedded on meshes of fewer faces."""
+    monkeypatch.setattr("superfacets.cells.parts.LEAST_GROUPED", 20_000)
 
 
-def embedded(mesh, n_threads=1):
-    graph = sf.build_face_graph(mesh)
-    surface = sf.cells.surface.Surface.of_faces(mesh, graph, n_threads)
-    radius = 0.05 * graph.diagonal
-    weights = sf.crease_weights(mesh, graph, radius, alpha=25)
-    return graph, embed(mesh, graph, surface, weights, radius, PARTS)
-
-
-@pytest.mark.usefixtures("few_groups")
-def test_on_meshes_of_many_faces_groups_take_their_place():
-    _, few = embedded(BEAR)
-    assert len(few.group_of) == 0
-    assert len(few.vectors) == BEAR.n_faces
-    graph, many = embedded(FINE)
-    assert len(many.group_of) == FINE.n_faces
-    n_groups = many.group_of.max() + 1
-    assert 0.8 * N_GROUPS < n_groups < 1.6 * N_GROUPS
-    assert len(many.vectors) == len(many.logs) == n_groups
-    assert many.vectors.shape[1] >= 8
-    assert np.allclose(many.measures, np.bincount(many.group_of, weights=graph.measures))
-
-
-def test_groups_have_the_thickness_and_the_parts_of_their_faces(monkeypatch):
-    _, faces = embedded(FINE)
-    assert len(faces.group_of) == 0
-    monkeypatch.setattr("superfacets.cells.parts.N_BASE", N_GROUPS)
-    graph, groups = embedded(FINE)
-    difference = groups.logs[groups.group_of] - faces.logs
-    assert np.average(np.abs(difference), weights=graph.measures) < 0.05
-    i, j = np.random.default_rng(0).integers(0, FINE.n_faces, (2, 2_000))
-    slowest = faces.vectors[:, :1], groups.vectors[groups.group_of, :1]
-    before, after = (distances(vectors, i, j) for vectors in slowest)
-    assert np.corrcoef(before, after)[0, 1] > 0.9
-
-
-@pytest.mark.usefixtures("few_groups")
-def test_labels_of_groups_depend_on_no_thread():
-    one, other = (segment(FINE, 40, **sf.PARTS, n_threads=n) for n in (1, 3))
+@pytest.mark.usefixtures("few_are_many")
+@pytest.mark.parametrize("n_segments", [40, 1_000])
+def test_labels_of_groups_depend_on_no_thread(n_segments):
+    one, other = (segment(FINE, n_segments, n_threads=n) for n in (1, 3))
     assert np.array_equal(one.labels, other.labels)
-    assert one.n_segments == 40
-    assert np.array_equal(spectral_embedding(FINE, n_threads=1), spectral_embedding(FINE))
+    assert one.n_segments == n_segments
 
 
-@pytest.mark.usefixtures("few_groups")
-def test_many_polygons_have_groups_too():
+def test_groups_have_the_parts_of_their_faces(monkeypatch):
+    faces = segment(FINE, 1_000).labels
+    monkeypatch.setattr("superfacets.cells.parts.LEAST_GROUPED", 20_000)
+    groups = segment(FINE, 1_000).labels
+    large, areas = segment(FINE, 20).labels, np.ones(FINE.n_faces)
+    errors = [
+        sf.metrics.undersegmentation_error(sf.metrics.area_overlap(labels, large, areas))
+        for labels in (faces, groups)
+    ]
+    assert errors[1] < 1.2 * errors[0]
+    assert not np.array_equal(groups, faces)
+
+
+@pytest.mark.usefixtures("few_are_many")
+@pytest.mark.parametrize("n_segments", [30, 1_000])
+def test_many_polygons_have_the_labels_of_triangles(n_segments):
     mesh = sf.PolygonMesh.of_faces(FINE.vertices, FINE.faces)
-    triangles, polygons = (segment(m, 30, **sf.PARTS) for m in (FINE, mesh))
+    triangles, polygons = (segment(m, n_segments) for m in (FINE, mesh))
     assert np.mean(triangles.labels == polygons.labels) > 0.99
 
 
-@pytest.mark.usefixtures("few_groups")
-def test_many_faces_that_are_inside_out_have_the_same_parts():
-    _, one = embedded(FINE)
-    _, other = embedded(Mesh(FINE.vertices, FINE.faces[:, ::-1]))
-    assert np.allclose(one.logs, other.logs, atol=0.2)
-
-
-@pytest.mark.usefixtures("few_groups")
-def test_many_points_have_parts_without_a_thickness():
+@pytest.mark.usefixtures("few_are_many")
+def test_many_points_have_parts():
     points = np.random.default_rng(0).random((50_000, 3)) * [1, 1, 0]
-    result = segment(points, 20, **sf.PARTS)
-    assert result.n_segments == 20
+    assert segment(points, 20).n_segments == 20
 
 
-@pytest.mark.usefixtures("few_groups")
-def test_soup_of_many_faces_has_no_groups():
+@pytest.mark.usefixtures("few_are_many")
+def test_soup_of_many_faces_has_regions():
     """Groups of single faces would be nothing else than the faces."""
     mesh = shapes.soup(FINE)
-    graph = sf.build_face_graph(mesh, weld=False)
-    surface = sf.cells.surface.Surface.of_faces(mesh, graph, 1)
-    embedding = embed(mesh, graph, surface, np.zeros(0), 1.0, CREASES)
-    assert len(embedding.group_of) == 0
-    assert embedding.vectors.shape == (mesh.n_faces, 0)
+    result = segment(mesh, 20, weld=False, islands="nearest")
+    assert result.n_segments == 20
 
 
 def test_many_points_at_one_place_have_regions():
@@ -232,14 +193,3 @@ def test_many_points_at_one_place_have_regions():
     positions[-1] = 1
     labels = segment(sf.PointCloud(positions), 5, weights="parts").labels
     assert len(np.unique(labels)) == 5
-
-
-def test_a_thickness_of_cells_without_area_counts_nothing():
-    logs, measures = np.array([np.nan, 0.5]), np.array([1.0, 0.0])
-    embedding = embed_nothing(logs, measures)
-    assert parts._exponents(embedding, 1).tolist() == [0.0, 0.0]
-
-
-def embed_nothing(logs, measures):
-    none = np.zeros(0, np.int32)
-    return Embedding(np.zeros((2, 0), np.float32), logs, measures, none, 0.0, None)

@@ -240,7 +240,7 @@ def test_regions_end_at_the_edges_of_a_box():
     assert all(len(set(side[by_default.labels == label])) == 1 for label in range(12))
     without = sf.segment(mesh, 12, ridges=0)
     assert any(len(set(side[without.labels == label])) > 1 for label in range(12))
-    assert (by_default.params["ridges"], without.params["ridges"]) == (0.35, 0.0)
+    assert (by_default.params["ridges"], without.params["ridges"]) == (1.0, 0.0)
 
 
 @pytest.mark.parametrize("weights", ["superfacets", "stk02"])

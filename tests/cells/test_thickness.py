@@ -8,7 +8,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, PolygonMesh, _core, shape_diameter
-from superfacets.cells.thickness import rays_from, rays_from_patches
+from superfacets.cells.thickness import rays_from
 from superfacets.reference.spatial import cone_of_rays, ray_thickness, typical_length
 
 
@@ -229,29 +229,3 @@ def test_smoothing_solves_its_equation():
     laplacian[np.diag_indices(graph.n_cells)] = -laplacian.sum(axis=1)
     true = np.linalg.solve(np.diag(masses) + 0.3 * laplacian, masses * values)
     assert np.allclose(ours, true, atol=1e-4)
-
-
-def area_vectors(mesh):
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    return 0.5 * np.cross(b - a, c - a)
-
-
-@pytest.mark.parametrize("is_turned", [False, True])
-def test_between_patches_a_ball_is_as_thick_as_between_its_faces(is_turned):
-    mesh = ball(61)
-    if is_turned:
-        mesh = Mesh(mesh.vertices, mesh.faces[:, ::-1])
-    graph = sf.build_face_graph(mesh)
-    some = np.flatnonzero(np.abs(graph.positions[:, 0]) < 0.5)[::7]
-    true = rays_from(mesh, graph, some, 12, 2)
-    patches = (graph.positions, area_vectors(mesh))
-    ours = rays_from_patches(patches, some, 12, graph.diagonal, is_turned, 2)
-    is_known = np.isfinite(ours)
-    assert is_known.mean() > 0.9
-    assert np.allclose(ours[is_known], true[is_known], rtol=0.2)
-    assert np.median(np.abs(ours / true - 1)[is_known]) < 0.02
-
-
-def test_patches_without_a_normal_have_no_thickness():
-    middles, none = np.arange(9.0).reshape(3, 3), np.zeros((3, 3))
-    assert np.isnan(rays_from_patches((middles, none), np.arange(3), 4, 1.0, False, 1)).all()

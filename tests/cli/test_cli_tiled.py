@@ -29,7 +29,7 @@ def bear(tmp_path):
 def test_labels_are_those_of_segment(run, bear):
     status, out, err = run("segment", bear, "-n", 40, "--tiled", "--tile-size", 5_000)
     output = bear.with_name("bear.superfacets.npy")
-    expected = segment(read_mesh(bear), 40)
+    expected = segment(read_mesh(bear), 40, weights="creases")
     assert (status, err) == (0, "")
     assert files_in(bear.parent) == ["bear.ply", "bear.superfacets.npy"]
     assert np.array_equal(np.load(output), expected.labels)
@@ -65,7 +65,7 @@ def city(tmp_path):
     for name, faces in zip(["a.ply", "b.obj"], halves, strict=True):
         used, corners = np.unique(faces, return_inverse=True)
         write_mesh(folder / name, Mesh(mesh.vertices[used], corners.reshape(-1, 3)))
-    return folder, segment(mesh, 20).labels
+    return folder, segment(mesh, 20, weights="creases").labels
 
 
 def test_a_folder_of_files_is_one_mesh(run, city, tmp_path):
@@ -143,7 +143,7 @@ def test_notes_are_those_of_segment(run, tmp_path):
         (["--tiled", "--init", "farthest"], "--init does not go with --tiled"),
         (["--tiled", "--weights", "stk02"], "weights must be one of creases, superfacets, got"),
         (["--tiled", "--relocate"], "--relocate does not go with --tiled"),
-        (["--tiled", "--parts"], "--relocate does not go with --tiled"),
+        (["--tiled", "--parts"], "parts (--weights parts, --parts) do not go with --tiled"),
         (["--tiled", "--connect"], "--connect does not go with --tiled"),
         (["--tiled", "--mask", "m.npy"], "--mask does not go with --tiled"),
         (["--tiled", "--barriers", "m.npy"], "--barriers does not go with --tiled"),
@@ -261,7 +261,7 @@ def test_point_clouds(run, tmp_path):
     np.save(path, points)
     status, printed, err = run("segment", path, "-n", 9, "--tiled", "--tile-size", 4096, "-o", out)
     assert (status, err) == (0, "")
-    assert np.array_equal(np.load(out), segment(points, 9).labels)
+    assert np.array_equal(np.load(out), segment(points, 9, weights="creases").labels)
     assert "scan.npy: 9000 points, 9 regions, " in printed
     folder = tmp_path / "scans"
     folder.mkdir()

@@ -162,7 +162,7 @@ def test_k_regions_where_components_are_many():
 def test_cells_of_islands_do_not_count_as_those_of_regions():
     """A sheet of 1,152 faces and 9,000 in specks: 100 regions on the sheet, as on one level."""
     mesh = specks(4500)
-    options = {"islands": "nearest", "smooth": False}
+    options = {"weights": "creases", "islands": "nearest", "smooth": False}
     result = segment(mesh, 100, **options)
     assert (result.n_segments, result.n_unreached) == (100, 4500)
     assert len(result.levels) == 1
@@ -198,11 +198,15 @@ def test_cells_that_are_all_alone_have_no_levels():
 
 def test_progress_counts_through_the_levels_and_ends_all_of_them():
     mesh = shapes.bumpy_sheet(60)
-    told = []
-    result = segment(mesh, 4, progress=lambda n_iter, n_moved: told.append((n_iter, n_moved)))
-    assert [n_iter for n_iter, _ in told] == list(range(1, len(told) + 1))
-    assert len(told) == result.n_iter - 1  # the last only labels all faces
-    cancelled = segment(mesh, 4, progress=lambda n_iter, n_moved: False, smooth=False)
+    for weights in ("creases", "parts"):
+        told = []
+        result = segment(mesh, 4, weights=weights, progress=lambda *call, to=told: to.append(call))
+        assert [n_iter for n_iter, _ in told] == list(range(1, len(told) + 1))
+        n_spread = sum(level.n_cells == mesh.n_faces for level in result.levels)
+        assert len(told) == result.n_iter - n_spread  # the last only labels all faces
+    cancelled = segment(
+        mesh, 4, weights="creases", progress=lambda n_iter, n_moved: False, smooth=False
+    )
     assert cancelled.stop_reason == "cancelled"
     assert {level.n_iter for level in cancelled.levels} == {1}
     check_classification(weighted_as_segmented(mesh, 4), cancelled)

@@ -124,6 +124,7 @@ def energy(mesh, result):
 @pytest.mark.parametrize("options", [{}, {"init": "farthest"}, {"init": "grid"}, {"tol": 0.0}])
 def test_regions_are_nearer_to_their_centers(options):
     mesh = shapes.bumpy_sheet(60)
+    options = {"weights": "creases", **options}  # as the energy is of these
     usual, moved = (sf.segment(mesh, 40, relocate=on, **options) for on in (False, True))
     assert energy(mesh, moved) < energy(mesh, usual)
     assert (usual.params["relocate"], moved.params["relocate"]) == (False, True)
@@ -138,7 +139,7 @@ def test_labels_do_not_depend_on_the_number_of_threads(options):
         sf.segment(mesh, 150, relocate=True, n_threads=n, **options).labels for n in (1, 2, 8)
     )
     assert all(np.array_equal(one, other) for other in others)
-    assert not np.array_equal(one, sf.segment(mesh, 150, **options).labels)
+    assert not np.array_equal(one, sf.segment(mesh, 150, relocate=False, **options).labels)
 
 
 def test_labels_keep_under_scaling_and_follow_the_order_of_faces():
@@ -171,6 +172,22 @@ def test_masks_and_barriers_hold():
     assert np.array_equal(result.labels >= 0, mask)
     assert all(len(set(half[result.labels == label])) == 1 for label in range(24))
     assert result.n_segments == 24
+
+
+def test_the_default_goes_by_the_weights_and_what_rules_it_out():
+    mesh = shapes.bumpy_sheet(12)
+    for options, is_on in (
+        ({}, True),
+        ({"init": "farthest"}, True),
+        ({"relocate": False}, False),
+        ({"init": [0, 9, 99]}, False),
+        ({"radius_factor": 2.0}, False),
+        ({"weights": "creases"}, False),
+        ({"weights": "creases", "relocate": True}, True),
+        ({"weights": np.ones(sf.build_face_graph(mesh).n_arcs)}, False),
+    ):
+        n_segments = None if options.get("init") == [0, 9, 99] else 3
+        assert sf.segment(mesh, n_segments, **options).params["relocate"] is is_on
 
 
 def test_no_iterations_no_moves():

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 from shapes import bumpy_sheet
-from tiled_checks import largest_file
+from tiled_checks import in_memory, largest_file
 
 from superfacets import (
     Mesh,
     MeshError,
     PointCloud,
     read_mesh,
-    segment,
     segment_tiled,
     write_mesh,
 )
@@ -51,9 +50,9 @@ def check(out, result, wanted):
 def test_each_mesh_of_a_folder_has_its_labels(sheet, city, tmp_path):
     out = tmp_path / "made" / "labels"
     result = segment_tiled(city, 12, scratch=tmp_path, out=out)
-    check(out, result, segment(sheet, 12).labels)
+    check(out, result, in_memory(sheet, 12).labels)
     again = segment_tiled(str(city), 5, scratch=tmp_path, out=str(out))  # replaces them
-    check(out, again, segment(sheet, 5).labels)
+    check(out, again, in_memory(sheet, 5).labels)
 
 
 def test_each_cloud_of_a_folder_has_its_labels(tmp_path):
@@ -65,13 +64,13 @@ def test_each_cloud_of_a_folder_has_its_labels(tmp_path):
         write_mesh(folder / name, PointCloud(part))
     out = tmp_path / "labels.d"
     result = segment_tiled(folder, 7, scratch=tmp_path, out=f"{out}/")
-    check(out, result, segment(points, 7).labels)
+    check(out, result, in_memory(points, 7).labels)
 
 
 def test_one_file_takes_the_labels_of_a_folder(sheet, city, tmp_path):
     out = tmp_path / "labels.npy"
     segment_tiled(city, 12, scratch=tmp_path, out=out)
-    assert np.array_equal(np.load(out), segment(sheet, 12).labels)
+    assert np.array_equal(np.load(out), in_memory(sheet, 12).labels)
 
 
 def test_a_folder_may_hold_one_file_and_take_its_labels_itself(sheet, tmp_path):
@@ -80,7 +79,7 @@ def test_a_folder_may_hold_one_file_and_take_its_labels_itself(sheet, tmp_path):
     write_mesh(folder / "a.ply", sheet)
     segment_tiled(folder, 12, scratch=tmp_path, out=folder)
     assert named(folder) == ["a.npy", "a.ply"]
-    assert np.array_equal(np.load(folder / "a.npy"), segment(sheet, 12).labels)
+    assert np.array_equal(np.load(folder / "a.npy"), in_memory(sheet, 12).labels)
 
 
 def test_files_with_one_stem_are_refused_before_any_work(sheet, city, tmp_path):

@@ -5,9 +5,8 @@ import re
 import numpy as np
 import pytest
 from shapes import bumpy_sheet, dumbbell
-from tiled_checks import check, check_number_of_tiles
+from tiled_checks import check, check_number_of_tiles, in_memory
 
-import superfacets as sf
 from superfacets import MeshError, PointCloud, segment_tiled
 from superfacets.errors import IslandWarning
 from superfacets.tiles import borders, cloud_normals
@@ -166,13 +165,13 @@ def test_two_workers(ball, tmp_path):
     pytest.importorskip("distributed")
     cloud = PointCloud(with_copies(ball))
     found = segment_tiled(cloud, 12, tile_size=4096, scratch=tmp_path, workers=2)
-    assert np.array_equal(found.labels, sf.segment(cloud, 12).labels)
+    assert np.array_equal(found.labels, in_memory(cloud, 12).labels)
 
 
 def test_labels_are_in_the_order_of_the_input(ball, tmp_path):
     result = segment_tiled(ball, 12, tile_size=4096, scratch=tmp_path, out=tmp_path / "a.npy")
     assert np.array_equal(np.load(tmp_path / "a.npy"), result.labels)
-    assert np.array_equal(result.labels, sf.segment(ball, 12).labels)
+    assert np.array_equal(result.labels, in_memory(ball, 12).labels)
     assert np.array_equal(result.labels[result.centers], np.arange(12))
 
 

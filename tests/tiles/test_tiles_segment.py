@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from cut_mesh import cut_mesh, run_serially
 from shapes import bowl, bumpy_sheet, gears, soup, together
-from tiled_checks import check, check_number_of_tiles, compare
+from tiled_checks import check, check_number_of_tiles, compare, in_memory
 from tiled_meshes import as_ply, random_polygons
 
 import superfacets as sf
@@ -289,7 +289,7 @@ def test_a_band_that_is_too_narrow_grows(bear, tmp_path, monkeypatch):
     monkeypatch.setattr(borders, "STEPS", {"triangles": 1})
     monkeypatch.setattr(borders, "_Band", Band)
     found = segment_tiled(bear, 300, tile_size=4096, scratch=tmp_path)
-    compare(found, sf.segment(bear, 300))
+    compare(found, in_memory(bear, 300))
     assert len(sizes) > 2
     assert sizes == sorted(sizes)
 
@@ -385,7 +385,7 @@ import resource, sys
 import superfacets
 path, folder, room = sys.argv[1], sys.argv[2], int(sys.argv[3])
 mesh = superfacets.sample_mesh(3_000)
-superfacets.segment(mesh, 5)
+superfacets.segment(mesh, 5, weights="creases")
 superfacets.segment_tiled(mesh, 5, scratch=folder, n_threads=1)  # all that is imported
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + room, used + room))
@@ -394,7 +394,7 @@ if sys.argv[4] == "tiled":
         path, 20, tile_size=1 << 14, scratch=folder, out=sys.argv[5], n_threads=1
     )
 else:
-    superfacets.segment(path, 20, n_threads=1)
+    superfacets.segment(path, 20, weights="creases", n_threads=1)
 """
 
 
@@ -404,7 +404,7 @@ def test_tiles_need_less_memory(tmp_path):
     mesh = sf.sample_mesh(400_000)
     mesh = Mesh(*split_in_four(mesh.vertices, mesh.faces))
     path, room = as_ply(tmp_path, mesh), 96 << 20
-    wanted = sf.segment(mesh, 20).labels
+    wanted = in_memory(mesh, 20).labels
     run = [sys.executable, "-c", LIMITED, path, tmp_path, str(room)]
     out = tmp_path / "labels.npy"
     subprocess.run([*run, "tiled", out], check=True, timeout=300)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from dask_cluster import started
 from local_workers import worker_processes
-from tiled_checks import largest_file
+from tiled_checks import in_memory, largest_file
 from tiled_meshes import as_ply
 
 import superfacets as sf
@@ -28,7 +28,7 @@ def mesh():
 
 @pytest.fixture(scope="module")
 def labels(mesh):
-    return sf.segment(mesh, 30).labels
+    return in_memory(mesh, 30).labels
 
 
 @pytest.fixture(scope="module")

@@ -8,12 +8,17 @@ import pytest
 import superfacets as sf
 
 
+def in_memory(cells, n_segments, **options):
+    """Return the result of `segment` with the default weights of `segment_tiled`."""
+    return sf.segment(cells, n_segments, **{"weights": "creases", **options})
+
+
 def check(cells, n_segments, tmp_path, tile_sizes=(1 << 14, 4096), **options):
     """Compare the result of each size of tiles with the result in memory; return the latter.
 
     With the first size, some arrays are cached in memory; with others, all are on the disk.
     """
-    wanted = sf.segment(cells, n_segments, **options)
+    wanted = in_memory(cells, n_segments, **options)
     for tile_size in tile_sizes:
         cache = 1 << 20 if tile_size == tile_sizes[0] else 0
         found = sf.segment_tiled(
@@ -32,7 +37,7 @@ def check_number_of_tiles(cells, n_segments, tmp_path, n_tiles, tile_size=4096, 
         on_tile=lambda _, n: passes.add(n), **options,
     )  # fmt: skip
     assert n_tiles in passes
-    compare(found, sf.segment(cells, n_segments, **options))
+    compare(found, in_memory(cells, n_segments, **options))
 
 
 @contextlib.contextmanager

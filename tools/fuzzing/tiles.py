@@ -24,6 +24,7 @@ def check_tiles(rng: np.random.Generator, folder: Path) -> None:
         "tol": 0.0,
     }
     chosen = {name: value for name, value in options.items() if rng.random() < 0.4}
+    chosen.setdefault("weights", "creases")
     n_segments = int(rng.integers(1, 60))
     with refusals():
         wanted = sf.segment(cells, n_segments, **chosen)

@@ -6,10 +6,11 @@
 #include "bindings/bindings.hpp"
 #include "cells/components.hpp"
 #include "cells/face_graph.hpp"
+#include "cells/far_arcs.hpp"
 #include "cells/feature_steps.hpp"
 #include "cells/graph_surface.hpp"
 #include "cells/ordered_graph.hpp"
-#include "cells/part_weights.hpp"
+#include "cells/part_prices.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
 #include "cells/polygon_graph.hpp"
@@ -105,9 +106,18 @@ void make_placed_cells(PlacedCells* self, Points positions, Doubles measures, in
           [&](ThreadTeam& team) { new (self) PlacedCells(positions, measures, team); });
 }
 
+// By cell.
+std::vector<double> measures_of(const OrderedGraph& graph) {
+  std::vector<double> measures(graph.n_cells());
+  for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
+    measures[cell] = graph.measures[graph.place_of[cell]];
+  }
+  return measures;
+}
+
 void make_ordered_graph(OrderedGraph* self, PlacedCells& cells, Offsets offsets, Integers neighbors,
-                        Floats lengths, int n_threads, bool is_symmetric) {
-  const WeightedArcs arcs{{offsets, neighbors}, lengths, is_symmetric};
+                        Floats lengths, int n_threads, bool is_symmetric, double straight_unit) {
+  const WeightedArcs arcs{{offsets, neighbors}, lengths, is_symmetric, straight_unit};
   on_team(cells.n_cells(), n_threads,
           [&](ThreadTeam& team) { new (self) OrderedGraph(std::move(cells), arcs, team); });
 }
@@ -199,15 +209,14 @@ std::vector<double> logarithms(Doubles values) {
   return found;
 }
 
-Conductances conductances_of_creases(const Surface& surface, Doubles areas, Doubles weights,
-                                     double diagonal, double crease_unit, double steepness,
-                                     ThreadTeam& team) {
-  return crease_conductances({surface, areas, weights, {diagonal, crease_unit, steepness}}, team);
+auto conducting(const OrderedGraph& graph, double crease_unit, double steepness, ThreadTeam& team) {
+  ConductingArcs found = conducting_arcs(graph, crease_unit, steepness, team);
+  return std::tuple(std::move(found.offsets), std::move(found.neighbors), std::move(found.steps),
+                    std::move(found.conductances), found.hindered_share);
 }
 
-Buffer<double> hindered(Offsets offsets, Integers neighbors, Doubles conductances, Doubles values,
-                        double steepness, ThreadTeam& team) {
-  return hindered_conductances({offsets, neighbors}, conductances, values, steepness, team);
+void price_arcs(OrderedGraph& graph, const Table<float>& vectors, double factor, ThreadTeam& team) {
+  graph.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}}, factor, team);
 }
 
 Buffer<double> sums_between(Offsets offsets, Integers neighbors, Doubles conductances,
@@ -230,14 +239,11 @@ std::vector<double> diffused(Offsets offsets, Integers neighbors, Doubles conduc
   return diffuse({offsets, neighbors}, conductances, masses, values, time, team);
 }
 
-Buffer<double> weights_of_parts(Offsets offsets, Integers neighbors, Doubles weights,
-                                Integers group_of, const Table<float>& vectors, Doubles exponents,
-                                double factor, ThreadTeam& team) {
-  Buffer<double> found(weights.size());
-  const PartFeatures features{
-      group_of, vectors.shape(1), {vectors.data(), vectors.size()}, exponents, factor};
-  part_weights({offsets, neighbors}, weights, features, team, found.span());
-  return found;
+Buffer<float> with_part_prices(Offsets offsets, Integers neighbors, Floats lengths,
+                               Integers group_of, const Table<float>& vectors, double factor,
+                               ThreadTeam& team) {
+  const PartVectors psi{vectors.shape(1), {vectors.data(), vectors.size()}};
+  return add_part_prices({offsets, neighbors}, lengths, group_of, psi, factor, team);
 }
 
 Eigenpairs eigenpairs(Offsets offsets, Integers neighbors, Doubles conductances, Doubles measures,
@@ -260,25 +266,25 @@ Components components(Offsets offsets, Integers neighbors, Integers labels) {
 
 auto weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
                           Points normals, double alpha, double eta_convex, double crease_length,
-                          double diagonal, double ridges, double evened, bool wants_turn,
-                          Bytes is_counted, ThreadTeam& team) {
+                          double diagonal, double ridges, double evened, bool is_straight,
+                          bool wants_turn, Bytes is_counted, ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
   const NetTurn net_turn(diagonal, is_counted);
   const std::int64_t turn =
       superfacet_weights(surface, {centroids, areas, normals},
-                         {alpha, eta_convex, crease_length, diagonal, ridges, evened},
+                         {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight},
                          wants_turn ? &net_turn : nullptr, team, weights.span());
   return std::tuple(std::move(weights), turn);
 }
 
 auto weights_of_surface(const Surface& surface, double alpha, double eta_convex,
                         double crease_length, double diagonal, double ridges, double evened,
-                        bool wants_turn, Bytes is_counted, ThreadTeam& team) {
+                        bool is_straight, bool wants_turn, Bytes is_counted, ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
   const NetTurn net_turn(diagonal, is_counted);
-  const std::int64_t turn =
-      surface_weights(surface, {alpha, eta_convex, crease_length, diagonal, ridges, evened},
-                      wants_turn ? &net_turn : nullptr, team, weights.span());
+  const std::int64_t turn = surface_weights(
+      surface, {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight},
+      wants_turn ? &net_turn : nullptr, team, weights.span());
   return std::tuple(std::move(weights), turn);
 }
 
@@ -391,10 +397,16 @@ void bind_graphs(nb::module_& module) {
       .def("__init__", &make_placed_cells, "positions"_a, "measures"_a, "n_threads"_a);
   nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph")
       .def("__init__", &make_ordered_graph, "cells"_a, "offsets"_a, "neighbors"_a, "lengths"_a,
-           "n_threads"_a, "is_symmetric"_a = false)
+           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0)
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
+      .def_ro("straight_unit", &OrderedGraph::straight_unit)
+      .def("add_part_prices", threaded(&price_arcs), "vectors"_a.noconvert(), "factor"_a,
+           "n_threads"_a)
+      .def("add_far_arcs", threaded(&add_far_arcs), "n_threads"_a)
+      .def("conducting_arcs", threaded(&conducting), "crease_unit"_a, "steepness"_a, "n_threads"_a)
+      .def("measures", serial(&measures_of))
       .def("order", serial([](const OrderedGraph& graph) {
              return std::vector(graph.cells.begin(), graph.cells.end());
            }))
@@ -419,10 +431,11 @@ void bind_graphs(nb::module_& module) {
 void bind_weights(nb::module_& module) {
   module.def("superfacet_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
              "areas"_a, "normals"_a, "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a,
-             "ridges"_a, "evened"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
+             "ridges"_a, "evened"_a, "is_straight"_a, "wants_turn"_a, "is_counted"_a,
+             "n_threads"_a);
   module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "alpha"_a,
              "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "evened"_a,
-             "wants_turn"_a, "is_counted"_a, "n_threads"_a);
+             "is_straight"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
   module.def("point_weights", threaded(&weights_of_points), "surface"_a, "alpha"_a, "eta_convex"_a,
              "crease_length"_a, "diagonal"_a, "n_threads"_a);
   module.def("stk02_weights", threaded(&stk02_of_triangles), "surface"_a, "centroids"_a, "alpha"_a,
@@ -431,8 +444,8 @@ void bind_weights(nb::module_& module) {
              "n_threads"_a);
   module.def("add_feature_steps", threaded(&with_feature_steps), "offsets"_a, "neighbors"_a,
              "weights"_a, "features"_a.noconvert(), "factor"_a, "n_threads"_a);
-  module.def("part_weights", threaded(&weights_of_parts), "offsets"_a, "neighbors"_a, "weights"_a,
-             "group_of"_a, "vectors"_a.noconvert(), "exponents"_a, "factor"_a, "n_threads"_a);
+  module.def("add_part_prices", threaded(&with_part_prices), "offsets"_a, "neighbors"_a,
+             "lengths"_a, "group_of"_a, "vectors"_a.noconvert(), "factor"_a, "n_threads"_a);
   module.def("quantize_weights", threaded(&quantized), "weights"_a, "n_threads"_a);
   module.def("unit_of_lengths", &unit_of_lengths, "total_weight"_a);
   module.def("round_weights", threaded(&rounded), "weights"_a, "unit"_a, "n_threads"_a);
@@ -441,10 +454,8 @@ void bind_weights(nb::module_& module) {
 }
 
 void bind_spectral(nb::module_& module) {
-  module.def("crease_conductances", threaded(&conductances_of_creases), "surface"_a, "areas"_a,
-             "weights"_a, "diagonal"_a, "crease_unit"_a, "steepness"_a, "n_threads"_a);
-  module.def("hindered_conductances", threaded(&hindered), "offsets"_a, "neighbors"_a,
-             "conductances"_a, "values"_a, "steepness"_a, "n_threads"_a);
+  module.def("step_conductances", threaded(&step_conductances), "surface"_a, "areas"_a,
+             "n_threads"_a);
   module.def("sum_between", serial(&sums_between), "offsets"_a, "neighbors"_a, "conductances"_a,
              "steps"_a, "coarse_of"_a, "coarse_offsets"_a, "coarse_neighbors"_a);
   module.def("relax", threaded(&relaxed), "offsets"_a, "neighbors"_a, "conductances"_a,

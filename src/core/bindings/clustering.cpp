@@ -6,16 +6,15 @@
 
 #include "base/threads.hpp"
 #include "bindings/bindings.hpp"
-#include "cells/polygon_surface.hpp"
-#include "cells/triangle_surface.hpp"
-#include "clustering/coarse_sums.hpp"
 #include "clustering/coarse_tile.hpp"
 #include "clustering/coarsening.hpp"
 #include "clustering/islands.hpp"
+#include "clustering/loose_pieces.hpp"
 #include "clustering/seeding.hpp"
 #include "clustering/update.hpp"
 #include "mesh/geometry.hpp"
 #include "paths/tile_paths.hpp"
+#include "spectral/diffusion.hpp"
 
 namespace superfacets {
 namespace {
@@ -54,23 +53,33 @@ auto cells_of(const CoarseGraph& coarse) {
                     std::vector(graph.measures.begin(), graph.measures.end()));
 }
 
-Buffer<double> crossed(const CoarseGraph& coarse, Doubles areas, double unit, double crease_unit,
-                       double steepness, ThreadTeam& team) {
-  return crossing_conductances(coarse, areas, {unit, crease_unit, steepness}, team);
+Buffer<double> steps_of(const CoarseGraph& coarse, ThreadTeam& team) {
+  return straight_steps(coarse.graph(), team);
 }
 
-Buffer<Point> vectors_of_triangles(const CoarseGraph& coarse, const TriangleSurface& surface,
-                                   ThreadTeam& team) {
-  const auto vector_of = [&](Cell face) {
-    return 0.5 * double_area_vector(surface.vertices(), surface.faces()[face]);
-  };
-  return coarse_sums(coarse, vector_of, team);
+Buffer<float> means_of(const CoarseGraph& coarse, const Table<float>& rows, ThreadTeam& team) {
+  return coarse.means_of({rows.data(), rows.size()}, rows.shape(1), team);
 }
 
-Buffer<Point> vectors_of_polygons(const CoarseGraph& coarse, const PolygonSurface& surface,
-                                  ThreadTeam& team) {
-  const auto vector_of = [&](Cell face) { return surface.measure(face) * surface.normal(face); };
-  return coarse_sums(coarse, vector_of, team);
+void far_coarse_arcs(CoarseGraph& coarse, ThreadTeam& team) {
+  coarse.add_far_arcs(team);
+}
+
+void price_coarse_arcs(CoarseGraph& coarse, const Table<float>& vectors, double factor,
+                       ThreadTeam& team) {
+  coarse.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}}, factor, team);
+}
+
+using Lengths = std::span<const PathLength>;
+
+SpreadPaths spread_paths(const CoarseGraph& coarse, Lengths lengths, Integers labels,
+                         Integers centers, ThreadTeam& team) {
+  return coarse.spread(lengths, labels, centers, team);
+}
+
+Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats lengths,
+                                   Integers labels, Integers centers) {
+  return join_loose_pieces({offsets, neighbors}, lengths, labels, centers);
 }
 
 auto connected_tile(Offsets offsets, Integers arc_targets, Floats arc_lengths, Integers coarse,
@@ -81,8 +90,6 @@ auto connected_tile(Offsets offsets, Integers arc_targets, Floats arc_lengths, I
   return std::tuple_cat(std::tuple(std::move(joined.offsets)),
                         columns(joined.arcs, &Arc::to, &Arc::length));
 }
-
-using Lengths = std::span<const PathLength>;
 
 TilePaths improved_paths(Offsets offsets, Integers targets, Floats arc_lengths, Lengths lengths,
                          Integers labels, Integers places, Lengths proposed_lengths,
@@ -129,15 +136,18 @@ void bind_clustering_stages(nb::module_& module) {
       .def("centers", serial([](const CoarseGraph& coarse) { return coarse.centers(); }))
       .def("arcs", serial(&arcs_of))
       .def("cells", serial(&cells_of))
-      .def("crossing_conductances", threaded(&crossed), "areas"_a, "unit"_a, "crease_unit"_a,
-           "steepness"_a, "n_threads"_a)
-      .def("steps", threaded(&coarse_steps), "n_threads"_a)
-      .def("area_vectors", threaded(&vectors_of_triangles), "surface"_a, "n_threads"_a)
-      .def("area_vectors", threaded(&vectors_of_polygons), "surface"_a, "n_threads"_a)
+      .def("steps", threaded(&steps_of), "n_threads"_a)
+      .def("add_far_arcs", threaded(&far_coarse_arcs), "n_threads"_a)
+      .def("means_of", threaded(&means_of), "rows"_a.noconvert(), "n_threads"_a)
+      .def("add_part_prices", threaded(&price_coarse_arcs), "vectors"_a.noconvert(), "factor"_a,
+           "n_threads"_a)
+      .def("spread", threaded(&spread_paths), "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a)
       .def("refine",
            threaded([](const CoarseGraph& coarse, Integers labels, Integers centers,
                        ThreadTeam& team) { return coarse.refine(labels, centers, team); }),
            "labels"_a, "centers"_a, "n_threads"_a);
+  module.def("join_loose_pieces", serial(&without_loose_pieces), "offsets"_a, "neighbors"_a,
+             "lengths"_a, "labels"_a, "centers"_a);
   module.def("join_islands", threaded(&join_islands), "graph"_a, "labels"_a, "groups"_a,
              "n_threads"_a);
   module.def("divide_tile", threaded(&divide_tile), "tile"_a, "n_own"_a, "cell_size"_a,

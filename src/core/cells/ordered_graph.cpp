@@ -78,17 +78,20 @@ PlacedCells::PlacedCells(Buffer<Point> input, Buffer<double> input_measures, Thr
 }
 
 OrderedGraph::OrderedGraph(PlacedCells&& placed, Buffer<std::int64_t> all_offsets,
-                           Buffer<Arc> all_arcs)
+                           Buffer<Arc> all_arcs, double unit)
     : PlacedCells(std::move(placed)),
       offsets(std::move(all_offsets)),
       arcs(std::move(all_arcs)),
       n_arcs(static_cast<std::int64_t>(arcs.size())),
-      is_symmetric(true) {
+      is_symmetric(true),
+      straight_unit(unit) {
   SUPERFACETS_ASSERT(std::cmp_equal(offsets.size(), n_cells() + 1));
 }
 
 OrderedGraph::OrderedGraph(PlacedCells&& placed, const WeightedArcs& input, ThreadTeam& team)
-    : PlacedCells(std::move(placed)), n_arcs(input.arcs.n_arcs()) {
+    : PlacedCells(std::move(placed)),
+      n_arcs(input.arcs.n_arcs()),
+      straight_unit(input.straight_unit) {
   SUPERFACETS_ASSERT(input.arcs.are_valid() && input.arcs.n_cells() == n_cells());
   SUPERFACETS_ASSERT(std::ssize(input.lengths) == n_arcs && are_quantized(input.lengths));
   if (fits_rows(input, team)) {
@@ -154,6 +157,17 @@ std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std:
     arcs[next++] = {place_of[neighbor], input.lengths[arc]};
   }
   return next - first;
+}
+
+void OrderedGraph::add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(vectors.rows.size() == vectors.width * cells.size());
+  team.for_each_index(n_cells(), [&](Place place) {
+    for (Arc& arc : arcs.span().subspan(first_arc(place), arcs_of(place).size())) {
+      if (arc.to == place) continue;  // padding
+      const double distance = vectors.distance(cells[place], cells[arc.to]);
+      arc.length = with_price(arc.length, factor, distance);
+    }
+  });
 }
 
 std::vector<Place> OrderedGraph::places_of(std::span<const Cell> some_cells) const {

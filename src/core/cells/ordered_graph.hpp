@@ -1,6 +1,7 @@
 // A cell graph laid out for the cache: the input of stages 3 and 4.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "base/threads.hpp"
 #include "base/types.hpp"
 #include "cells/arcs.hpp"
+#include "cells/part_prices.hpp"
 #include "spatial/box_tree.hpp"
 
 namespace superfacets {
@@ -25,6 +27,7 @@ struct WeightedArcs {
   Arcs arcs;
   std::span<const float> lengths;   // (M,) whole units >= 1, from quantize_weights
   bool is_known_symmetric = false;  // each arc has a reverse arc of the same length: not checked
+  double straight_unit = 0.0;       // see OrderedGraph
 };
 
 // Cells sorted along a space-filling curve, so that neighbors are mostly on the same few pages of
@@ -56,7 +59,8 @@ class OrderedGraph : public PlacedCells {
   OrderedGraph(PlacedCells&& cells, const WeightedArcs& input, ThreadTeam& team);
 
   // From arcs between places, in lists sorted by target; each has a reverse arc of the same length.
-  OrderedGraph(PlacedCells&& cells, Buffer<std::int64_t> offsets, Buffer<Arc> arcs);
+  OrderedGraph(PlacedCells&& cells, Buffer<std::int64_t> offsets, Buffer<Arc> arcs,
+               double straight_unit = 0.0);
 
   // The arcs that leave a place. If no cell has more than kRow arcs, they are rows of kRow, padded
   // with arcs to the place itself, which never improve a path.
@@ -64,9 +68,18 @@ class OrderedGraph : public PlacedCells {
   bool has_rows() const { return offsets.size() == 0; }
   std::span<const Arc> arcs_of(Place place) const {
     SUPERFACETS_ASSERT(place >= 0 && place < n_cells());
-    if (has_rows()) return arcs.span().subspan(std::size_t{kRow} * place, kRow);
-    return arcs.span().subspan(offsets[place], offsets[place + 1] - offsets[place]);
+    if (has_rows()) return arcs.span().subspan(first_arc(place), kRow);
+    return arcs.span().subspan(first_arc(place), offsets[place + 1] - offsets[place]);
   }
+
+  // The part of an arc's length beyond the straight line between its ends, in units.
+  double price(Place from, const Arc& arc) const {
+    const double straight = norm(positions[arc.to] - positions[from]) / straight_unit;
+    return std::max(0.0, static_cast<double>(arc.length) - straight);
+  }
+
+  // Adds the price of the step between parts to each arc; the rows of the vectors are by cell.
+  void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team);
 
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
   std::vector<Cell> cells_at(std::span<const Place> places) const;
@@ -75,8 +88,14 @@ class OrderedGraph : public PlacedCells {
   Buffer<Arc> arcs;
   std::int64_t n_arcs = 0;    // without padding
   bool is_symmetric = false;  // each arc has one back of the same length
+  // If positive, arcs are as long as the straight line between their ends plus a price, and this is
+  // the length of their unit in the unit of the positions. 0: arcs have any lengths.
+  double straight_unit = 0.0;
 
  private:
+  std::size_t first_arc(Place place) const {
+    return has_rows() ? std::size_t{kRow} * place : offsets[place];
+  }
   void copy_rows(const WeightedArcs& input, ThreadTeam& team);
   void copy_lists(const WeightedArcs& input, ThreadTeam& team);
   void prefetch_arcs(const WeightedArcs& input, std::int64_t place) const;

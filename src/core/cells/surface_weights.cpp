@@ -46,7 +46,9 @@ class SurfaceWeigher {
         options_.crease_length > 0.0 ? options_.crease_length : surface_.border_length(cell, arc);
     const double price = options_.alpha * eta * length;
     const double angular = price * std::abs(angle) / std::numbers::pi;  // eq. 2
-    return (surface_.step_length(cell, arc) + angular) / options_.diagonal;
+    const double step = options_.is_straight ? norm(surface_.position(to) - surface_.position(cell))
+                                             : surface_.step_length(cell, arc);
+    return (step + angular) / options_.diagonal;
   }
 
  private:

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstdint>
 #include <numbers>
+#include <type_traits>
 #include <utility>
 
 #include "base/arctangent.hpp"
@@ -85,20 +87,47 @@ SUPERFACETS_ALWAYS_INLINE ArcTurn arc_turn(const ArcData& data, double up) {
   return {arctangent(fold.sine, fold.cosine), up * fold.rise};
 }
 
-// Eq. 1-3. kHasLength: options have a crease_length.
-template <bool kHasLength>
+// Versions of eq. 1-3.
+enum class Formula : std::uint8_t {
+  kEdgeLengths,  // creases cost in proportion to the lengths of edges: the paper's
+  kOneLength,    // options have a crease_length
+  kStraight,     // and steps are straight
+};
+
+Formula formula_of(const WeightOptions& options) {
+  if (options.is_straight) return Formula::kStraight;
+  return options.crease_length > 0.0 ? Formula::kOneLength : Formula::kEdgeLengths;
+}
+
+// Calls run(std::integral_constant) with the formula of the options.
+template <typename Run>
+auto with_formula(const WeightOptions& options, const Run& run) {
+  switch (formula_of(options)) {
+    case Formula::kStraight:
+      return run(std::integral_constant<Formula, Formula::kStraight>{});
+    case Formula::kOneLength:
+      return run(std::integral_constant<Formula, Formula::kOneLength>{});
+    default:
+      return run(std::integral_constant<Formula, Formula::kEdgeLengths>{});
+  }
+}
+
+template <Formula kFormula>
 SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const ArcTurn& turned,
                                             const WeightOptions& options) {
-  const double length = kHasLength ? options.crease_length : data.edge.length();
+  const double length =
+      kFormula == Formula::kEdgeLengths ? data.edge.length() : options.crease_length;
   const double price = options.alpha * options.eta(turned.rise, turned.theta) * length;
   const double angular = price * turned.theta / std::numbers::pi;  // eq. 2
-  return (way_over(data.edge, data.from, data.to) + angular) / options.diagonal;
+  const double step = kFormula == Formula::kStraight ? norm(data.to - data.from)
+                                                     : way_over(data.edge, data.from, data.to);
+  return (step + angular) / options.diagonal;
 }
 
 double any_arc_weight(const ArcData& data, const WeightOptions& options, double up) {
   const ArcTurn turned = arc_turn(data, up);
-  return options.crease_length > 0.0 ? arc_weight<true>(data, turned, options)
-                                     : arc_weight<false>(data, turned, options);
+  return with_formula(
+      options, [&](auto formula) { return arc_weight<formula.value>(data, turned, options); });
 }
 
 SUPERFACETS_ALWAYS_INLINE double turn_of(const ArcData& data, const ArcTurn& turned) {
@@ -202,7 +231,7 @@ struct Block {
 };
 
 // Computes the weights of the first n arcs of a block, and their turns if needed.
-template <bool kHasLength, bool kHasTurns>
+template <Formula kFormula, bool kHasTurns>
 struct Weigh {
   SUPERFACETS_ALWAYS_INLINE void operator()(const Block& block, const WeightOptions& options,
                                             double up, const NetTurn& net_turn, Numbers* weights,
@@ -212,7 +241,7 @@ struct Weigh {
     for (std::size_t i = 0; i < n; ++i) {
       const ArcData data = block.get(i);
       const ArcTurn turned = arc_turn(data, up);
-      (*weights)[i] = arc_weight<kHasLength>(data, turned, hoisted);
+      (*weights)[i] = arc_weight<kFormula>(data, turned, hoisted);
       if constexpr (kHasTurns) (*turns)[i] = rounding.rounded(turn_of(data, turned));
     }
   }
@@ -259,11 +288,7 @@ class Weigher {
     for (std::size_t i = 0; i < rising.size(); ++i) {
       block_.set(i, arc_data(geometry_, rising[i].from, rising[i].to, rising[i].arc));
     }
-    if (options_.crease_length > 0.0) {
-      weigh_in_vectors<true>(rising.size());
-    } else {
-      weigh_in_vectors<false>(rising.size());
-    }
+    with_formula(options_, [&](auto formula) { weigh_in_vectors<formula.value>(rising.size()); });
     if (options_.has_ridges()) weigh_ridges(rising);
     if (net_turn_ != nullptr) add_turns(rising);
     std::int64_t n_weighed = std::ssize(rising);
@@ -277,14 +302,14 @@ class Weigher {
     return n_weighed;
   }
 
-  template <bool kHasLength>
+  template <Formula kFormula>
   void weigh_in_vectors(std::size_t n) {
     const double up = up_of(geometry_);
     const auto run = [&](const auto& weigh) {
       run_version(with_, weigh, block_, options_, up, rounding_, &numbers_, &turns_, n);
     };
-    if (net_turn_ != nullptr) return run(Weigh<kHasLength, true>{});
-    run(Weigh<kHasLength, false>{});
+    if (net_turn_ != nullptr) return run(Weigh<kFormula, true>{});
+    run(Weigh<kFormula, false>{});
   }
 
   void add_turns(std::span<const RisingArc> rising) {
@@ -364,6 +389,7 @@ std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasur
                      faces.areas.size() == faces.centroids.size());
   SUPERFACETS_ASSERT(faces.normals.empty() || faces.normals.size() == faces.areas.size());
   SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
+  SUPERFACETS_ASSERT(!options.is_straight || options.crease_length > 0.0 || options.alpha == 0.0);
   const bool is_given = !faces.normals.empty();
   const Buffer<Point> normals = is_given ? Buffer<Point>() : unit_normals(surface, team);
   const Geometry geometry{surface, faces, is_given ? faces.normals : normals.span()};

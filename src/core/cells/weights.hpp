@@ -29,6 +29,7 @@ struct WeightOptions {
   double diagonal = 1.0;       // d, of the bounding box of the vertices that faces use
   double ridges = 0.0;         // eta of ridges (ridges.hpp), if larger than eta_convex
   double evened = 0.0;         // taken from eta of smooth concave edges; least eta of smooth convex
+  bool is_straight = false;    // steps lead straight from centroid to centroid, not over the edge
 
   // eta of an edge that bends by theta and is not a ridge; concave if rise > 0. Smooth edges bend
   // by less than kSharpAngle.
@@ -96,7 +97,8 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
 }
 
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0;
-// crease_length replaces |e| if given. theta is in [0, pi], and 0 if a face has no normal. The two
+// crease_length replaces |e| if given, and |c_i - c_j| the distance over m if steps are straight
+// (then there must be a crease_length). theta is in [0, pi], and 0 if a face has no normal. The two
 // arcs of a pair get the same bits. Ridges may cost more than other convex edges. Returns the net
 // turn in units (see NetTurn); 0 if net_turn is null.
 std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,

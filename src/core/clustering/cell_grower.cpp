@@ -22,6 +22,7 @@ void CellGrower::divide(Place begin, Place end) {
   centers_.clear();
   paths_.assign(size_ + 1, kNoPath);
   paths_[size_] = 0;
+  if (graph_.straight_unit > 0.0) prices_.assign(size_, 0.0F);
   is_waiting_.assign(size_, 0);
   const auto spacing = static_cast<std::size_t>(spacing_);
   for (std::size_t i = (std::min(spacing, size_) - 1) / 2; i < size_; i += spacing) {
@@ -81,12 +82,17 @@ void CellGrower::prefetch_arcs(std::size_t index) const {
 template <typename Push>
 void CellGrower::expand(std::size_t index, const Push& push) {
   const PackedPath path = paths_[index];
+  const bool has_prices = graph_.straight_unit > 0.0;
   for (const Arc& arc : graph_.arcs_of(begin_ + static_cast<Place>(index))) {
     const auto length = static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
     const PackedPath longer = path + (length << kRangeBits);
     const std::size_t to = index_of(arc.to);
     if (longer >= paths_[to]) continue;
     paths_[to] = longer;
+    if (has_prices) {
+      const double price = graph_.price(begin_ + static_cast<Place>(index), arc);
+      prices_[to] = prices_[index] + static_cast<float>(price);
+    }
     push(to);
   }
 }

@@ -27,6 +27,8 @@ class CellGrower {
   std::span<const Place> centers() const { return centers_; }
   std::size_t cell(Place place) const { return paths_[place - begin_] & kCellMask; }
   PathLength length(Place place) const { return paths_[place - begin_] >> kRangeBits; }
+  // The sum of the prices of the arcs on this path, for graphs that have prices.
+  float price(Place place) const { return prices_[place - begin_]; }
 
  private:
   // A path length and a center number packed into one integer, so that integers compare like
@@ -57,6 +59,7 @@ class CellGrower {
   std::size_t size_ = 0;  // of the range
   std::vector<Place> centers_;
   std::vector<PackedPath> paths_;            // by index, plus one entry for all places outside
+  std::vector<float> prices_;                // by index, if arcs have prices
   std::vector<std::uint8_t> is_waiting_;     // by index
   std::vector<std::size_t> waiting_, next_;  // indices with an improved path, not yet expanded
   RadixHeap heap_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -26,7 +27,8 @@ struct RangeArcs {
 };
 
 // Divides places begin to end - 1, and calls write(place, cell, length) for each with the number of
-// its coarse cell, counted from the first of the range, and the length of the path from its center.
+// its coarse cell, counted from the first of the range, and the length of the path from its center:
+// of graphs with straight steps, the prices alone.
 template <typename Write>
 RangeCells divide_range(const OrderedGraph& fine, CellGrower& grower, Place begin, Place end,
                         const Write& write) {
@@ -34,9 +36,10 @@ RangeCells divide_range(const OrderedGraph& fine, CellGrower& grower, Place begi
   RangeCells cells;
   cells.centers.assign(grower.centers().begin(), grower.centers().end());
   cells.sums.resize(cells.centers.size());
+  const bool has_prices = fine.straight_unit > 0.0;
   for (Place place = begin; place < end; ++place) {
     const std::size_t cell = grower.cell(place);
-    write(place, cell, static_cast<float>(grower.length(place)));
+    write(place, cell, has_prices ? grower.price(place) : static_cast<float>(grower.length(place)));
     cells.sums[cell].add(fine.positions[place], fine.measures[place]);
   }
   return cells;
@@ -74,13 +77,35 @@ inline void remove_parallel(std::vector<Arc>& arcs) {
   arcs.erase(end, arcs.end());
 }
 
+// Lengths of arcs between coarse cells. Those of a graph with straight steps are as long as the
+// straight line between their positions plus the lowest price of a path across their border.
+struct CrossingLengths {
+  const OrderedGraph& fine;
+  std::span<const float> from_center;  // by place, as written by divide_range
+  std::span<const Point> positions;    // of coarse cells; empty if steps are not straight
+
+  // The length, or the price, of the path from center to center over an arc. The two ends are
+  // added first, so that the sum is the same in both directions.
+  float across(Place place, const Arc& arc) const {
+    const float ends = from_center[place] + from_center[arc.to];
+    return positions.empty() ? ends + arc.length
+                             : ends + static_cast<float>(fine.price(place, arc));
+  }
+  // The length of an arc, given the least result of `across`.
+  float of(Cell from, Cell to, float least) const {
+    if (positions.empty()) return least;
+    const double straight = norm(positions[to] - positions[from]) / fine.straight_unit;
+    return static_cast<float>(std::max(1.0, std::nearbyint(straight + double{least})));
+  }
+};
+
 // The arcs of the n_cells coarse cells from `first` on, which consist of the places begin to end -
-// 1. coarse_of(place) is the coarse cell of a place in this range or adjacent to it; lengths are
-// those of the paths from its center.
+// 1. coarse_of(place) is the coarse cell of a place in this range or adjacent to it.
 template <typename CoarseOf>
-RangeArcs connect_range(const OrderedGraph& fine, std::pair<Place, Place> range,
+RangeArcs connect_range(std::pair<Place, Place> range,
                         std::pair<Cell, std::size_t> first_and_number, const CoarseOf& coarse_of,
-                        std::span<const float> lengths) {
+                        const CrossingLengths& lengths) {
+  const OrderedGraph& fine = lengths.fine;
   const auto [begin, end] = range;
   const auto [first, n_cells] = first_and_number;
   const RangeMembers members(begin, end, n_cells, [&, first = first](Place place) {
@@ -94,12 +119,12 @@ RangeArcs connect_range(const OrderedGraph& fine, std::pair<Place, Place> range,
     for (const Place place : members.of(cell)) {
       if (place + 64 < fine.n_cells()) prefetch(fine.arcs_of(place + 64).data());
       for (const Arc& arc : fine.arcs_of(place)) {
-        // The two paths are added first, so that the sum is the same in both directions.
-        leaving.push_back({coarse_of(arc.to), (lengths[place] + lengths[arc.to]) + arc.length});
-        if (leaving.back().to == from) leaving.pop_back();
+        const Cell to = coarse_of(arc.to);
+        if (to != from) leaving.push_back({to, lengths.across(place, arc)});
       }
     }
     remove_parallel(leaving);
+    for (Arc& arc : leaving) arc.length = lengths.of(from, arc.to, arc.length);
     connected.arcs.insert(connected.arcs.end(), leaving.begin(), leaving.end());
     connected.ends.push_back(std::ssize(connected.arcs));
   }

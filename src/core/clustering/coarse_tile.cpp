@@ -72,7 +72,7 @@ TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cel
         std::minmax_element(coarse.begin() + begin, coarse.begin() + end);
     const auto n_cells = static_cast<std::size_t>(*highest - *lowest) + 1;
     const auto coarse_of = [&](Place place) { return coarse[place]; };
-    parts[range] = connect_range(tile, {begin, end}, {*lowest, n_cells}, coarse_of, lengths);
+    parts[range] = connect_range({begin, end}, {*lowest, n_cells}, coarse_of, {tile, lengths, {}});
   });
   TileArcs joined{{0}, {}};
   for (const RangeArcs& part : parts) {

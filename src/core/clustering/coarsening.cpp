@@ -5,10 +5,12 @@
 #include <optional>
 
 #include "base/assert.hpp"
-#include "clustering/coarse_ranges.hpp"
 #include "clustering/nearest_members.hpp"
 
 namespace superfacets {
+
+// Weight of cells without area in a mean.
+constexpr double kLeastMeasure = 1e-300;
 
 // The coarse cells of a range.
 struct CoarseGraph::Part {
@@ -22,9 +24,13 @@ CoarseGraph::CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& 
   Buffer<float> lengths(fine.n_cells());  // of the path from the center
   std::vector<Part> parts = divide(cell_size, lengths, team);
   number(parts);
+  Buffer<Point> positions = this->positions(parts, team);
+  const bool is_straight = fine.straight_unit > 0.0;
+  const CrossingLengths crossing{fine, lengths.span(),
+                                 is_straight ? positions.span() : std::span<const Point>()};
   team.for_each(std::ssize(parts),
-                [&](std::int64_t range, int) { connect(range, lengths.span(), parts[range]); });
-  graph_ = joined(parts, team);
+                [&](std::int64_t range, int) { connect(range, crossing, parts[range]); });
+  graph_ = joined(parts, std::move(positions), team);
 }
 
 std::pair<Place, Place> CoarseGraph::places(std::int64_t range) const {
@@ -56,17 +62,26 @@ void CoarseGraph::number(std::span<const Part> parts) {
   }
 }
 
-void CoarseGraph::connect(std::int64_t range, std::span<const float> lengths, Part& part) const {
-  const auto coarse_of = [this](Place place) { return this->coarse_of(place); };
-  part.leaving = connect_range(
-      fine_, places(range), {first_cells_[range], part.cells.centers.size()}, coarse_of, lengths);
+Buffer<Point> CoarseGraph::positions(std::span<const Part> parts, ThreadTeam& team) const {
+  Buffer<Point> positions(centers_.size());
+  team.for_each(std::ssize(parts), [&](std::int64_t range, int) {
+    Cell cell = first_cells_[range];
+    for (const WeightedSum& sum : parts[range].cells.sums) positions[cell++] = sum.mean();
+  });
+  return positions;
 }
 
-OrderedGraph CoarseGraph::joined(std::span<const Part> parts, ThreadTeam& team) const {
+void CoarseGraph::connect(std::int64_t range, const CrossingLengths& lengths, Part& part) const {
+  const auto coarse_of = [this](Place place) { return this->coarse_of(place); };
+  part.leaving = connect_range(places(range), {first_cells_[range], part.cells.centers.size()},
+                               coarse_of, lengths);
+}
+
+OrderedGraph CoarseGraph::joined(std::span<const Part> parts, Buffer<Point> positions,
+                                 ThreadTeam& team) const {
   std::vector<std::int64_t> first_arcs{0};
   for (const Part& part : parts)
     first_arcs.push_back(first_arcs.back() + std::ssize(part.leaving.arcs));
-  Buffer<Point> positions(centers_.size());
   Buffer<double> measures(centers_.size());
   Buffer<std::int64_t> offsets(centers_.size() + 1);
   Buffer<Arc> arcs(first_arcs.back());
@@ -76,13 +91,12 @@ OrderedGraph CoarseGraph::joined(std::span<const Part> parts, ThreadTeam& team) 
     std::copy(part.leaving.arcs.begin(), part.leaving.arcs.end(), arcs.begin() + first_arcs[range]);
     for (std::size_t i = 0; i < part.cells.centers.size(); ++i) {
       const Cell cell = first_cells_[range] + static_cast<Cell>(i);
-      positions[cell] = part.cells.sums[i].mean();
       measures[cell] = part.cells.sums[i].measure;
       offsets[cell + 1] = first_arcs[range] + part.leaving.ends[i];
     }
   });
   PlacedCells cells(std::move(positions), std::move(measures), team);
-  return {std::move(cells), std::move(offsets), std::move(arcs)};
+  return {std::move(cells), std::move(offsets), std::move(arcs), fine_.straight_unit};
 }
 
 Buffer<Cell> CoarseGraph::coarse_cells(ThreadTeam& team) const {
@@ -90,6 +104,55 @@ Buffer<Cell> CoarseGraph::coarse_cells(ThreadTeam& team) const {
   team.for_each_index(fine_.n_cells(),
                       [&](std::int64_t cell) { coarse[cell] = coarse_of(fine_.place_of[cell]); });
   return coarse;
+}
+
+Buffer<float> CoarseGraph::means_of(std::span<const float> rows, std::size_t width,
+                                    ThreadTeam& team) const {
+  SUPERFACETS_ASSERT(rows.size() == width * fine_.cells.size());
+  Buffer<float> means(width * centers_.size());
+  team.for_each(n_ranges(), [&](std::int64_t range, int) {
+    const auto [first, last] = cells_of(range);
+    std::vector<double> sums(width * (last - first), 0.0);
+    std::vector<double> weights(last - first, 0.0);
+    for (auto [place, end] = places(range); place < end; ++place) {
+      const Cell cell = coarse_of(place) - first;
+      // A cell without area counts a little, so that every coarse cell has a mean.
+      const double weight = std::max(fine_.measures[place], kLeastMeasure);
+      weights[cell] += weight;
+      const float* row = rows.data() + width * fine_.cells[place];
+      for (std::size_t i = 0; i < width; ++i) sums[width * cell + i] += weight * double{row[i]};
+    }
+    for (Cell cell = first; cell < last; ++cell) {
+      for (std::size_t i = 0; i < width; ++i) {
+        const double sum = sums[width * (cell - first) + i];
+        means[width * cell + i] = static_cast<float>(sum / weights[cell - first]);
+      }
+    }
+  });
+  return means;
+}
+
+SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<const Label> labels,
+                                std::span<const Cell> centers, ThreadTeam& team) const {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), graph_.n_cells()));
+  SUPERFACETS_ASSERT(lengths.size() == labels.size());
+  Expansion expansion(fine_, team);
+  const std::vector<Place> places = fine_.places_of(centers);
+  for (std::size_t label = 0; label < places.size(); ++label) {
+    expansion.start(places[label], static_cast<Label>(label));
+  }
+  for (std::size_t cell = 0; cell < labels.size(); ++cell) {
+    if (labels[cell] == kNoLabel) continue;
+    expansion.propose(centers_[cell], {lengths[cell], labels[cell]});
+  }
+  expansion.run();
+  SpreadPaths paths{Buffer<PathLength>(fine_.n_cells()), Buffer<Label>(fine_.n_cells())};
+  team.for_each_index(fine_.n_cells(), [&](Cell cell) {
+    const Path path = expansion.path(fine_.place_of[cell]);
+    paths.lengths[cell] = path.length;
+    paths.labels[cell] = path.label;
+  });
+  return paths;
 }
 
 std::vector<Cell> CoarseGraph::refine(std::span<const Label> labels, std::span<const Cell> centers,

@@ -6,15 +6,28 @@
 
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
+#include "cells/far_arcs.hpp"
 #include "cells/ordered_graph.hpp"
 #include "clustering/cell_grower.hpp"
+#include "clustering/coarse_ranges.hpp"
+#include "paths/expansion.hpp"
 
 namespace superfacets {
+
+// Paths by cell; the label is kNoLabel where there is none.
+struct SpreadPaths {
+  Buffer<PathLength> lengths;
+  Buffer<Label> labels;
+};
 
 // The cells of a graph (fine), grouped into coarse cells: connected, each around a center. A coarse
 // cell has the sum of their measures and the mean of their positions. An arc between two coarse
 // cells is as long as the shortest path from center to center that crosses their border once. Every
 // component of the fine graph, however small, has at least one coarse cell.
+//
+// If steps of the fine graph are straight, so are those of this one: an arc is as long as the
+// straight line between the positions of two coarse cells plus the lowest price of such a path.
+// Shortest paths are then about as long in all directions, whatever the pattern of the fine cells.
 class CoarseGraph {
  public:
   // Coarse cells of about `cell_size` cells. The fine graph must be symmetric, and must outlive
@@ -23,6 +36,14 @@ class CoarseGraph {
 
   const OrderedGraph& graph() const { return graph_; }
   const OrderedGraph& fine() const { return fine_; }
+
+  // Means of rows of `width` numbers of the fine cells, weighted by their measures, by coarse cell.
+  Buffer<float> means_of(std::span<const float> rows, std::size_t width, ThreadTeam& team) const;
+  // Change the arcs of the graph, for the loop; see far_arcs.hpp and OrderedGraph.
+  void add_far_arcs(ThreadTeam& team) { superfacets::add_far_arcs(graph_, team); }
+  void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
+    graph_.add_part_prices(vectors, factor, team);
+  }
 
   // Coarse cells do not extend beyond ranges of fine places.
   std::int64_t n_ranges() const { return std::ssize(first_cells_); }
@@ -38,6 +59,12 @@ class CoarseGraph {
 
   // The coarse cell of each fine cell, by cell.
   Buffer<Cell> coarse_cells(ThreadTeam& team) const;
+
+  // Paths to fine cells: over the coarse cell for which the sum of its own path and of the path on
+  // from its center is the shortest. The given paths are by coarse cell. `centers` holds a fine
+  // cell of each region, which gets a path of length 0.
+  SpreadPaths spread(std::span<const PathLength> lengths, std::span<const Label> labels,
+                     std::span<const Cell> centers, ThreadTeam& team) const;
 
   // The fine cell at the center of each coarse cell.
   std::vector<Cell> centers() const { return fine_.cells_at(centers_); }
@@ -57,8 +84,9 @@ class CoarseGraph {
   struct Part;
   std::vector<Part> divide(Place cell_size, Buffer<float>& lengths, ThreadTeam& team);
   void number(std::span<const Part> parts);
-  void connect(std::int64_t range, std::span<const float> lengths, Part& part) const;
-  OrderedGraph joined(std::span<const Part> parts, ThreadTeam& team) const;
+  Buffer<Point> positions(std::span<const Part> parts, ThreadTeam& team) const;
+  void connect(std::int64_t range, const CrossingLengths& lengths, Part& part) const;
+  OrderedGraph joined(std::span<const Part> parts, Buffer<Point> positions, ThreadTeam& team) const;
 
   const OrderedGraph& fine_;
   std::vector<Cell> first_cells_;  // by range: its first coarse cell

@@ -45,6 +45,11 @@ struct DiffusionMatrix {
   }
 };
 
+// About the length of the border between two cells.
+double width_of(const OrderedGraph& graph, Place from, const Arc& arc) {
+  return std::sqrt(graph.measures[from] + graph.measures[arc.to]);
+}
+
 constexpr float kDamping = 0.75F;  // with 1, two neighbors alone would swap their values
 
 // Computes one row of a sweep. A width known at compile time makes it several times faster; with
@@ -67,40 +72,90 @@ void relax_row(const Arcs& arcs, const float* shares, std::size_t any_width, Cel
 
 }  // namespace
 
-CreaseConductance::Found CreaseConductance::of(Cell cell, const Step& arc) const {
-  const double step = surface.step_length(cell, arc.arc);
-  const double crease = weights.empty() ? 0.0 : weights[arc.arc] * options.diagonal - step;
-  const double kappa = options.crease_unit > 0.0 ? crease / options.crease_unit : 0.0;
-  const double width = std::sqrt(areas[cell] + areas[arc.to]);
-  const double least = 1e-6 * width;  // steps between cells at one place count as this long
-  const double open = width > 0.0 ? width / std::max(step, least) : 0.0;
-  return {step, open * exponential(-options.steepness * std::max(0.0, kappa)) + kLeastConductance};
-}
-
-Conductances crease_conductances(const CreaseConductance& formula, ThreadTeam& team) {
-  const Arcs& arcs = formula.surface.arcs();
+Conductances step_conductances(const Surface& surface, std::span<const double> areas,
+                               ThreadTeam& team) {
+  const Arcs& arcs = surface.arcs();
   Conductances found{Buffer<double>(arcs.n_arcs()), Buffer<double>(arcs.n_arcs())};
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
-    for (const Step arc : arcs.steps(cell)) {
-      const auto [step, conductance] = formula.of(cell, arc);
-      found.steps[arc.arc] = step;
-      found.conductances[arc.arc] = conductance;
+    for (const auto [arc, neighbor] : arcs.steps(cell)) {
+      const double step = surface.step_length(cell, arc);
+      const double width = std::sqrt(areas[cell] + areas[neighbor]);
+      const double least = 1e-6 * width;  // steps between cells at one place count as this long
+      const double open = width > 0.0 ? width / std::max(step, least) : 0.0;
+      found.steps[arc] = step;
+      found.conductances[arc] = open + kLeastConductance;
     }
   });
   return found;
 }
 
-Buffer<double> hindered_conductances(const Arcs& arcs, std::span<const double> conductances,
-                                     std::span<const double> values, double steepness,
-                                     ThreadTeam& team) {
-  Buffer<double> hindered(arcs.n_arcs());
-  team.for_each_index(arcs.n_cells(), [&](Cell cell) {
-    for (const auto [arc, neighbor] : arcs.steps(cell)) {
-      const double difference = std::abs(values[cell] - values[neighbor]);
-      hindered[arc] = conductances[arc] * exponential(-steepness * difference) + kLeastConductance;
-    }
+double straight_step(const OrderedGraph& graph, Place from, const Arc& arc) {
+  constexpr double kLeastShare = 0.2;
+  const double straight = norm(graph.positions[arc.to] - graph.positions[from]);
+  const double step = std::max(straight, kLeastShare * width_of(graph, from, arc));
+  return step > 0.0 ? step : graph.straight_unit;
+}
+
+Buffer<double> straight_steps(const OrderedGraph& graph, ThreadTeam& team) {
+  Buffer<double> steps(graph.n_arcs);
+  team.for_each_index(graph.n_cells(), [&](Place place) {
+    std::int64_t next = graph.offsets[place];
+    for (const Arc& arc : graph.arcs_of(place)) steps[next++] = straight_step(graph, place, arc);
   });
-  return hindered;
+  return steps;
+}
+
+ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, double steepness,
+                               ThreadTeam& team) {
+  SUPERFACETS_ASSERT(graph.straight_unit > 0.0);
+  ConductingArcs found;
+  found.offsets = Buffer<std::int64_t>(graph.n_cells() + 1);
+  found.offsets[0] = 0;
+  for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
+    const Place place = graph.place_of[cell];
+    const auto arcs = graph.arcs_of(place);
+    const auto n = std::count_if(arcs.begin(), arcs.end(),
+                                 [&](const Arc& arc) { return arc.to != place; });  // or padding
+    found.offsets[cell + 1] = found.offsets[cell] + n;
+  }
+  found.neighbors = Buffer<Cell>(found.offsets[graph.n_cells()]);
+  found.steps = Buffer<double>(found.neighbors.size());
+  found.conductances = Buffer<double>(found.neighbors.size());
+  const auto open_range = [&](std::int64_t begin, std::int64_t end) {
+    double hindered = 0.0;
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+      const Place place = graph.place_of[cell];
+      std::int64_t next = found.offsets[cell];
+      for (const Arc& arc : graph.arcs_of(place)) {
+        if (arc.to == place) continue;
+        const double kappa = crease_unit > 0.0 ? graph.price(place, arc) / crease_unit : 0.0;
+        const double width = width_of(graph, place, arc);
+        const double open = width * exponential(-steepness * kappa);
+        found.neighbors[next] = graph.cells[arc.to];
+        found.steps[next] = straight_step(graph, place, arc);
+        found.conductances[next] = open / found.steps[next] + kLeastConductance;
+        hindered += width - open;
+        ++next;
+      }
+    }
+    return hindered;
+  };
+  const double hindered = sum_of_blocks(graph.n_cells(), open_range, team);
+  const double all = sum_of_blocks(
+      graph.n_cells(),
+      [&](std::int64_t begin, std::int64_t end) {
+        double sum = 0.0;
+        for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+          const Place place = graph.place_of[cell];
+          for (const Arc& arc : graph.arcs_of(place)) {
+            if (arc.to != place) sum += width_of(graph, place, arc);
+          }
+        }
+        return sum;
+      },
+      team);
+  found.hindered_share = all > 0.0 ? hindered / all : 0.0;
+  return found;
 }
 
 Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductances,

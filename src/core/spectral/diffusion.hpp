@@ -4,6 +4,7 @@
 
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
+#include "cells/ordered_graph.hpp"
 #include "cells/surface.hpp"
 
 namespace superfacets {
@@ -11,43 +12,38 @@ namespace superfacets {
 // Smallest conductance of an arc, so that no part of the surface is cut off.
 inline constexpr double kLeastConductance = 1e-6;
 
-struct ConductanceOptions {
-  double diagonal = 1.0;     // d, the divisor of the weights
-  double crease_unit = 1.0;  // length that a concave turn by pi adds to an arc
-  double steepness = 20.0;   // rate at which conductance decreases with kappa
-};
-
 struct Conductances {
-  Buffer<double> steps;  // (M,) step lengths g, eq. 1 of the paper
-  Buffer<double>
-      conductances;  // (M,) sqrt(A_i + A_j) / g exp(-steepness kappa) + kLeastConductance
+  Buffer<double> steps;         // (M,) step lengths g, eq. 1 of the paper
+  Buffer<double> conductances;  // (M,) sqrt(A_i + A_j) / g + kLeastConductance
 };
 
-// Computes the step length g and the conductance of an arc. kappa is measured by the weight of the
-// arc: w = (g + crease_unit kappa) / d. It is 0 without weights, or if crease_unit is 0. The square
-// root, in the conductance, approximates the length of the edge. An arc and its reverse arc have
-// the same bits.
-struct CreaseConductance {
-  const Surface& surface;
-  std::span<const double> areas;    // (N,)
-  std::span<const double> weights;  // (M,) or empty
-  ConductanceOptions options;
+// Computes the step lengths and conductances of all arcs, whatever the angle between their cells.
+// `areas` are by cell. The square root approximates the length of the edge. An arc and its reverse
+// arc have the same bits.
+Conductances step_conductances(const Surface& surface, std::span<const double> areas,
+                               ThreadTeam& team);
 
-  struct Found {
-    double step;
-    double conductance;
-  };
-  Found of(Cell cell, const Step& arc) const;
+// The arcs of a graph with straight steps, by cell and without padding.
+struct ConductingArcs {
+  Buffer<std::int64_t> offsets;  // (N + 1,)
+  Buffer<Cell> neighbors;        // (M,)
+  Buffer<double> steps;          // (M,) see straight_step
+  Buffer<double> conductances;   // (M,) sqrt(A_i + A_j) / step exp(-steepness kappa), at least
+                                 // kLeastConductance
+  double hindered_share = 0.0;   // of the sum of sqrt(A_i + A_j): what creases leave of it
 };
 
-// Computes the step lengths and conductances of all arcs.
-Conductances crease_conductances(const CreaseConductance& formula, ThreadTeam& team);
+// kappa is the price of an arc in multiples of crease_unit, the price of a concave turn by pi; it
+// is 0 if crease_unit is 0.
+ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, double steepness,
+                               ThreadTeam& team);
 
-// Returns the given conductances times exp(-steepness |v_i - v_j|) plus kLeastConductance, where
-// v_i is the value of cell i.
-Buffer<double> hindered_conductances(const Arcs& arcs, std::span<const double> conductances,
-                                     std::span<const double> values, double steepness,
-                                     ThreadTeam& team);
+// The distance between the positions of the two cells of an arc. Cells on both sides of a rim may
+// share a position: the distance is at least a fraction of their width, and never 0.
+double straight_step(const OrderedGraph& graph, Place from, const Arc& arc);
+
+// The straight_step of each arc of a graph whose places are its cells.
+Buffer<double> straight_steps(const OrderedGraph& graph, ThreadTeam& team);
 
 // Sums conductance times step length, for each arc between two coarse cells, over all fine arcs
 // from the one to the other. `coarse_of` holds the coarse cell of each cell; the targets of coarse

@@ -16,7 +16,7 @@ namespace {
 // by the ratio of the largest wanted eigenvalue to the first eigenvalue without a vector.
 constexpr std::size_t kMoreVectors = 10;
 constexpr int kMaxIterations = 40;
-constexpr double kTolerance = 1e-5;  // relative change of the eigenvalues
+constexpr double kTolerance = 1e-3;  // relative change of the eigenvalues
 
 // L is singular: kShift trace(L) / trace(A) times A is added to it, and the eigenvalues are
 // corrected.

@@ -202,12 +202,12 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
             raise TypeError(f"{name} must be a name: arrays suit one mesh, not many files")
     get = keywords.get
     SizeOptions.checked(get("n_segments"), get("radius"), "geodesic")
-    WeightOptions.checked(get("weights", "creases"), get("alpha"), get("eta_convex"), get("ridges"))
+    WeightOptions.checked(get("weights", "parts"), get("alpha"), get("eta_convex"), get("ridges"))
     checked_choice(get("init", "geodesic"), "init", INITS)
     islands = get("islands", "keep")
     LoopOptions.checked(
         get("max_num_iter", 1), get("tol", 0.0), get("radius_factor"), islands, get("n_threads"),
-        None, relocate=get("relocate", False),
+        None, relocate=get("relocate"),
     )  # fmt: skip
     CleanupOptions.checked(
         get("smooth", True), get("enforce_connectivity", False), get("min_size", 0.0), islands

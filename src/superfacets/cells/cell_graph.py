@@ -122,10 +122,17 @@ class Arcs(CsrArcs):
     positions: Floats  # (N, 3)
     measures: Floats  # (N,)
 
-    def quantized(self, weights: npt.ArrayLike, n_threads: int) -> tuple[Singles, float]:
-        """Return weights of the arcs as `CellGraph.lengths`, and the unit of these."""
+    def quantized(
+        self, weights: npt.ArrayLike, n_threads: int, spare: float = 1.0
+    ) -> tuple[Singles, float]:
+        """Return weights of the arcs as `CellGraph.lengths`, and the unit of these.
+
+        The unit is `spare` times as long as usual, a power of two, so that prices can be added.
+        """
         checked_measures(self.measures, self.n_cells, n_threads)
-        return _core.quantize_weights(checked_weights(weights, self.n_arcs, n_threads), n_threads)
+        checked = checked_weights(weights, self.n_arcs, n_threads)
+        unit = spare * _core.unit_of_lengths(_core.sum_of(checked, n_threads))
+        return _core.round_weights(checked, unit, n_threads), unit
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,38 +1,38 @@
-"""Stage 2: weights that keep regions within the parts of a shape.
+"""Stage 2: prices of steps between the parts of a shape.
 
 Parts are far apart in the spectral embedding: the smallest eigenvectors of the Laplacian, computed
-on coarse cells and interpolated to all cells.
+on coarse cells and interpolated to finer ones.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from .._types import ArcLists, Floats, Ints, Singles
 from .._validate import checked_count, checked_threads
 from ..adapters.convert import CloudLike, MeshLike, as_cells
-from .cell_graph import checked_weights
 from .kinds import kind_of
 from .size import DEFAULT_N_SEGMENTS, radius_of
-from .surface import Surface
-from .thickness import rays_from, rays_from_patches, smoothed
 from .weights import WeightOptions
 
-SMOOTH_DISTANCE = 2.3
-"""Largest distance by which smoothing moves borders with these weights, in r. With 2, compactness
-is 0.02 higher at the same undersegmentation error; with 3, it is 0.05 lower and the error 0.002
-higher."""
+SMOOTH_DISTANCE = 3.0
+"""Largest distance by which smoothing moves borders with these weights, in r. With 2.3, compactness
+is 0.03 higher and the undersegmentation error 0.001 lower."""
 
-THICKNESS_POWER = 0.125
-"""Arc lengths are multiplied by (s_i s_j / s_mean^2)^(1/8): thin parts get smaller regions."""
+PART_CREASE_SCALE = 7.0
+"""What `regions.edit.CREASE_SCALE` is with these weights. With 6, compactness is 0.01 higher."""
 
-N_COARSE = 1_500
-"""Approximate number of coarse cells that eigenvectors are computed on."""
+SPARE = 4.0
+"""Unit of path lengths, in multiples of that without prices: paths are up to 1 + gamma times as
+long with them."""
+
+N_COARSE = 700
+"""Approximate number of coarse cells that eigenvectors are computed on. 1,500 are no better."""
 
 MOST_COARSE = 8 * N_COARSE
 """Maximum number of coarse cells for which eigenvectors are computed. Only meshes in thousands of
@@ -41,33 +41,28 @@ components, like soup, have more, and these have no parts."""
 MOST_CELLS = 16
 """Maximum number of cells in a coarse cell, on each level."""
 
-N_BASE = 12_000
-"""Smallest number of groups. Meshes with at least `N_BASE` * `LEAST_GROUP` cells are embedded by
-groups of cells in place of cells: 12,000 are enough to tell parts apart."""
+LEAST_GROUPED = 96_000
+"""Number of cells from which groups of cells are embedded in place of cells, where the loop runs on
+all cells."""
 
-LEAST_GROUP = 8
-"""Smallest number of cells in a group. With groups of 4, the undersegmentation error of five models
-of 50,000 faces is 0.008 higher than without groups."""
+GROUP_SIZE = 8
+"""Cells in such a group."""
 
 GROUP_STEP = 0.5
-"""Factor of distances between groups. Paths cross the whole distance in one arc, at the border of
-two groups, and borders of regions gather there: with 1, compactness is 0.1 higher on meshes of
-200,000 faces."""
+"""Factor of distances between groups, for borders between cells. A border crosses the whole
+distance in one arc, at the border of two groups, and borders of regions gather there: with 1,
+compactness is 0.1 higher on meshes of 200,000 faces."""
 
 CREASE_STEEPNESS = 20.0
 """Conductances across creases are multiplied by exp(-20 kappa), kappa = eta theta / pi."""
 
+LEAST_HINDERED, ENOUGH_HINDERED = 0.001, 0.03
+"""Shares of the flow that creases stop, up to which prices do not count, and from which they count
+in full. Where there are no concave creases, as on planes and convex bodies, there are no parts. Of
+the benchmark models, all have 0.037 or more."""
+
 LEAST_CONDUCTANCE = 1e-6
 """Smallest conductance, as in the core, so that connected cells stay connected."""
-
-THICKNESS_STEEPNESS = 10.0
-"""The conductance is multiplied by exp(-10 |log s_i - log s_j|), thickness s."""
-
-SMOOTHING = 0.3
-"""Length over which thickness is smoothed, in r."""
-
-N_RAYS = 12
-"""Rays from the center of each coarse cell. After smoothing, 12 are as good as 30."""
 
 N_VECTORS = 8
 """Number of eigenvectors. 12 are worse on the benchmark models, 4 are unstable."""
@@ -88,21 +83,91 @@ because a single one of them is arbitrary."""
 NO_GROUPS = np.empty(0, np.int32)
 
 
-class Embedding(NamedTuple):
-    """Coordinates of groups of cells, in which the parts of a shape are far apart."""
+@dataclass(frozen=True, eq=False)
+class PartPrices:
+    """Prices of steps between the parts of a shape: differences of the spectral embedding."""
 
     vectors: Singles
-    """psi, (G, Q): Q may be 0."""
-    logs: Floats | None
-    """Logarithm of the thickness of each group, (G,), NaN if unknown; None if all are unknown."""
-    measures: Floats
-    """Area of each group, (G,)."""
+    """psi of each group of cells, (G, Q): Q may be 0."""
     group_of: Ints
     """The group of each cell, (N,); empty if every cell is a group of its own."""
-    unit: float
-    """Ratio of the sum of all steps to the sum of distances between the vectors of their ends."""
-    graph: _core.OrderedGraph
-    """All cells, ordered; arc lengths are those without parts and thickness."""
+    factor: float
+    """Price of a distance of 1 between vectors, in the unit of path lengths."""
+
+    @classmethod
+    def of(
+        cls, graph: _core.OrderedGraph, groups: list[_core.CoarseGraph],
+        factors: tuple[float, float], n_threads: int,
+    ) -> PartPrices:  # fmt: skip
+        """Embed the cells of a graph with straight steps, or groups of them.
+
+        `groups` are coarser and coarser graphs of the graph, of which the last is embedded; an
+        empty list: all cells are. The factors are gamma, and the price of a crease of angle pi, in
+        the unit of the positions. The price is gamma times the distance between the cells in the
+        embedding, scaled so that distances and steps have the same sum over all arcs.
+        """
+        gamma, crease_price = factors
+        embedded = groups[-1].graph if groups else graph
+        base = _level_of(embedded, crease_price, n_threads)
+        vectors = _embedding(base, embedded, n_threads)
+        share = (base.hindered_share - LEAST_HINDERED) / (ENOUGH_HINDERED - LEAST_HINDERED)
+        gamma *= min(max(share, 0.0), 1.0)
+        factor = gamma * _scale(base, vectors, n_threads) / graph.straight_unit
+        return cls(vectors, _group_of(groups, n_threads), factor)
+
+    def add_to_all(
+        self,
+        graph: _core.OrderedGraph,
+        coarse: list[_core.CoarseGraph],
+        n_threads: int,
+        *,
+        far: bool,
+    ) -> None:
+        """Add far arcs, and the prices of all arcs, to the graph and coarser and coarser ones.
+
+        Without `far`, the graph itself gets no far arcs: for regions of thousands of cells they
+        would take longer than all else.
+        """
+        rows = self.vectors
+        if len(self.group_of):
+            rows = np.take(rows, self.group_of, axis=0)
+        if far:
+            graph.add_far_arcs(n_threads)
+        graph.add_part_prices(rows, self.factor, n_threads)
+        for level in coarse:
+            rows = self._add_to(level, _means(level, rows, n_threads), n_threads)
+
+    def add_to_coarse(self, coarse: list[_core.CoarseGraph], n_threads: int) -> None:
+        """Do the same for the embedded graph and coarser and coarser ones."""
+        rows = self._add_to(coarse[0], self.vectors, n_threads)
+        for level in coarse[1:]:
+            rows = self._add_to(level, _means(level, rows, n_threads), n_threads)
+
+    def _add_to(self, level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
+        """Do the same for one coarse graph, whose cells have these rows; return the rows."""
+        level.add_far_arcs(n_threads)
+        level.add_part_prices(rows, self.factor, n_threads)
+        return rows
+
+    def border_lengths(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
+        """Return lengths of arcs between cells with the prices, as costs of borders."""
+        factor = self.factor * (GROUP_STEP if len(self.group_of) else 1.0)
+        return _core.add_part_prices(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
+
+
+def _means(level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
+    """Means of rows of the cells in each coarse cell."""
+    return level.means_of(rows, n_threads).reshape(-1, rows.shape[1])
+
+
+def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
+    """The cell of the last of coarser and coarser graphs that each cell is part of."""
+    if not groups:
+        return NO_GROUPS
+    found = groups[0].coarse_cells(n_threads)
+    for level in groups[1:]:
+        found = level.coarse_cells(n_threads)[found]
+    return found
 
 
 class _Level(NamedTuple):
@@ -112,8 +177,8 @@ class _Level(NamedTuple):
     steps: Floats
     conductances: Floats
     measures: Floats
-    positions: Floats
     coarse_of: Ints | None = None  # coarse cell, on this level, of each cell of the level above
+    hindered_share: float = 0.0  # of what would flow without creases
 
 
 def spectral_embedding(
@@ -128,22 +193,20 @@ def spectral_embedding(
     They are the smallest eigenvectors :math:`L \phi = \lambda A \phi`, with areas A and the
     Laplacian L of the face graph, whose arcs have the conductances
 
-    .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa - 10 |\log s_i - \log s_j|)
+    .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa)
 
-    (at least 1e-6), with the step g between centroids. Conductances are low across concave creases,
-    kappa = theta / pi, and where the thickness s changes (see `shape_diameter`). Fingers, which are
-    joined to the hand by a narrow passage, get coordinates of their own. Vector q is scaled by
-    :math:`(\lambda_q / \lambda_1)^{-1/2}`.
+    (plus 1e-6), with the distance g between centroids. Conductances are low across concave creases,
+    kappa = theta / pi, so the fingers, which creases divide from the hand, get coordinates of their
+    own. Vector q is scaled by :math:`(\lambda_q / \lambda_1)^{-1/2}`.
 
-    Eigenvectors are computed on about 1,500 coarse cells, interpolated to the faces, and relaxed
+    Eigenvectors are computed on about 700 coarse cells, interpolated to the faces, and relaxed
     there. Vectors that are constant on each component are left out. Eigenvalues below a thousandth
     of the 15th are raised to it.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, PointCloud, TetMesh or mesh-like
-        As for `segment`. Points, tetrahedra and single sheets have no thickness: it counts as the
-        same everywhere. Each component has vectors of its own.
+        As for `segment`. Each component has vectors of its own.
     n_vectors : int, default 8
         How many, 1 to 15.
     weld, n_threads
@@ -180,145 +243,71 @@ def spectral_embedding(
     surface = kind.surface(cells, graph, threads)
     n_regions = min(DEFAULT_N_SEGMENTS, surface.n_cells)
     radius = radius_of(graph.measures, n_regions, threads, kind.dimension)
-    options = WeightOptions.checked("creases", None, None)
-    weights = np.asarray(kind.weights(surface, graph, shapes, radius, options))
-    embedding = embed(cells, graph, surface, weights, radius, options, n_vectors)
-    vectors = embedding.vectors
-    if len(embedding.group_of) and vectors.size:
-        level = _level_of_cells(graph, surface, weights, options.crease_price(radius))
-        vectors = _relaxed(vectors, embedding.group_of, level, threads)
+    options = WeightOptions.checked("parts", None, None)
+    weights = kind.weights(surface, graph, shapes, radius, options)
+    lengths, unit = graph.quantized(weights, threads)
+    placed = _core.PlacedCells(graph.positions, graph.measures, threads)
+    unit *= surface.weight_unit
+    ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, threads, True, unit)
+    base = _level_of(ordered, options.crease_price(radius), threads)
+    vectors = _embedding(base, ordered, threads, n_vectors)
     table = np.zeros((surface.n_cells, n_vectors))
     n_there = min(n_vectors, vectors.shape[1])
     table[:, :n_there] = vectors[:, :n_there]
     return table
 
 
-def part_weights(
-    cells: Any,
-    graph: Any,
-    surface: Surface,
-    given: npt.ArrayLike,
-    radius: float,
-    options: WeightOptions,
-) -> tuple[Floats, _core.PlacedCells | None]:
-    """Return crease weights with a price for steps between parts, and the cells in order.
-
-    The price is gamma times the distance between the cells in the spectral embedding, scaled so
-    that distances and steps have the same sum over all arcs. The sum of weight and price is then
-    multiplied by a power of the thickness. With a radius of 0 (no cell has an area) weights stay as
-    they are, and None is returned for the ordered cells.
-    """
-    weights = checked_weights(given, surface.n_arcs, surface.n_threads)
-    if radius == 0.0:
-        return weights, None
-    embedding = embed(cells, graph, surface, weights, radius, options)
-    return _core.part_weights(
-        *surface.arcs,
-        weights,
-        embedding.group_of,
-        embedding.vectors,
-        _exponents(embedding, surface.n_threads),
-        options.params["gamma"] * embedding.unit / graph.diagonal,
-        surface.n_threads,
-    ), embedding.graph
+def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:
+    """Groups of cells to embed where the loop runs on all cells; none for small meshes and soup."""
+    if graph.n_cells < LEAST_GROUPED:
+        return []
+    groups = _core.CoarseGraph(graph, GROUP_SIZE, n_threads)
+    return [groups] if 2 * groups.graph.n_cells <= graph.n_cells else []  # most are not alone
 
 
-def _exponents(embedding: Embedding, n_threads: int) -> Floats:
-    """Exponents of the factors of weights, by thickness; 0 for cells without a thickness."""
-    logs, measures = embedding.logs, embedding.measures
-    if logs is None:
-        return np.zeros(len(measures))
-    known = np.isfinite(logs)
-    logs = np.where(known, logs, 0.0)
-    total = _core.sum_of(np.where(known, measures, 0.0), n_threads)
-    if total == 0.0:
-        return np.zeros(len(measures))
-    mean = _core.sum_of(measures * logs, n_threads) / total
-    return np.where(known, THICKNESS_POWER * (logs - mean), 0.0)
+def _level_of(graph: _core.OrderedGraph, crease_price: float, n_threads: int) -> _Level:
+    """The cells of a graph; `crease_price` is the price of a turn by pi."""
+    offsets, neighbors, steps, conductances, share = graph.conducting_arcs(
+        crease_price / graph.straight_unit, CREASE_STEEPNESS, n_threads
+    )
+    arcs = (offsets, neighbors)
+    return _Level(arcs, steps, conductances, graph.measures(), hindered_share=share)
 
 
-def embed(
-    cells: Any,
-    graph: Any,
-    surface: Surface,
-    weights: Floats,
-    radius: float,
-    options: WeightOptions,
-    n_vectors: int = N_VECTORS,
-) -> Embedding:
-    """Return the embedding of cells, given crease weights for regions of this radius."""
-    n_threads, price = surface.n_threads, options.crease_price(radius)
-    lengths, quantum = _core.quantize_weights(weights, n_threads)
-    placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
-    ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, n_threads, True)
-    groups = _groups(ordered, n_threads)
-    if groups is None:
-        base = _level_of_cells(graph, surface, weights, price)
-    else:
-        given = (_areas(graph, surface), quantum * graph.diagonal, price, CREASE_STEEPNESS)
-        base = _level_of(groups, groups.crossing_conductances(*given, n_threads), n_threads)
-    levels, centers = _coarser(base, ordered if groups is None else groups.graph, n_threads)
-    group_of = NO_GROUPS if groups is None else groups.coarse_cells(n_threads)
-    vectors, logs = np.zeros((len(base.measures), 0), np.float32), None
-    if len(levels[-1].measures) <= MOST_COARSE:
-        coarse = _thickness(cells, graph, surface, groups, centers)
-        if coarse is not None and np.isfinite(coarse).any():
-            last, length = levels[-1], SMOOTHING * radius
-            smooth = smoothed(
-                last.arcs, last.conductances, last.measures, coarse, length, n_threads
-            )
-            logs = _prolonged(levels, smooth[:, np.newaxis], n_threads)[:, 0].astype(np.float64)
-            levels = _hindered(levels, logs, n_threads)
-        vectors = _prolonged(levels, _eigenvectors(levels[-1], n_vectors), n_threads)
-    unit = _unit(base, vectors, n_threads) * (1.0 if groups is None else GROUP_STEP)
-    return Embedding(vectors, logs, base.measures, group_of, unit, ordered)
-
-
-def _areas(graph: Any, surface: Surface) -> Floats:
-    areas = graph.measures if surface.dimension == 2 else np.cbrt(graph.measures) ** 2
-    return np.asarray(areas)
-
-
-def _level_of_cells(graph: Any, surface: Surface, weights: Floats, crease_unit: float) -> _Level:
-    steps, conductances = _core.crease_conductances(
-        surface.handle, _areas(graph, surface), weights, graph.diagonal, crease_unit,
-        CREASE_STEEPNESS, surface.n_threads,
-    )  # fmt: skip
-    return _Level(surface.arcs, steps, conductances, graph.measures, graph.positions)
-
-
-def _groups(ordered: _core.OrderedGraph, n_threads: int) -> _core.CoarseGraph | None:
-    """Groups of cells that are embedded in place of cells; None for small meshes and soup."""
-    size = min(MOST_CELLS, ordered.n_cells // N_BASE)
-    if size < LEAST_GROUP:
-        return None
-    groups = _core.CoarseGraph(ordered, size, n_threads)
-    return groups if 2 * groups.graph.n_cells <= ordered.n_cells else None  # most are not alone
-
-
-def _unit(level: _Level, vectors: Singles, n_threads: int) -> float:
-    """See `Embedding.unit`; 0 if all distances are 0."""
+def _scale(level: _Level, vectors: Singles, n_threads: int) -> float:
+    """Ratio of the sum of steps to that of distances between the vectors of their ends, or 0."""
     none, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, none, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)
     return _core.sum_of(level.steps, n_threads) / total if total > 0.0 else 0.0
 
 
-def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> tuple[list[_Level], Ints]:
-    """Return coarser and coarser levels, and the central first-level cell of each coarsest cell."""
-    centers = np.arange(len(level.measures), dtype=np.int32)
+def _embedding(
+    base: _Level, graph: _core.OrderedGraph, n_threads: int, n_vectors: int = N_VECTORS
+) -> Singles:
+    """Return psi on the cells of a graph, of which `base` is the level."""
+    levels = _coarser(base, graph, n_threads)
+    if len(levels[-1].measures) > MOST_COARSE:
+        return np.zeros((graph.n_cells, 0), np.float32)
+    return _prolonged(levels, _eigenvectors(levels[-1], n_vectors), n_threads)
+
+
+def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_Level]:
+    """Return the level, and coarser and coarser ones."""
     levels: list[_Level] = []
     coarse: list[_core.CoarseGraph] = []  # keeps the finer graphs alive
-    while len(centers) >= 2 * N_COARSE:
-        size = _cell_size(len(centers) / N_COARSE)
+    while graph.n_cells >= 2 * N_COARSE:
+        size = _cell_size(graph.n_cells / N_COARSE)
         coarse.append(_core.CoarseGraph(graph, size, n_threads))
-        if 2 * coarse[-1].graph.n_cells > len(centers):
+        if 2 * coarse[-1].graph.n_cells > graph.n_cells:
             break  # nearly all cells are alone
         levels.append(level._replace(coarse_of=coarse[-1].coarse_cells(n_threads)))
+        graph = coarse[-1].graph
         offsets, neighbors, _ = coarse[-1].arcs()
-        level = _level_of(coarse[-1], _crossed(levels[-1], (offsets, neighbors)), n_threads)
-        graph, centers = coarse[-1].graph, centers[coarse[-1].centers()]
-    return [*levels, level], centers
+        steps = coarse[-1].steps(n_threads)
+        conductances = _crossing_conductances(levels[-1], (offsets, neighbors), steps)
+        level = _Level((offsets, neighbors), steps, conductances, graph.measures())
+    return [*levels, level]
 
 
 def _cell_size(ratio: float) -> int:
@@ -327,56 +316,11 @@ def _cell_size(ratio: float) -> int:
     return round(math.pow(ratio, 1 / n_levels))
 
 
-def _level_of(coarse: _core.CoarseGraph, crossed: Floats, n_threads: int) -> _Level:
-    """A level of coarse cells; `crossed` as returned by `_crossed`."""
-    offsets, neighbors, _ = coarse.arcs()
-    positions, measures = coarse.cells()
-    steps = coarse.steps(n_threads)
-    return _Level((offsets, neighbors), steps, _per_step(crossed, steps), measures, positions)
-
-
-def _per_step(crossed: Floats, steps: Floats) -> Floats:
-    """Conductances of steps; the smallest where a step has no length."""
-    return np.where(crossed > 0.0, crossed / steps, LEAST_CONDUCTANCE)
-
-
-def _thickness(
-    cells: Any, graph: Any, surface: Surface, groups: _core.CoarseGraph | None, centers: Ints
-) -> Floats | None:
-    """Thickness of coarse cells, by rays from their centers; None for cells without normals.
-
-    It is in diagonals: the same numbers in every unit of length.
-    """
-    handle, n_threads = surface.handle, surface.n_threads
-    if not isinstance(handle, (_core.TriangleSurface, _core.PolygonSurface)):
-        return None
-    if groups is None:
-        thickness = rays_from(cells, graph, centers, N_RAYS, n_threads)
-    else:
-        patches = (groups.cells()[0], groups.area_vectors(handle, n_threads))
-        options = (N_RAYS, graph.diagonal, handle.is_inside_out)
-        thickness = rays_from_patches(patches, centers, *options, n_threads)
-    return np.asarray(thickness / graph.diagonal)
-
-
-def _hindered(levels: list[_Level], logs: Floats, n_threads: int) -> list[_Level]:
-    """The same levels with arcs that conduct less where the thickness of cells changes."""
-    hindered: list[_Level] = []
-    for level in levels:
-        if not hindered:
-            conductances = _core.hindered_conductances(
-                *level.arcs, level.conductances, np.nan_to_num(logs), THICKNESS_STEEPNESS, n_threads
-            )
-        else:
-            conductances = _per_step(_crossed(hindered[-1], level.arcs), level.steps)
-        hindered.append(level._replace(conductances=conductances))
-    return hindered
-
-
-def _crossed(level: _Level, arcs: ArcLists) -> Floats:
-    """Sum of conductance times step over the fine arcs between each two coarse cells, per arc."""
+def _crossing_conductances(level: _Level, arcs: ArcLists, steps: Floats) -> Floats:
+    """Conductances of the steps between coarse cells: fine arcs from one to the other add up."""
     assert level.coarse_of is not None
-    return _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
+    flows = _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
+    return np.where(flows > 0.0, flows / steps, LEAST_CONDUCTANCE)
 
 
 def _eigenvectors(level: _Level, n_vectors: int) -> Floats:

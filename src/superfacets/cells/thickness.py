@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import ArcLists, Floats, Ints
+from .._types import ArcLists, Floats
 from .._validate import checked_count, checked_number, checked_threads
 from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..mesh.faces import FaceMesh, area_vectors, cut_into_triangles
@@ -99,9 +99,7 @@ def shape_diameter(
     thickness = rays_from(cells, graph, np.arange(surface.n_cells), n_rays, threads)
     if t == 0.0:
         return thickness
-    _, conductances = _core.crease_conductances(
-        surface.handle, graph.measures, np.empty(0), graph.diagonal, 0.0, 0.0, threads
-    )
+    _, conductances = _core.step_conductances(surface.handle, graph.measures, threads)
     length = t * graph.diagonal
     # In diagonals: the same numbers in every unit of length.
     shares = thickness / graph.diagonal
@@ -132,46 +130,6 @@ def rays_from(
         is_turned,
         n_threads,
     )
-
-
-def rays_from_patches(
-    patches: tuple[Floats, Floats],
-    chosen: npt.NDArray[np.integer[Any]],
-    n_rays: int,
-    unit: float,
-    is_turned: bool,
-    n_threads: int,
-) -> Floats:
-    """Return the thickness below some patches, given the middles and area vectors of all, (P, 3).
-
-    Each patch is replaced by a square of twice its area, so that no gaps are left between them. If
-    patches are small compared with the body, lengths of rays are about those between all faces.
-    """
-    middles, area_vectors = patches
-    sizes = np.sqrt(np.einsum("ij,ij->i", area_vectors, area_vectors))
-    normals = area_vectors / np.where(sizes > 0, sizes, 1.0)[:, np.newaxis]
-    inward = normals[chosen] if is_turned else -normals[chosen]
-    vertices, triangles = _squares(middles, normals, np.sqrt(2.0 * sizes))
-    return _core.ray_thickness(
-        vertices, triangles, np.ascontiguousarray(middles[chosen]), inward, n_rays,
-        LEAST_DISTANCE * unit, is_turned, n_threads,
-    )  # fmt: skip
-
-
-def _squares(middles: Floats, normals: Floats, lengths: Floats) -> tuple[Floats, Ints]:
-    """Vertices and triangles of squares with these middles, unit normals and sides."""
-    x, y, z = normals.T
-    sign = np.where(z < 0, -1.0, 1.0)  # as `across` in ray_thickness.cpp
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    half = 0.5 * lengths[:, np.newaxis]
-    right = half * np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
-    up = half * np.stack([b, sign + y * y * a, -y], axis=1)
-    corners = [middles - right - up, middles + right - up, middles + right + up]
-    vertices = np.stack([*corners, middles - right + up], axis=1).reshape(-1, 3)
-    firsts = np.arange(0, 4 * len(middles), 4, dtype=np.int32)
-    triangles = np.stack([firsts, firsts + 1, firsts + 2, firsts, firsts + 2, firsts + 3], axis=1)
-    return vertices, triangles.reshape(-1, 3)
 
 
 def smoothed(

@@ -71,6 +71,7 @@ class EdgeFactors(NamedTuple):
     eta_convex: float
     crease_length: float  # 0: the length of each edge
     ridges: float = 0.0
+    is_straight: bool = False  # steps lead straight from centroid to centroid
 
     @classmethod
     def of_radius(
@@ -325,7 +326,7 @@ class Weight:
     shares: tuple[str, ...] = ()
     """Parameters that are 0 to 1; all others are >= 0."""
     has_parts: bool = False
-    """Whether `parts.part_weights` adds a price for steps between parts."""
+    """Whether steps are straight, and `parts.PartPrices` adds prices of steps between parts."""
     has_other_unit: bool = False
     """Whether the unit differs from the unit of ``"creases"``: border costs are then recomputed for
     the clean-up, and cells without angles cannot have these weights."""
@@ -340,14 +341,13 @@ WEIGHTS: Mapping[WeightName, Weight] = {
         ),
     ),
     "parts": Weight(
-        about="in addition, a step from one part of the shape to another, as from a finger to the"
-        " palm, costs 2.4 times its distance in the `spectral_embedding`. Steps are also longer by"
-        " the fourth root of the thickness of the body (`shape_diameter`), so that thin parts get"
-        " smaller regions. Cells without a thickness, such as points, have the mean thickness. With"
-        " `mask` or `barriers`, parts are those of the whole mesh",
-        defaults={"alpha": 25.0, "eta_convex": 0.0, "ridges": 0.35, "gamma": 2.4},
-        compute=lambda surface, cells, radius, params: weights_of(
-            surface, cells, _crease_factors(radius, params)
+        about='like ``"creases"``, but steps between cells are straight lines, paths lead across'
+        " vertices, too, and a step from one part of the shape to another, as from a finger to the"
+        " palm, costs 2.1 times its distance in the `spectral_embedding`. Without creases there are"
+        ' no parts. In volumes, these weights are those of ``"creases"``',
+        defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
+        compute=lambda surface, cells, radius, params: _evened_weights(
+            surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
         ),
         has_parts=True,
     ),
@@ -492,10 +492,11 @@ def weights_and_turn(
     handle = surface.handle
     is_counted = ALL_COUNT if counted is None else counted
     numbers = (*factors[:3], surface.diagonal, factors.ridges, evened)
-    turning = (counted is not None, is_counted, surface.n_threads)
+    is_straight, turning = factors.is_straight, (counted is not None, is_counted)
+    n_threads = surface.n_threads
     if isinstance(handle, _core.TriangleSurface):
-        return _core.superfacet_weights(handle, *cells, *numbers, *turning)
-    return _core.surface_weights(handle, *numbers, *turning)
+        return _core.superfacet_weights(handle, *cells, *numbers, is_straight, *turning, n_threads)
+    return _core.surface_weights(handle, *numbers, is_straight, *turning, n_threads)
 
 
 def _evened_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:

@@ -70,7 +70,7 @@ _OF_SEGMENT = (
         type=click.Choice(tuple(WEIGHTS)),
         help="Lengths of steps: with a price for creases that does not depend on resolution, with"
         " one for steps between the parts of a shape as well, those of the paper, or those of"
-        " Shlafman, Tal and Katz.  [default: creases; parts with --parts]",
+        " Shlafman, Tal and Katz.  [default: parts; creases with --tiled]",
     ),
     click.option(
         "--init",
@@ -82,8 +82,7 @@ _OF_SEGMENT = (
     click.option(
         "--parts",
         is_flag=True,
-        help="Regions within the parts of a shape: --weights parts --relocate. Slower, and nearer"
-        " to where people see borders.",
+        help="Regions within the parts of a shape: --weights parts --relocate, the default.",
     ),
     click.option(
         "--max-iter",
@@ -99,10 +98,10 @@ _OF_SEGMENT = (
         help="Stop when centers move less, in radii.  [default: 0.02; 0 with --paper]",
     ),
     click.option(
-        "--relocate",
-        is_flag=True,
+        "--relocate/--no-relocate",
         default=None,
-        help="Let centers jump to where regions are large and uneven, and iterate again.",
+        help="Let centers jump to where regions are large and uneven, and iterate again."
+        "  [default: yes; no with --paper or other weights]",
     ),
     click.option(
         "--smooth/--no-smooth",

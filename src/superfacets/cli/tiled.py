@@ -140,6 +140,8 @@ class TileOptions:
         }
         if refused["--init"] == "geodesic":  # tiles know no other placement of centers
             del refused["--init"]
+        if options.keywords.get("weights") == "parts":
+            raise click.UsageError("parts (--weights parts, --parts) do not go with --tiled")
         for name, value in refused.items():
             if value:
                 raise click.UsageError(f"{name} does not go with --tiled")

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._core import Clustering, OrderedGraph
+from .._core import Clustering, CoarseGraph, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
 from .._types import Ints
-from .graphs import AnyGraph, CoarseCells, Regions, regions_of
+from .graphs import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions_of
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
 
@@ -39,26 +39,47 @@ class Iteration:
         """The rule that ended the iterations on the last level."""
         return self.levels[-1].stop_reason
 
-    def run(self, coarse: list[CoarseCells], graph: AnyGraph, centers: Ints) -> Regions:
+    def run(self, levels: Levels, graph: AnyGraph, centers: Ints) -> tuple[Ints, Ints]:
         """Run on the coarse graphs, from the last to the first, and then on all cells.
 
-        `centers` are cells of the graph that the loop begins on. After coarse graphs, all cells are
-        classified once. The result is the classification by its own centers: the last move is
-        dropped, whatever ends the loop. `coarse` is emptied on the way, to free memory.
+        `centers` are cells of the graph that the loop begins on. The result is labels and centers,
+        for the classification by these centers: the last move is dropped, whatever ends the loop.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")
-        must_stay = bool(coarse)
-        while coarse:
-            centers = self._run_coarse(coarse.pop(), centers)
-        return self._run_level(graph, centers, must_stay=must_stay)
+        coarse = levels.coarse
+        while len(coarse) > levels.n_finer:
+            level = coarse.pop()
+            clustering = self._run_level(level.graph, centers)
+            with timed(self.timings, "update"):
+                labels, centers = clustering.labels(), clustering.centers()
+                centers = level.refine(labels, centers, self.options.n_threads)
+        if levels.on_all or not is_straight(graph):
+            clustering = self._run_level(graph, centers, must_stay=not levels.on_all)
+            return clustering.labels(), clustering.centers()
+        assert isinstance(clustering, Clustering)
+        return self._spread([*coarse, level], clustering, centers)
 
-    def _run_coarse(self, level: CoarseCells, centers: Ints) -> Ints:
-        """Run on a coarse graph, and return centers among the cells of the next graph."""
-        clustering = self._run_level(level.graph, centers)
-        with timed(self.timings, "update"):
-            labels, centers = clustering.labels(), clustering.centers()
-            return level.refine(labels, centers, self.options.n_threads)
+    def _spread(
+        self, coarse: list[CoarseCells], clustering: Clustering, centers: Ints
+    ) -> tuple[Ints, Ints]:
+        """Label all cells by paths on the last of these graphs, which are rounder than on cells.
+
+        `centers` are cells of the graph that the last one was made of.
+        """
+        paths = (clustering.lengths(), clustering.labels())
+        while coarse:
+            start = time.perf_counter()
+            level = coarse.pop()
+            assert isinstance(level, CoarseGraph)  # tiles have no straight steps
+            with timed(self.timings, "classify"):
+                paths = level.spread(*paths, centers, self.options.n_threads)
+            seconds = time.perf_counter() - start
+            self.levels.append(Level(len(paths[1]), 1, self.stop_reason, seconds))
+            if coarse:
+                with timed(self.timings, "update"):
+                    centers = coarse[-1].refine(paths[1], centers, self.options.n_threads)
+        return paths[1], centers
 
     def _run_level(self, graph: AnyGraph, centers: Ints, *, must_stay: bool = False) -> Regions:
         """Classify by these centers, and iterate until one of the stop rules holds."""
@@ -84,9 +105,9 @@ class Iteration:
 
         Takes and returns the number of iterations on this level, and the rule that ended the last.
         """
-        max_num_iter = min(self.options.max_num_iter, ITERATIONS_PER_ROUND)
         for share in RELOCATED_SHARES:
-            if self.is_cancelled or max_num_iter == 0:
+            max_num_iter = min(self.options.max_num_iter - n_iter, ITERATIONS_PER_ROUND)
+            if self.is_cancelled or max_num_iter <= 0:
                 break
             centers = clustering.centers()
             with timed(self.timings, "update"):

@@ -16,14 +16,13 @@ from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .graphs import (
     AnyGraph,
-    CoarseCells,
+    Levels,
     can_be_coarse,
-    coarse_graphs,
     in_memory,
     join_islands,
 )
 from .iteration import Iteration
-from .plan import Plan, Start
+from .plan import ArcLengths, Plan, Start
 from .seeding import run_seeding
 from .segmentation import Segmentation
 
@@ -108,9 +107,11 @@ def segment_graph(
     else:
         placed, arcs = plan.placed_cells(graph, graph.lengths, loop.n_threads)
         ordered = _core.OrderedGraph(placed, *arcs, loop.n_threads)
-    result = plan.whole(segment_cells(ordered, graph.bounds, plan, loop))
+    timings: dict[str, float] = {}
+    levels = coarsened(ordered, plan, loop, timings)
+    result = plan.whole(segment_cells(ordered, levels, graph.bounds, plan, loop))
     params = {**result.params, **feature_options.params, **constraints.params}
-    return replace(result, params=params, cells=given)
+    return replace(result, timings=timings | result.timings, params=params, cells=given)
 
 
 def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:
@@ -126,23 +127,41 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
     )
 
 
-def segment_cells(graph: AnyGraph, bounds: Floats, plan: Plan, loop: LoopOptions) -> Segmentation:
-    """Segment a checked graph of kept cells, by its plan."""
+def coarsened(graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]) -> Levels:
+    """Return the graphs that the loop runs on before all cells; the time is added to `timings`."""
+    if not can_be_coarse(graph.is_symmetric, plan, loop):
+        return Levels([])
+    with timed(timings, "coarsen", loop.on_stage):
+        return Levels.of(graph, plan.size.n_segments, loop.n_threads)
+
+
+def segment_cells(
+    graph: AnyGraph,
+    levels: Levels,
+    bounds: Floats,
+    plan: Plan,
+    loop: LoopOptions,
+    borders: ArcLengths | None = None,
+) -> Segmentation:
+    """Segment a checked graph of kept cells, by its plan.
+
+    `levels` are those from `coarsened`; their list is emptied. With `borders`, arcs across borders
+    and their lengths, regions are one piece each by these arcs.
+    """
     size, options, init = plan.size, plan.asked, plan.init
     timings: dict[str, float] = {}
-    coarse: list[CoarseCells] = []
-    if isinstance(init, str) and can_be_coarse(graph, loop):
-        with timed(timings, "coarsen", loop.on_stage):
-            coarse = coarse_graphs(graph, size.n_segments, loop.n_threads)
     with timed(timings, "seeding", loop.on_stage):
+        coarse = levels.coarse
         first = coarse[-1].graph if coarse else in_memory(graph, loop.n_threads)
         graph = graph if coarse else first
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
         del first  # the loop frees each coarse graph after use
     run = Iteration(size.radius, loop, timings)
-    clustering = run.run(coarse, graph, seeds)
-    labels, centers = clustering.labels(), clustering.centers()
+    labels, centers = run.run(levels, graph, seeds)
     n_unreached = len(centers) - len(seeds)
+    if borders is not None and loop.radius_factor is None:
+        with timed(timings, "classify"):
+            labels = _core.join_loose_pieces(*borders, labels, centers)
     if loop.islands == "nearest":
         with timed(timings, "classify"):
             labels, n_joined, more = join_islands(graph, labels, plan.groups, loop.n_threads)

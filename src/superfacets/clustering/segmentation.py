@@ -53,8 +53,8 @@ class Segmentation:
         Region of each face, 0..K-1, in the order of the input; -1 for those that a mask left out.
     centers : ndarray of int32, shape (K,)
         The face that represents each region, and belongs to it. The labels are the classification
-        by these centers, followed by the clean-up of regions, if there is one (as there is in
-        `segment` by default).
+        by these centers, or by the coarse cells that they are in, followed by the clean-up of
+        regions, if there is one (as there is in `segment` by default).
     n_segments : int
         Number of regions, K.
     n_iter : int

@@ -34,6 +34,7 @@ class BorderCosts:
     lengths: Singles  # of the arcs, in multiples of `unit`
     unit: float  # in units of weight
     radius: float  # r, in the unit of the positions; > 0
+    crease_scale: float = CREASE_SCALE  # in r
 
     @classmethod
     def of_weights(cls, surface: Surface, weights: Floats, radius: float) -> BorderCosts:
@@ -50,7 +51,7 @@ class BorderCosts:
         """Arguments for kernels: surface, lengths, their unit of length, and crease scale."""
         surface = self.surface
         unit = self.unit * surface.weight_unit
-        return surface.handle, self.lengths, unit, CREASE_SCALE * self.radius
+        return surface.handle, self.lengths, unit, self.crease_scale * self.radius
 
 
 class RegionEdit(NamedTuple):

@@ -40,7 +40,7 @@ Parameters = dict[str, Any]
 def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
     """The defaults of `segment`, with a number of regions if one is asked for."""
     n = DEFAULT_N_SEGMENTS if n_segments is None else n_segments
-    weights = {name: WEIGHTS["creases"].defaults[name] for name in ("alpha", "ridges")}
+    weights = {name: WEIGHTS["parts"].defaults[name] for name in ("alpha", "ridges")}
     return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
 
 

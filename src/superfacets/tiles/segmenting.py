@@ -17,7 +17,7 @@ from .._validate import checked_choice, checked_count, checked_flag
 from ..cells.cell_graph import box_diagonal
 from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
-from ..clustering.loop import segment_cells
+from ..clustering.loop import coarsened, segment_cells
 from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
 from ..errors import SliverWarning
@@ -83,7 +83,7 @@ def segment_tiled(
     on_stage: OnStage | None = None,
     on_tile: OnDone | None = None,
 ) -> Segmentation:
-    """Segment a mesh or point cloud larger than memory, with the labels of `segment`.
+    """Segment a mesh or point cloud larger than memory, as ``segment(weights="creases")`` does.
 
     The faces (or points) are sorted along a space-filling curve on disk, and cut into tiles. Coarse
     cells are made tile by tile; the loop runs on their graph in memory; the faces are labeled tile
@@ -166,7 +166,7 @@ def segment_tiled(
     >>> from superfacets import sample_mesh, segment
     >>> mesh = sample_mesh(20_000)
     >>> tiled = segment_tiled(mesh, 20, tile_size=8192)
-    >>> np.array_equal(tiled.labels, segment(mesh, 20).labels)
+    >>> np.array_equal(tiled.labels, segment(mesh, 20, weights="creases").labels)
     True
     """
     checked_choice(weights, "weights", _WEIGHTS)  # not an array
@@ -273,7 +273,9 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
     note = sliver_note(share, sliver_advice(size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=4)
-    result = segment_cells(graph, store.bounds, Plan(None, size, options.size, "geodesic"), loop)
+    plan = Plan(None, size, options.size, "geodesic")
+    levels = coarsened(graph, plan, loop, timings)
+    result = segment_cells(graph, levels, store.bounds, plan, loop)
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
         with timed(timings, "regions", loop.on_stage):

@@ -17,47 +17,44 @@ from ...cells.face_graph import build_face_graph
 from ...cells.weights import superfacet_weights
 from ...mesh.faces import ends_of_sides
 from ...mesh.triangle_mesh import Mesh, split_in_four
-from ...pipeline import PARTS, segment
+from ...pipeline import PAPER, segment
 from ..sources import Source, load_model
 from ..tasks import Piece, Record
 
 KS = (50, 100, 150, 200, 300)
 
+PAPERS = "paper"
 PLAIN = "plain"
+CREASES = "creases"
 DEFAULT = "default"
-ROUGH = "default, not smooth"
-OTHER_WEIGHTS = "default, eq. 2"
 NO_RIDGES = "default, no ridges"
-RELOCATED = "default, relocate"
-BY_PARTS = "parts"
+EQ_2 = "eq. 2"
 
 _PLAIN: dict[str, Any] = {"weights": "superfacets", "init": "farthest", "smooth": False}
 
 VARIANTS: Mapping[str, Mapping[str, Any]] = {
+    PAPERS: PAPER,
     PLAIN: _PLAIN,
     "plain, smooth": _PLAIN | {"smooth": True},
-    "plain, geodesic": _PLAIN | {"init": "geodesic"},
-    "plain, eta 0": _PLAIN | {"eta_convex": 0.0},
-    "creases, farthest": {"init": "farthest"},
-    "creases, farthest, alpha 40": {"init": "farthest", "alpha": 40.0},
-    "creases, alpha 10": {"alpha": 10.0},
+    "creases, alpha 10": {"weights": "creases", "alpha": 10.0},
+    CREASES: {"weights": "creases"},
+    "creases, alpha 30": {"weights": "creases", "alpha": 30.0},
+    "creases, alpha 40": {"weights": "creases", "alpha": 40.0},
+    "creases, relocated": {"weights": "creases", "relocate": True},
+    EQ_2: {"weights": "superfacets", "eta_convex": 0.0},
+    "default, alpha 10": {"alpha": 10.0},
     DEFAULT: {},
-    "creases, alpha 30": {"alpha": 30.0},
-    "creases, alpha 40": {"alpha": 40.0},
+    "default, alpha 30": {"alpha": 30.0},
+    "default, alpha 40": {"alpha": 40.0},
+    "default, not relocated": {"relocate": False},
     NO_RIDGES: {"ridges": 0.0},
-    RELOCATED: {"relocate": True},
-    BY_PARTS: PARTS,
-    "parts, no ridges": {**PARTS, "ridges": 0.0},
-    "parts, not relocated": {"weights": "parts"},
-    ROUGH: {"smooth": False},
-    OTHER_WEIGHTS: {"weights": "superfacets", "eta_convex": 0.0},
-    "default, eta 0.05": {"eta_convex": 0.05},
     "default, eta 0.2": {"eta_convex": 0.2},
+    "default, not smooth": {"smooth": False},
 }
-"""Keywords of `superfacets.segment`, by name. `PLAIN` is the paper's method except for the stop
-rule."""
+"""Keywords of `superfacets.segment`, by name. `PAPERS` is the paper's method, `PLAIN` the same
+without its limit on expansions and with our stop rule: exactly k regions, each in one piece."""
 
-RESOLUTION_VARIANTS = (PLAIN, OTHER_WEIGHTS, ROUGH, NO_RIDGES, DEFAULT, RELOCATED, BY_PARTS)
+RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)
 """Variants that are measured on finer and coarser meshes."""
 
 
@@ -151,7 +148,7 @@ SCALES: Mapping[str, Callable[[Subject], Subject]] = {
 """Functions that change the number of faces on the same surface, by name."""
 
 
-_RECORD_VERSION = 1  # raised when the content of records changes
+_RECORD_VERSION = 2  # raised when the content of records changes
 
 
 class Case(NamedTuple):

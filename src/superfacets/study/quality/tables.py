@@ -9,7 +9,7 @@ import numpy as np
 
 from ..princeton import category_of
 from ..table_writer import markdown_table
-from .measure import BY_PARTS, DEFAULT, NO_RIDGES, PLAIN, RELOCATED, VARIANTS
+from .measure import CREASES, DEFAULT, NO_RIDGES, PLAIN, VARIANTS
 
 Row = dict[str, Any]
 
@@ -132,7 +132,7 @@ def _resolution(results: Mapping[str, Any]) -> str:
 
 def _categories(results: Mapping[str, Any]) -> str:
     """Return the table of some variants by category: means over k, the largest gain in UE first."""
-    names = (PLAIN, NO_RIDGES, DEFAULT, RELOCATED, BY_PARTS)
+    names = (PLAIN, CREASES, NO_RIDGES, DEFAULT)
     rows = [
         row | {"variant": f"{row['variant']} {category_of(row['model'])}", "k": 0}
         for row in results["rows"]

@@ -156,12 +156,13 @@ METHODS: Mapping[str, Method] = MappingProxyType(
         "default": replace(
             _SUPERFACETS,
             title="superfacets, the default",
+            version=2,
             prepare=_superfacets,
             color="#0fa3a3",
             figures=("4", "5", "6", "7", "rivals"),
-            alphas=(20.0,),
-            subset_alphas=(20.0,),
-            usual_alpha=20.0,
+            alphas=(17.0,),
+            subset_alphas=(17.0,),
+            usual_alpha=17.0,
         ),
         "paper": replace(
             _SUPERFACETS,

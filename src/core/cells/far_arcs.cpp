@@ -1,0 +1,131 @@
+#include "cells/far_arcs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/assert.hpp"
+
+namespace superfacets {
+namespace {
+
+// Walks do not pass cells with more arcs, so that their number is linear.
+constexpr std::size_t kMostArcs = 24;
+
+constexpr std::int64_t kBlock = 1 << 10;  // places
+constexpr std::int64_t kUsualArcs = 20;
+
+// Prices of all arcs, by place and in their order: whole numbers, so that sums do not depend on the
+// order of the terms.
+Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
+  Buffer<float> prices(graph.arcs.size());
+  team.for_each_index(graph.n_cells(), [&](Place place) {
+    auto next = static_cast<std::size_t>(graph.arcs_of(place).data() - graph.arcs.data());
+    for (const Arc& arc : graph.arcs_of(place)) {
+      prices[next++] = static_cast<float>(std::nearbyint(graph.price(place, arc)));
+    }
+  });
+  return prices;
+}
+
+// Lists the arcs of one place after another.
+class ArcFinder {
+ public:
+  ArcFinder(const OrderedGraph& graph, std::span<const float> prices, int n_steps)
+      : graph_(graph), prices_(prices), n_steps_(n_steps), least_(graph.n_cells(), kNone) {}
+
+  // Appends the arcs of a place; returns their number.
+  std::int64_t find(Place place, std::vector<Arc>& arcs) {
+    walks_.clear();
+    reached_.clear();
+    least_[place] = 0.0;
+    extend({place, place, 0.0});
+    std::size_t begin = 0;
+    for (int step = 1; step < n_steps_; ++step) {
+      const std::size_t end = walks_.size();
+      for (; begin < end; ++begin) {
+        if (graph_.arcs_of(walks_[begin].here).size() <= kMostArcs) extend(walks_[begin]);
+      }
+    }
+    least_[place] = kNone;
+    for (const Place to : reached_) {
+      arcs.push_back({to, length_between(place, to, least_[to])});
+      least_[to] = kNone;
+    }
+    return std::ssize(reached_);
+  }
+
+ private:
+  struct Walk {
+    Place before;
+    Place here;
+    double price;  // sums of whole numbers are exact
+  };
+  static constexpr double kNone = HUGE_VAL;
+
+  void extend(const Walk walk) {
+    const std::span<const Arc> arcs = graph_.arcs_of(walk.here);
+    const float* price = prices_.data() + (arcs.data() - graph_.arcs.data());
+    for (const Arc& arc : arcs) {
+      const double sum = walk.price + double{*price++};
+      if (arc.to == walk.here || arc.to == walk.before) continue;  // padding, or back
+      walks_.push_back({walk.here, arc.to, sum});
+      if (least_[arc.to] == kNone) reached_.push_back(arc.to);
+      least_[arc.to] = std::min(least_[arc.to], sum);
+    }
+  }
+
+  float length_between(Place place, Place to, double price) const {
+    const double straight = norm(graph_.positions[to] - graph_.positions[place]);
+    const double length = straight / graph_.straight_unit + price;
+    return static_cast<float>(std::max(1.0, std::nearbyint(length)));
+  }
+
+  const OrderedGraph& graph_;
+  const std::span<const float> prices_;
+  const int n_steps_;
+  std::vector<Walk> walks_;
+  std::vector<Place> reached_;
+  std::vector<double> least_;  // by place: the lowest price of a walk; kNone if there is none
+};
+
+// Walks of this many arcs reach about 20 cells, whatever the number of arcs of a cell.
+int steps_of(const OrderedGraph& graph) {
+  const double n_arcs = static_cast<double>(graph.n_arcs) / std::max(graph.n_cells(), 1);
+  if (n_arcs > 8.0) return 1;
+  return n_arcs > 3.5 ? 2 : 3;
+}
+
+}  // namespace
+
+void add_far_arcs(OrderedGraph& graph, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(graph.is_symmetric && graph.straight_unit > 0.0);
+  const int n_steps = steps_of(graph);
+  if (n_steps == 1) return;
+  const Buffer<float> prices = prices_of(graph, team);
+  std::vector<std::vector<Arc>> blocks((graph.n_cells() + kBlock - 1) / kBlock);
+  std::vector<std::optional<ArcFinder>> finders(team.size());
+  Buffer<std::int64_t> offsets(graph.n_cells() + 1);
+  offsets[0] = 0;
+  team.for_each(std::ssize(blocks), [&](std::int64_t block, int thread) {
+    if (!finders[thread]) finders[thread].emplace(graph, prices.span(), n_steps);
+    const std::int64_t begin = block * kBlock;
+    const std::int64_t end = std::min<std::int64_t>(begin + kBlock, graph.n_cells());
+    blocks[block].reserve(kUsualArcs * (end - begin));
+    for (auto place = static_cast<Place>(begin); place < end; ++place) {
+      offsets[place + 1] = finders[thread]->find(place, blocks[block]);
+    }
+  });
+  for (Place place = 0; place < graph.n_cells(); ++place) offsets[place + 1] += offsets[place];
+  Buffer<Arc> arcs(offsets[graph.n_cells()]);
+  team.for_each(std::ssize(blocks), [&](std::int64_t block, int) {
+    std::copy(blocks[block].begin(), blocks[block].end(), arcs.data() + offsets[block * kBlock]);
+  });
+  graph.offsets = std::move(offsets);
+  graph.arcs = std::move(arcs);
+  graph.n_arcs = std::ssize(graph.arcs);
+}
+
+}  // namespace superfacets

@@ -1,0 +1,19 @@
+// Stage 2: arcs between cells that are a few steps apart.
+#pragma once
+
+#include "base/threads.hpp"
+#include "cells/ordered_graph.hpp"
+
+namespace superfacets {
+
+// Adds arcs between cells that are up to three arcs apart, so that a cell has about 20: three where
+// cells have about three arcs each, two up to eight, and none beyond that. An arc is as long as the
+// straight line between its cells plus the lowest price of a walk of that many arcs.
+//
+// Shortest paths over shared borders alone depend on the pattern of the cells: on a regular grid,
+// regions lean along its diagonals. With these arcs they are about equally long in all directions.
+//
+// The graph must be symmetric, with straight steps. Time O(N + M) where cells have few arcs.
+void add_far_arcs(OrderedGraph& graph, ThreadTeam& team);
+
+}  // namespace superfacets

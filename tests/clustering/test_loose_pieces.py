@@ -1,0 +1,122 @@
+"""Regions made one piece each: pieces without the center join a neighboring region."""
+
+import numpy as np
+import pytest
+import shapes
+
+import superfacets as sf
+from superfacets import _core
+
+
+def joined(graph, labels, centers, lengths=None):
+    lengths = graph.lengths if lengths is None else np.asarray(lengths, np.float32)
+    labels, centers = np.asarray(labels, np.int32), np.asarray(centers, np.int32)
+    found = _core.join_loose_pieces(graph.offsets, graph.neighbors, lengths, labels, centers)
+    return found.tolist()
+
+
+LINE = shapes.line_graph([1.0] * 7)
+
+
+def test_whole_regions_stay():
+    labels = [0, 0, 0, 1, 1, 2, 2, 2]
+    assert joined(LINE, labels, [1, 3, 7]) == labels
+
+
+def test_a_piece_without_the_center_joins_its_neighbors_from_both_ends():
+    assert joined(LINE, [0, 1, 0, 0, 0, 0, 2, 2], [0, 1, 6]) == [0, 1, 1, 1, 2, 2, 2, 2]
+
+
+def test_the_shorter_arc_wins_and_the_lower_label_among_equals():
+    alike, shorter = [2.0, 2.0], [2.0, 1.0]
+    for steps, expected in ((alike, 0), (shorter, 1)):
+        line = shapes.line_graph([*steps, 1.0])  # cells 0 to 3; cell 1 is a piece of region 2
+        assert joined(line, [0, 2, 1, 2], [0, 2, 3]) == [0, expected, 1, 2]
+
+
+def test_pieces_pass_through_other_loose_pieces():
+    """Cells 3 to 5 are two loose pieces; the inner one is reached in the second round."""
+    line = shapes.line_graph([1.0] * 6)
+    assert joined(line, [0, 1, 2, 0, 1, 0, 1], [0, 1, 2]) == [0, 1, 2, 2, 2, 2, 2]
+
+
+def test_cells_without_a_label_stay_and_divide_regions():
+    assert joined(LINE, [0, 0, -1, 0, 0, 1, 1, 1], [1, 6]) == [0, 0, -1, 1, 1, 1, 1, 1]
+    assert joined(LINE, [0, 0, -1, 0, 0, -1, 1, 1], [1, 6]) == [0, 0, -1, 0, 0, -1, 1, 1]
+
+
+def test_a_piece_is_found_where_a_cell_without_a_label_makes_up_for_it():
+    """As many pieces as centers, if unlabeled cells counted as a piece less."""
+    line = shapes.line_graph([1.0] * 4)
+    assert joined(line, [0, 1, 0, -1, -1], [0, 1]) == [0, 1, 1, -1, -1]
+
+
+def random_case(seed):
+    """Labels of neighbors alike here and there, on a sheet with holes or a random graph."""
+    rng = np.random.default_rng(seed)
+    if seed % 2:
+        sheet = shapes.bumpy_sheet(12, seed)
+        sheet = sf.Mesh(sheet.vertices, sheet.faces[rng.random(sheet.n_faces) < 0.85])
+        graph = sf.build_face_graph(sheet)
+        graph = graph.with_weights(sf.superfacet_weights(sheet, graph))
+    else:
+        graph = shapes.random_graph(150, 300, seed, weight_values=[1.0, 2.0])
+    n_labels = int(rng.integers(1, 20))
+    labels = rng.integers(0, n_labels, graph.n_cells)
+    for _ in range(3):
+        takes = rng.integers(0, graph.n_arcs, graph.n_cells)
+        labels[graph.sources[takes]] = labels[graph.neighbors[takes]]
+    _, labels = np.unique(labels, return_inverse=True)
+    n_labels = labels.max() + 1
+    centers = np.array([rng.choice(np.flatnonzero(labels == label)) for label in range(n_labels)])
+    labels[rng.random(graph.n_cells) < (seed % 3) / 10] = -1
+    labels[centers] = np.arange(n_labels)
+    return graph, labels.astype(np.int32), centers.astype(np.int32)
+
+
+def twin(graph, labels, centers):
+    """Round after round, as the contract says."""
+    arcs = list(zip(graph.sources.tolist(), graph.neighbors.tolist(), graph.lengths.tolist(),
+                    strict=True))  # fmt: skip
+    found = labels.tolist()
+    settled = set(centers.tolist())
+    grown = settled
+    while grown:  # the pieces of the centers
+        grown = {b for a, b, _ in arcs if a in settled and found[a] == found[b]} - settled
+        settled |= grown
+    while True:
+        offers = {}
+        for a, b, length in arcs:
+            if found[a] >= 0 and a not in settled and b in settled:
+                offers[a] = min(offers.get(a, (np.inf, 0)), (length, found[b]))
+        if not offers:
+            return found
+        for cell, (_, label) in offers.items():
+            found[cell] = label
+        settled |= offers.keys()
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_results_equal_the_twin_and_regions_are_one_piece_where_they_can_be(seed):
+    graph, labels, centers = random_case(seed)
+    found = np.array(joined(graph, labels, centers))
+    assert found.tolist() == twin(graph, labels, centers)
+    assert np.array_equal(found < 0, labels < 0)
+    assert np.array_equal(found[centers], np.arange(len(centers)))
+    pieces, _ = _core.find_components(graph.offsets, graph.neighbors, labels)
+    is_whole = (labels >= 0) & (pieces == pieces[centers][labels])
+    assert np.array_equal(found[is_whole], labels[is_whole])
+    is_kept = (labels >= 0).astype(np.int32)
+    parts, _ = _core.find_components(graph.offsets, graph.neighbors, is_kept)
+    reachable = (labels >= 0) & np.isin(parts, parts[centers])
+    pieces, _ = _core.find_components(graph.offsets, graph.neighbors, found.astype(np.int32))
+    assert (pieces == pieces[centers][found])[reachable].all()
+
+
+def test_random_cases_have_loose_pieces():
+    """So that the test above can fail."""
+    n_changed = [
+        np.count_nonzero(np.array(joined(graph, labels, centers)) != labels)
+        for graph, labels, centers in map(random_case, range(40))
+    ]
+    assert np.count_nonzero(n_changed) > 30
