@@ -23,7 +23,9 @@ from .cells.cell_graph import checked_weights
 from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, OrderedCells, kind_of
-from .cells.parts import PART_CREASE_SCALE, SMOOTH_DISTANCE, SPARE, PartPrices, groups_to_embed
+from .cells.parts import (
+    PART_CREASE_SCALE, SMOOTH_DISTANCE, SPARE, STIFFNESS, PartPrices, groups_to_embed,
+)
 from .cells.size import EDGE_PER_RADIUS, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.graphs import has_small_regions
@@ -549,8 +551,8 @@ def _clean(work: _Work) -> _Work:
             arcs, lengths = costs.surface.arcs, costs.lengths
             lengths = work.parts.border_lengths(arcs, lengths, n_threads)
             costs = replace(costs, lengths=lengths, crease_scale=PART_CREASE_SCALE)
-        reach = MAX_DISTANCE if work.parts is None else SMOOTH_DISTANCE
-        result = _cleaned(costs, work.result, options.cleanup, plan.groups, reach)
+        limits = (MAX_DISTANCE, 0.0) if work.parts is None else (SMOOTH_DISTANCE, STIFFNESS)
+        result = _cleaned(costs, work.result, options.cleanup, plan.groups, limits)
     return replace(work, lengths=None, result=result)
 
 
@@ -559,7 +561,7 @@ def _cleaned(
     result: Segmentation,
     options: CleanupOptions,
     groups: Ints,
-    max_distance: float,
+    limits: tuple[float, float],
 ) -> Segmentation:
     """Return the result with its regions cleaned up; those of different groups never join.
 
@@ -582,7 +584,7 @@ def _cleaned(
             n_islands=edit.n_islands,
         )
     if options.smooth:
-        labels = straighten(costs, result.labels, result.centers, max_distance)
+        labels = straighten(costs, result.labels, result.centers, *limits)
         result = replace(result, labels=labels)
     return result
 

@@ -129,39 +129,54 @@ bool ChainMover::move_chain(Cell first, Label to, double cost) {
   return best_size > 0;
 }
 
-// Returns the number of moves after which borders are cheapest; 0 if no state is cheaper.
+// Returns the number of moves after which borders are cheapest; 0 if no state is cheaper. Areas
+// change by those moves.
 std::size_t ChainMover::grow_chain(Cell first, Label from, Label to, double cost) {
   double gain = 0.0;
+  double area = 0.0;
   double best_gain = kLeastGain * cost;
+  double best_area = 0.0;
   std::size_t best_size = 0;
   chain_.clear();
   travels_before_.clear();
-  candidates_.assign({{first, regions_.gain_of(first, from, to), 0.0F}});
+  candidates_.assign({candidate(first, from, to)});
   while (chain_.size() < options_.max_chain) {
-    const Candidate next = take_candidate(from, to, -kDeepest * cost - gain);
+    const AreaGain of_areas = gain_of_areas(from, to);
+    const Candidate next = take_candidate(from, to, of_areas, -kDeepest * cost - gain);
     if (next.cell == kNoCell) break;
-    gain += next.gain;
+    gain += next.gain + of_areas.of(next.area);
+    area += next.area;
     chain_.push_back(next.cell);
     travels_before_.push_back(regions_.travel(next.cell));
     regions_.move(next.cell, to, next.travel);
+    change_areas(from, to, next.area);
     if (gain > best_gain) {
       best_gain = gain;
+      best_area = area;
       best_size = chain_.size();
     }
     add_candidates(next.cell, from, to);
   }
+  change_areas(from, to, best_area - area);
   return best_size;
 }
 
+ChainMover::Candidate ChainMover::candidate(Cell cell, Label from, Label to) {
+  const double area = areas_.are_free() ? 0.0 : regions_.surface().measure(cell);
+  return {cell, regions_.gain_of(cell, from, to), area, 0.0F};
+}
+
 // Removes and returns the best candidate that may move; kNoCell if no gain is large enough.
-ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, double least_gain) {
+ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, AreaGain of_areas,
+                                                 double least_gain) {
+  const auto gain_of = [&](const Candidate& of) { return of.gain + of_areas.of(of.area); };
   while (!candidates_.empty()) {
     const auto best = std::max_element(
-        candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
-          return std::pair(a.gain, b.cell) < std::pair(b.gain, a.cell);
+        candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
+          return std::pair(gain_of(a), b.cell) < std::pair(gain_of(b), a.cell);
         });
     Candidate taken = *best;
-    if (taken.gain < least_gain) break;
+    if (gain_of(taken) < least_gain) break;
     *best = candidates_.back();
     candidates_.pop_back();
     const double travel = regions_.travel_to(taken.cell, to);
@@ -177,15 +192,38 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, double le
 void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   for (const Cell cell : regions_.arcs().neighbors(moved)) {
     if (regions_.label(cell) != from) continue;
-    const Candidate candidate{cell, regions_.gain_of(cell, from, to), 0.0F};
+    const Candidate updated = candidate(cell, from, to);
     const auto known = std::find_if(candidates_.begin(), candidates_.end(),
                                     [&](const Candidate& other) { return other.cell == cell; });
     if (known == candidates_.end()) {
-      candidates_.push_back(candidate);
+      candidates_.push_back(updated);
     } else {
-      *known = candidate;
+      *known = updated;
     }
   }
+}
+
+AreaGain ChainMover::gain_of_areas(Label from, Label to) const {
+  return areas_.are_free() ? AreaGain{} : areas_.gain(from, to, changes_);
+}
+
+void ChainMover::change_areas(Label from, Label to, double area) {
+  if (areas_.are_free()) return;
+  changes_[from] -= area;
+  changes_[to] += area;
+  changed_.push_back(from);
+  changed_.push_back(to);
+}
+
+std::vector<AreaChange> ChainMover::take_changes() {
+  std::vector<AreaChange> taken;
+  for (const Label region : changed_) {
+    if (const double change = std::exchange(changes_[region], 0.0); change != 0.0) {
+      taken.push_back({region, change});
+    }
+  }
+  changed_.clear();
+  return taken;
 }
 
 // Whether the patch of a region would touch another patch of its color if the region got a cell.

@@ -10,6 +10,7 @@
 #include "cells/surface.hpp"
 #include "regions/borders.hpp"
 #include "regions/patches.hpp"
+#include "regions/region_areas.hpp"
 #include "regions/smooth.hpp"
 
 namespace superfacets {
@@ -79,30 +80,45 @@ class MovingRegions {
 // Tries chains of moves; one for each thread.
 class ChainMover {
  public:
-  ChainMover(MovingRegions& regions, const Patches& patches, const SmoothOptions& options)
-      : regions_(regions), patches_(patches), options_(options) {}
+  ChainMover(MovingRegions& regions, const Patches& patches, const RegionAreas& areas,
+             const SmoothOptions& options)
+      : regions_(regions),
+        patches_(patches),
+        areas_(areas),
+        options_(options),
+        changes_(areas.n_regions(), 0.0) {}
 
   // Tries chains that begin with a cell, one for each neighboring region, and keeps the first that
   // makes borders cheaper. Returns the cells moved, until the next call.
   std::span<const Cell> try_moves(Cell cell);
 
+  // Changes of areas by all moves since the last call.
+  std::vector<AreaChange> take_changes();
+
  private:
   // A candidate for the next move of a chain.
   struct Candidate {
     Cell cell = kNoCell;
-    double gain = 0.0;
+    double gain = 0.0;    // of the border
+    double area = 0.0;    // of the cell; 0 if areas are free
     float travel = 0.0F;  // computed when it is examined
   };
 
   bool move_chain(Cell first, Label to, double cost);
   std::size_t grow_chain(Cell first, Label from, Label to, double cost);
-  Candidate take_candidate(Label from, Label to, double least_gain);
+  Candidate candidate(Cell cell, Label from, Label to);
+  Candidate take_candidate(Label from, Label to, AreaGain of_areas, double least_gain);
   void add_candidates(Cell moved, Label from, Label to);
+  AreaGain gain_of_areas(Label from, Label to) const;
+  void change_areas(Label from, Label to, double area);
   bool would_join_patches(Cell cell, Label from, Label to) const;
 
   MovingRegions& regions_;
   const Patches& patches_;
+  const RegionAreas& areas_;
   const SmoothOptions options_;
+  std::vector<double> changes_;  // of the area of each region, since take_changes
+  std::vector<Label> changed_;   // regions with changes, with duplicates
   std::vector<Cell> chain_;            // moves in this order
   std::vector<float> travels_before_;  // of the cells of the chain
   std::vector<Candidate> candidates_;

@@ -13,14 +13,17 @@ struct SmoothOptions {
   double max_distance = 0.0;  // largest move of a border: a path length, in the positions' unit
   std::size_t max_chain = 1;  // most cells that move together
   int max_sweeps = 1;         // most passes over the borders
+  double stiffness = 0.0;     // cost of changes of areas, see RegionAreas
 };
 
-// Moves chains of cells at borders between regions, as long as that lowers the cost of borders.
+// Moves chains of cells at borders between regions, as long as that lowers the cost of borders plus
+// the cost of changed areas.
 //
 // Regions are grouped in patches (see make_patches), which are processed color by color. Patches of
 // one color move their cells in parallel: no cell that one of them reads or moves is adjacent to
 // another of that color, and moves that would change that are forbidden. Within a patch, cells are
-// tried in ascending order. The result is the same for any number of threads.
+// tried in ascending order. A patch knows its own changes of areas, and those of all patches of
+// earlier colors. The result is the same for any number of threads.
 //
 // Invariants: connected cells of a region stay connected, no region loses its last cell, cells in
 // `fixed` stay, and a cell moves only to a region whose first border is within max_distance, on a

@@ -104,8 +104,10 @@ def smooth_borders(
     return part.whole_labels(straighten(part.costs, part.labels, fixed, max_distance))
 
 
-def straighten(costs: BorderCosts, labels: Ints, fixed: Ints, max_distance: float) -> Ints:
-    """Return smoothed labels; arguments are checked, `max_distance` is in r."""
+def straighten(
+    costs: BorderCosts, labels: Ints, fixed: Ints, max_distance: float, stiffness: float = 0.0
+) -> Ints:
+    """Return smoothed labels; arguments are checked, `max_distance` is in r, `stiffness` in 1 / r."""
     return _core.smooth_borders(
         *costs.args,
         labels,
@@ -113,5 +115,6 @@ def straighten(costs: BorderCosts, labels: Ints, fixed: Ints, max_distance: floa
         max_distance * costs.radius,
         MAX_CHAIN,
         MAX_SWEEPS,
+        stiffness / costs.radius,
         costs.surface.n_threads,
     )
