@@ -23,7 +23,7 @@ from superfacets.cells.constraints import ConstraintOptions
 from superfacets.cells.kinds import as_surface
 from superfacets.cells.region_adjacency import region_graph_of
 from superfacets.regions.edit import BorderCosts
-from superfacets.regions.smooth import straighten
+from superfacets.regions.smooth import SmoothOptions, straighten
 
 
 def grid(n):
@@ -209,7 +209,9 @@ def test_what_is_left_has_the_measures_of_a_mesh_of_its_own(name):
     costs = [
         BorderCosts.of_weights(whole, np.ones(surface.n_arcs), 1.0) for whole in (part, surface)
     ]
-    one, other = (straighten(cost, labels, np.empty(0, np.int32), 1.0) for cost in costs)
+    one, other = (
+        straighten(cost, labels, np.empty(0, np.int32), SmoothOptions()) for cost in costs
+    )
     assert np.array_equal(one, other)
     one, other = (region_graph_of(whole, labels, labels.max() + 1) for whole in (part, surface))
     for field in ("measures", "centroids", "normals", "deviations", "bounds", "perimeters"):

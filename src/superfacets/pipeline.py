@@ -23,9 +23,7 @@ from .cells.cell_graph import checked_weights
 from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, OrderedCells, kind_of
-from .cells.parts import (
-    PART_CREASE_SCALE, SMOOTH_DISTANCE, SPARE, STIFFNESS, PartPrices, groups_to_embed,
-)
+from .cells.parts import PART_CREASE_SCALE, SPARE, PartPrices, groups_to_embed
 from .cells.size import EDGE_PER_RADIUS, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.graphs import has_small_regions
@@ -37,7 +35,7 @@ from .mesh.cells import Cells
 from .regions.connect import connect_regions
 from .regions.edit import BorderCosts
 from .regions.merge import merge_regions
-from .regions.smooth import MAX_DISTANCE, straighten
+from .regions.smooth import OF_PARTS, SmoothOptions, straighten
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -551,8 +549,8 @@ def _clean(work: _Work) -> _Work:
             arcs, lengths = costs.surface.arcs, costs.lengths
             lengths = work.parts.border_lengths(arcs, lengths, n_threads)
             costs = replace(costs, lengths=lengths, crease_scale=PART_CREASE_SCALE)
-        limits = (MAX_DISTANCE, 0.0) if work.parts is None else (SMOOTH_DISTANCE, STIFFNESS)
-        result = _cleaned(costs, work.result, options.cleanup, plan.groups, limits)
+        smoothing = SmoothOptions() if work.parts is None else OF_PARTS
+        result = _cleaned(costs, work.result, options.cleanup, plan.groups, smoothing)
     return replace(work, lengths=None, result=result)
 
 
@@ -561,12 +559,9 @@ def _cleaned(
     result: Segmentation,
     options: CleanupOptions,
     groups: Ints,
-    limits: tuple[float, float],
+    smoothing: SmoothOptions,
 ) -> Segmentation:
-    """Return the result with its regions cleaned up; those of different groups never join.
-
-    Borders move by no more than the distance, in radii.
-    """
+    """Return the result with its regions cleaned up; those of different groups never join."""
     if options.enforce_connectivity:
         edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
         # Pieces that touch no other region are islands that had joined this one: so they stay.
@@ -584,7 +579,7 @@ def _cleaned(
             n_islands=edit.n_islands,
         )
     if options.smooth:
-        labels = straighten(costs, result.labels, result.centers, *limits)
+        labels = straighten(costs, result.labels, result.centers, smoothing)
         result = replace(result, labels=labels)
     return result
 

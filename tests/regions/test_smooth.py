@@ -237,16 +237,49 @@ def test_the_kernel_equals_its_twin(name):
         assert smooth_borders(mesh, labels, centers=sorted(fixed)).tolist() == expected
 
 
-def check_twin(mesh, labels, max_chain, max_sweeps):
+def check_twin(mesh, labels, max_chain, max_sweeps, stiffness=0.0):
     costs, array, _ = read_regions(as_surface(mesh, weld=True, n_threads=1), labels)
     expected = reference.smooth_borders(
         build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), set(),
         max_distance=costs.radius, crease_scale=CREASE_SCALE * costs.radius,
-        max_chain=max_chain, max_sweeps=max_sweeps,
+        max_chain=max_chain, max_sweeps=max_sweeps, stiffness=stiffness / costs.radius,
     )  # fmt: skip
     none = np.zeros(0, np.int32)
-    limits = (costs.radius, max_chain, max_sweeps)
+    limits = (costs.radius, max_chain, max_sweeps, stiffness / costs.radius)
     assert _core.smooth_borders(*costs.args, array, none, *limits, 1).tolist() == expected
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 20.0])
+def test_the_kernel_with_stiffness_equals_its_twin(stiffness):
+    for mesh in (shapes.bumpy_sheet(16), shapes.dumbbell()):
+        for labels in labelings(mesh):
+            check_twin(mesh, labels, 16, MAX_SWEEPS, stiffness)
+
+
+def test_stiff_regions_keep_their_areas():
+    """Small regions among large ones; without stiffness most of them shrink to a few faces."""
+    mesh = shapes.bumpy_sheet(60)
+    small = np.random.default_rng(2).choice(mesh.n_faces, 60, replace=False)
+    labels = segment(mesh, init=small, max_num_iter=0, smooth=False, alpha=0).labels
+    areas = np.bincount(labels)
+    free, stiff = (smooth_borders(mesh, labels, max_distance=3.0, stiffness=s) for s in (0.0, 5.0))
+    changes = [np.abs(np.bincount(x, minlength=60) / areas - 1).mean() for x in (free, stiff)]
+    assert changes[1] < 0.35 * changes[0]
+
+
+@pytest.mark.parametrize("stiffness", [-1.0, np.nan, np.inf, "firm"])
+def test_stiffness_is_checked(stiffness):
+    mesh = shapes.bumpy_sheet(4)
+    with pytest.raises((ValueError, TypeError), match="stiffness"):
+        smooth_borders(mesh, np.zeros(mesh.n_faces, int), stiffness=stiffness)
+
+
+def test_regions_without_area_take_part():
+    """Half of the faces are points; areas that are 0 are not divided by."""
+    mesh = shapes.bumpy_sheet(8)
+    flat = Mesh(mesh.vertices * [1.0, 0.0, 0.0], mesh.faces)
+    labels = np.arange(mesh.n_faces) * 4 // mesh.n_faces
+    assert np.unique(smooth_borders(flat, labels, stiffness=2.0)).tolist() == [0, 1, 2, 3]
 
 
 @pytest.mark.parametrize(("n", "k", "seed"), [(5, 2, 4), (5, 2, 28), (6, 4, 10), (6, 3, 41)])
@@ -288,10 +321,13 @@ def test_labels_do_not_depend_on_threads(k):
     """Of 80,000 faces: enough for four threads."""
     mesh = shapes.bumpy_sheet(200)
     labels = segment(mesh, k, alpha=0, smooth=False).labels
-    expected = smooth_borders(mesh, labels, n_threads=1)
-    assert (expected != labels).any()
-    for n_threads in (2, 3, 8):
-        assert np.array_equal(smooth_borders(mesh, labels, n_threads=n_threads), expected)
+    for stiffness in (0.0, 1.5):
+        options = {"stiffness": stiffness, "max_distance": 3.0}
+        expected = smooth_borders(mesh, labels, n_threads=1, **options)
+        assert (expected != labels).any()
+        for n_threads in (2, 3, 8):
+            again = smooth_borders(mesh, labels, n_threads=n_threads, **options)
+            assert np.array_equal(again, expected)
 
 
 def stripes(first):

@@ -23,18 +23,22 @@ def smooth_borders(
     crease_scale: float,
     max_chain: int,
     max_sweeps: int,
+    stiffness: float = 0.0,
 ) -> list[int]:
     """Labels after chains of faces have moved across borders, from one region to the next.
 
-    ``steps`` are the lengths of the arcs, in the unit of the vertices.
+    ``steps`` are the lengths of the arcs, in the unit of the vertices. A patch knows its own
+    changes of areas, and those of all patches of earlier colors.
     """
     regions = _MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
+    regions.areas = _Areas(graph, labels, stiffness)
     waiting = set(range(graph.n_cells))
     for _ in range(max_sweeps):
         at_border = [face for face in sorted(waiting) if regions.neighboring_labels(face)]
         listed = sorted((regions.turn(face), face) for face in at_border)
         waiting = set()
         for turn, face in listed:
+            regions.areas.begin(turn)
             if regions.turn(face) != turn:  # it has moved to another patch
                 continue
             waiting.discard(face)
@@ -43,7 +47,46 @@ def smooth_borders(
                 waiting.update(moved, *(regions.neighbors(f) for f in moved))
                 if moved:
                     break
+        regions.areas.begin(None)
     return regions.labels
+
+
+class _Areas:
+    """Changes of the areas of regions, and what they cost."""
+
+    def __init__(self, graph: FaceGraph, labels: list[int], stiffness: float) -> None:
+        first = [0.0] * (max(labels) + 1)
+        for face, label in enumerate(labels):
+            first[label] += float(graph.measures[face])
+        least = 1e-6 * (sum(first) / len(first))
+        self.of_faces: list[float] = graph.measures.tolist()
+        self.weights = [stiffness / max(area, least) if least > 0.0 else 0.0 for area in first]
+        self.known, self.own = [0.0] * len(first), [0.0] * len(first)
+        self._turn: tuple[int, int] | None = None
+        self._others: list[list[float]] = []  # changes by other patches of this color
+
+    def begin(self, turn: tuple[int, int] | None) -> None:
+        """Begin a patch, or end the sweep."""
+        if turn == self._turn:
+            return
+        self._others.append(self.own)
+        self.own = [0.0] * len(self.known)
+        if turn is None or self._turn is None or turn[0] != self._turn[0]:
+            for changes in self._others:
+                self.known = [a + b for a, b in zip(self.known, changes, strict=True)]
+            self._others = []
+        self._turn = turn
+
+    def gain(self, face: int, before: int, label: int) -> float:
+        """Decrease of the cost if a face takes a label."""
+        area = self.of_faces[face]
+        lost, won = (self.known[i] + self.own[i] for i in (before, label))
+        slope = self.weights[label] * won - self.weights[before] * lost
+        return -area * (slope + 0.5 * (self.weights[label] + self.weights[before]) * area)
+
+    def change(self, before: int, label: int, area: float) -> None:
+        self.own[before] -= area
+        self.own[label] += area
 
 
 class _MovingRegions:
@@ -64,6 +107,7 @@ class _MovingRegions:
         self.steps = steps.tolist()
         self.costs = _border_costs(graph, mesh, steps, crease_scale)
         self.patches = Patches(graph, labels)
+        self.areas = _Areas(graph, labels, 0.0)
         self.first, self.labels = list(labels), list(labels)
         self.travels = [0.0] * len(labels)
         self.fixed, self.max_distance = fixed, max_distance
@@ -152,12 +196,14 @@ class _MovingRegions:
         """Move faces to a region, the best first, up to the largest total gain; return them."""
         before = self.labels[first]
         limit = sum(self.costs[number] for number, _ in self.arcs(first))
-        gain, best_gain, best_size = 0.0, 1e-9 * limit, 0
+        gain, best_gain, best_size, area, best_area = 0.0, 1e-9 * limit, 0, 0.0, 0.0
         chain: list[tuple[int, float]] = []
-        candidates = {first: self.gain(first, label)}
-        while candidates and len(chain) < max_chain:
-            face = max(candidates, key=lambda f: (candidates[f], -f))
-            step = candidates.pop(face)
+        borders = {first: self.gain(first, label)}
+        while borders and len(chain) < max_chain:
+            gains = {f: g + self.areas.gain(f, before, label) for f, g in borders.items()}
+            face = max(gains, key=lambda f: (gains[f], -f))
+            step = gains[face]
+            del borders[face]
             if step < -0.5 * limit - gain:
                 break
             if self.travel(face, label) > self.max_distance or not self.may_leave(face):
@@ -168,10 +214,13 @@ class _MovingRegions:
             chain.append((face, self.travels[face]))
             self.travels[face] = float(np.float32(self.travel(face, label)))
             self.labels[face] = label
+            area += self.areas.of_faces[face]
+            self.areas.change(before, label, self.areas.of_faces[face])
             if gain > best_gain:
-                best_gain, best_size = gain, len(chain)
+                best_gain, best_size, best_area = gain, len(chain), area
             around = [f for f in self.neighbors(face) if self.labels[f] == before]
-            candidates.update({f: self.gain(f, label) for f in around})
+            borders.update({f: self.gain(f, label) for f in around})
+        self.areas.change(before, label, best_area - area)
         for face, travel in chain[best_size:]:
             self.labels[face], self.travels[face] = before, travel
         return [face for face, _ in chain[:best_size]]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
@@ -24,6 +26,20 @@ MAX_SWEEPS = 10
 """Largest number of sweeps. Most meshes need 4; the limit keeps time linear on all."""
 
 
+class SmoothOptions(NamedTuple):
+    """How far borders move, how many cells move at once, and how firmly regions keep their area."""
+
+    max_distance: float = MAX_DISTANCE  # in r
+    max_chain: int = MAX_CHAIN
+    stiffness: float = 0.0  # in 1 / r
+
+
+OF_PARTS = SmoothOptions(max_distance=3.0, max_chain=16, stiffness=1.5)
+"""Options for weights ``"parts"``. On the benchmark models at k = 150, the undersegmentation error
+is 0.1078 and compactness 4.407. They are 0.1095 and 4.433 with stiffness 0 and chains of 8, 0.1077
+and 4.425 with stiffness 3, 0.1068 and 4.444 with max_distance 2.5."""
+
+
 def smooth_borders(
     mesh: MeshLike | CellGraph,
     labels: npt.ArrayLike,
@@ -31,6 +47,7 @@ def smooth_borders(
     weights: npt.ArrayLike | None = None,
     centers: npt.ArrayLike | None = None,
     max_distance: float = MAX_DISTANCE,
+    stiffness: float = 0.0,
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Ints:
@@ -43,7 +60,12 @@ def smooth_borders(
 
     with w the weight of the arc across the edge, g the distance between the two centroids over its
     midpoint (eq. 1) and r the expected radius of a region. The difference w - g is the cost of
-    crossing the crease, so borders in creases are cheap.
+    crossing the crease, so borders in creases are cheap. Short borders alone make small regions
+    smaller; to prevent that, a `stiffness` s adds
+
+    .. math:: \frac{s}{2 r} \sum_i \frac{(A_i - A_{i,0})^2}{A_{i,0}}
+
+    with A the area of a region, and A_0 the area that it begins with.
 
     Connected faces of a region stay connected, and no region vanishes. The test for that is local:
     at edges of three faces or more, some moves are not made although they would be possible.
@@ -63,6 +85,8 @@ def smooth_borders(
     max_distance : float, default 1.0
         Maximum distance, in r and as a path length in the given weights, of a face from the border
         of the region that it moves to, >= 0. Creases make paths long, so borders stay in them.
+    stiffness : float, default 0.0
+        How firmly regions keep their area, >= 0. `segment` uses 1.5.
     weld, n_threads
         As for `segment`. The labels do not depend on the number of threads.
 
@@ -97,24 +121,24 @@ def smooth_borders(
     array([0, 0, 1, 1, 0, 0, 1, 1], dtype=int32)
     """
     max_distance = checked_number(max_distance, "max_distance", zero=True)
+    stiffness = checked_number(stiffness, "stiffness", zero=True)
     part = LabeledPart.read(mesh, labels, weights, weld, n_threads)
     fixed = np.empty(0, np.int32)
     if centers is not None:
         fixed = part.numbers_of(checked_seeds(centers, len(part.whole)))
-    return part.whole_labels(straighten(part.costs, part.labels, fixed, max_distance))
+    options = SmoothOptions(max_distance, stiffness=stiffness)
+    return part.whole_labels(straighten(part.costs, part.labels, fixed, options))
 
 
-def straighten(
-    costs: BorderCosts, labels: Ints, fixed: Ints, max_distance: float, stiffness: float = 0.0
-) -> Ints:
-    """Return smoothed labels; arguments are checked, `max_distance` is in r, `stiffness` in 1 / r."""
+def straighten(costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOptions) -> Ints:
+    """Return smoothed labels; arguments are checked."""
     return _core.smooth_borders(
         *costs.args,
         labels,
         fixed,
-        max_distance * costs.radius,
-        MAX_CHAIN,
+        options.max_distance * costs.radius,
+        options.max_chain,
         MAX_SWEEPS,
-        stiffness / costs.radius,
+        options.stiffness / costs.radius,
         costs.surface.n_threads,
     )
