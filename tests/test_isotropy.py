@@ -105,9 +105,8 @@ def elongations_and_axes(mesh, **options):
             steps = graph.positions[of_region]
             steps = steps - np.average(steps, axis=0, weights=weights)
             (_, low, high), vectors = np.linalg.eigh((weights[:, None] * steps).T @ steps)
-            if low > 0:  # more than one face, which is another test's matter
-                ratios.append(np.sqrt(high / low))
-                axes.append(vectors[:, 2])
+            ratios.append(np.sqrt(high / low))
+            axes.append(vectors[:, 2])
     assert len(ratios) > 200
     return np.array(ratios), np.array(axes)
 
@@ -119,7 +118,7 @@ def alignment(axes):
 
 @pytest.mark.parametrize("name", [*GRIDS, *CUTS])
 def test_regions_of_a_plane_are_round_and_lean_nowhere(name):
-    """Measured: 1.16 to 1.17 on grids, 1.20 on cuts; with creases up to 1.36, alignments 0.8."""
+    """Measured: 1.17 to 1.19 on grids, 1.22 on cuts; with creases up to 1.36, alignments 0.8."""
     ratios, axes = elongations_and_axes((GRIDS | CUTS)[name]())
     assert np.median(ratios) < (1.2 if name in GRIDS else 1.25)
     assert alignment(axes) < 0.25
@@ -144,5 +143,5 @@ def test_no_region_of_a_plane_is_tiny(name):
     mesh = (GRIDS | CUTS)[name]()
     areas = sf.build_face_graph(mesh).measures
     for k in range(50, 200, 24):
-        of_regions = np.bincount(sf.segment(mesh, k, smooth=False).labels, areas)
+        of_regions = np.bincount(sf.segment(mesh, k).labels, areas)
         assert of_regions.min() > 0.1 * areas.sum() / k, k

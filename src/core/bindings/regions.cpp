@@ -58,9 +58,9 @@ MergeTree tree_of_merges(Doubles areas, Points positions, Doubles features, Inte
 
 Buffer<Label> smoothed(const Surface& surface, Floats lengths, double unit, double crease_scale,
                        Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
-                       int max_sweeps, double stiffness, ThreadTeam& team) {
+                       int max_sweeps, double stiffness, double roundness, ThreadTeam& team) {
   return smooth_borders(surface, {lengths, unit, crease_scale}, labels, fixed,
-                        {max_distance, max_chain, max_sweeps, stiffness}, team);
+                        {max_distance, max_chain, max_sweeps, {stiffness, roundness}}, team);
 }
 
 auto smoothed_part(const Surface& surface, Floats lengths, double unit, double crease_scale,
@@ -68,7 +68,7 @@ auto smoothed_part(const Surface& surface, Floats lengths, double unit, double c
                    int max_sweeps, int n_threads, Integers rim) {
   return on_team(labels.size(), n_threads, [&](ThreadTeam& team) {
     return smooth_part(surface, {lengths, unit, crease_scale}, labels, fixed, rim,
-                       {max_distance, max_chain, max_sweeps, 0.0}, team);
+                       {max_distance, max_chain, max_sweeps, {}}, team);
   });
 }
 
@@ -109,7 +109,7 @@ void bind_regions(nb::module_& module) {
   module.def("trace_lines", serial(&trace_lines), "partners"_a);
   module.def("smooth_borders", threaded(&smoothed), "surface"_a, "lengths"_a, "unit"_a,
              "crease_scale"_a, "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a,
-             "max_sweeps"_a, "stiffness"_a, "n_threads"_a);
+             "max_sweeps"_a, "stiffness"_a, "roundness"_a, "n_threads"_a);
   module.def("smooth_part", &smoothed_part, "surface"_a, "lengths"_a, "unit"_a, "crease_scale"_a,
              "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a, "max_sweeps"_a, "n_threads"_a,
              "rim"_a);

@@ -141,15 +141,15 @@ std::size_t ChainMover::grow_chain(Cell first, Label from, Label to, double cost
   travels_before_.clear();
   candidates_.assign({candidate(first, from, to)});
   while (chain_.size() < options_.max_chain) {
-    const AreaGain of_areas = gain_of_areas(from, to);
-    const Candidate next = take_candidate(from, to, of_areas, -kDeepest * cost - gain);
+    const StiffGain stiff = stiff_gain(from, to);
+    const Candidate next = take_candidate(from, to, stiff, -kDeepest * cost - gain);
     if (next.cell == kNoCell) break;
-    gain += next.gain + of_areas.of(next.area);
-    area += next.area;
+    gain += next.gain + stiff.of(next.stiff);
+    area += next.stiff.area;
     chain_.push_back(next.cell);
     travels_before_.push_back(regions_.travel(next.cell));
     regions_.move(next.cell, to, next.travel);
-    change_areas(from, to, next.area);
+    change_areas(from, to, next.stiff.area);
     if (gain > best_gain) {
       best_gain = gain;
       best_area = area;
@@ -162,14 +162,14 @@ std::size_t ChainMover::grow_chain(Cell first, Label from, Label to, double cost
 }
 
 ChainMover::Candidate ChainMover::candidate(Cell cell, Label from, Label to) {
-  const double area = areas_.are_free() ? 0.0 : regions_.surface().measure(cell);
-  return {cell, regions_.gain_of(cell, from, to), area, 0.0F};
+  const StiffCell stiff = stiffness_.is_off() ? StiffCell{} : stiffness_.cell(cell, from, to);
+  return {cell, regions_.gain_of(cell, from, to), stiff, 0.0F};
 }
 
 // Removes and returns the best candidate that may move; kNoCell if no gain is large enough.
-ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, AreaGain of_areas,
+ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, StiffGain stiff,
                                                  double least_gain) {
-  const auto gain_of = [&](const Candidate& of) { return of.gain + of_areas.of(of.area); };
+  const auto gain_of = [&](const Candidate& of) { return of.gain + stiff.of(of.stiff); };
   while (!candidates_.empty()) {
     const auto best = std::max_element(
         candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
@@ -203,12 +203,12 @@ void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   }
 }
 
-AreaGain ChainMover::gain_of_areas(Label from, Label to) const {
-  return areas_.are_free() ? AreaGain{} : areas_.gain(from, to, changes_);
+StiffGain ChainMover::stiff_gain(Label from, Label to) const {
+  return stiffness_.is_off() ? StiffGain{} : stiffness_.gain(from, to, changes_);
 }
 
 void ChainMover::change_areas(Label from, Label to, double area) {
-  if (areas_.are_free()) return;
+  if (stiffness_.is_off()) return;
   changes_[from] -= area;
   changes_[to] += area;
   changed_.push_back(from);

@@ -10,8 +10,8 @@
 #include "cells/surface.hpp"
 #include "regions/borders.hpp"
 #include "regions/patches.hpp"
-#include "regions/region_areas.hpp"
 #include "regions/smooth.hpp"
+#include "regions/stiffness.hpp"
 
 namespace superfacets {
 
@@ -80,13 +80,13 @@ class MovingRegions {
 // Tries chains of moves; one for each thread.
 class ChainMover {
  public:
-  ChainMover(MovingRegions& regions, const Patches& patches, const RegionAreas& areas,
+  ChainMover(MovingRegions& regions, const Patches& patches, const Stiffness& stiffness,
              const SmoothOptions& options)
       : regions_(regions),
         patches_(patches),
-        areas_(areas),
+        stiffness_(stiffness),
         options_(options),
-        changes_(areas.n_regions(), 0.0) {}
+        changes_(stiffness.n_regions(), 0.0) {}
 
   // Tries chains that begin with a cell, one for each neighboring region, and keeps the first that
   // makes borders cheaper. Returns the cells moved, until the next call.
@@ -99,26 +99,26 @@ class ChainMover {
   // A candidate for the next move of a chain.
   struct Candidate {
     Cell cell = kNoCell;
-    double gain = 0.0;    // of the border
-    double area = 0.0;    // of the cell; 0 if areas are free
+    double gain = 0.0;    // of borders
+    StiffCell stiff;      // of the rest
     float travel = 0.0F;  // computed when it is examined
   };
 
   bool move_chain(Cell first, Label to, double cost);
   std::size_t grow_chain(Cell first, Label from, Label to, double cost);
   Candidate candidate(Cell cell, Label from, Label to);
-  Candidate take_candidate(Label from, Label to, AreaGain of_areas, double least_gain);
+  Candidate take_candidate(Label from, Label to, StiffGain stiff, double least_gain);
   void add_candidates(Cell moved, Label from, Label to);
-  AreaGain gain_of_areas(Label from, Label to) const;
+  StiffGain stiff_gain(Label from, Label to) const;
   void change_areas(Label from, Label to, double area);
   bool would_join_patches(Cell cell, Label from, Label to) const;
 
   MovingRegions& regions_;
   const Patches& patches_;
-  const RegionAreas& areas_;
+  const Stiffness& stiffness_;
   const SmoothOptions options_;
-  std::vector<double> changes_;  // of the area of each region, since take_changes
-  std::vector<Label> changed_;   // regions with changes, with duplicates
+  std::vector<double> changes_;        // of the area of each region, since take_changes
+  std::vector<Label> changed_;         // regions with changes, with duplicates
   std::vector<Cell> chain_;            // moves in this order
   std::vector<float> travels_before_;  // of the cells of the chain
   std::vector<Candidate> candidates_;

@@ -10,7 +10,7 @@
 #include "base/threads.hpp"
 #include "regions/chains.hpp"
 #include "regions/patches.hpp"
-#include "regions/region_areas.hpp"
+#include "regions/stiffness.hpp"
 
 namespace superfacets {
 namespace {
@@ -66,14 +66,14 @@ class Smoother {
  public:
   Smoother(MovingRegions& regions, const SmoothOptions& options, ThreadTeam& team)
       : regions_(regions),
-        areas_(regions.surface(), regions.labels(), options.stiffness, team),
+        stiffness_(regions.surface(), regions.labels(), options.stiff, team),
         waiting_(regions.labels().size(), team),
         team_(team) {
     const auto lists = take_border_cells();
     patches_ = make_patches(regions.arcs(), regions.labels(), by_region(lists));
     cells_ = by_patch(lists);
     for (int thread = 0; thread < team.size(); ++thread) {
-      movers_.emplace_back(regions, patches_, areas_, options);
+      movers_.emplace_back(regions, patches_, stiffness_, options);
     }
   }
 
@@ -104,8 +104,8 @@ class Smoother {
 
   Patch patch_of(Cell cell) const { return patches_.of_region[regions_.label(cell)]; }
 
-  // Patches of one color do not touch, so moves in one of them do not affect the others, but for the
-  // areas of regions that both touch: these change after all have moved.
+  // Patches of one color do not touch, so moves in one of them do not affect the others, but for
+  // the areas of regions that both touch: these change after all have moved.
   void sweep_patches(const std::vector<Patch>& patches) {
     tasks_.clear();
     std::copy_if(patches.begin(), patches.end(), std::back_inserter(tasks_),
@@ -115,7 +115,7 @@ class Smoother {
       sweep_patch(tasks_[task], movers_[thread]);
       changes[task] = movers_[thread].take_changes();
     });
-    for (const std::vector<AreaChange>& of_patch : changes) areas_.add(of_patch);
+    for (const std::vector<AreaChange>& of_patch : changes) stiffness_.add(of_patch);
   }
 
   void sweep_patch(Patch patch, ChainMover& mover) {
@@ -144,7 +144,7 @@ class Smoother {
   }
 
   MovingRegions& regions_;
-  RegionAreas areas_;
+  Stiffness stiffness_;
   WaitingCells waiting_;
   ThreadTeam& team_;
   Patches patches_;

@@ -6,6 +6,7 @@
 #include "base/types.hpp"
 #include "cells/surface.hpp"
 #include "regions/borders.hpp"
+#include "regions/stiffness.hpp"
 
 namespace superfacets {
 
@@ -13,11 +14,11 @@ struct SmoothOptions {
   double max_distance = 0.0;  // largest move of a border: a path length, in the positions' unit
   std::size_t max_chain = 1;  // most cells that move together
   int max_sweeps = 1;         // most passes over the borders
-  double stiffness = 0.0;     // cost of changes of areas, see RegionAreas
+  StiffnessOptions stiff;     // how firmly regions keep area and place
 };
 
 // Moves chains of cells at borders between regions, as long as that lowers the cost of borders plus
-// the cost of changed areas.
+// that of Stiffness.
 //
 // Regions are grouped in patches (see make_patches), which are processed color by color. Patches of
 // one color move their cells in parallel: no cell that one of them reads or moves is adjacent to

@@ -24,6 +24,7 @@ def smooth_borders(
     max_chain: int,
     max_sweeps: int,
     stiffness: float = 0.0,
+    roundness: float = 0.0,
 ) -> list[int]:
     """Labels after chains of faces have moved across borders, from one region to the next.
 
@@ -31,14 +32,14 @@ def smooth_borders(
     changes of areas, and those of all patches of earlier colors.
     """
     regions = _MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
-    regions.areas = _Areas(graph, labels, stiffness)
+    regions.stiffness = _Stiffness(graph, labels, stiffness, roundness)
     waiting = set(range(graph.n_cells))
     for _ in range(max_sweeps):
         at_border = [face for face in sorted(waiting) if regions.neighboring_labels(face)]
         listed = sorted((regions.turn(face), face) for face in at_border)
         waiting = set()
         for turn, face in listed:
-            regions.areas.begin(turn)
+            regions.stiffness.begin(turn)
             if regions.turn(face) != turn:  # it has moved to another patch
                 continue
             waiting.discard(face)
@@ -47,21 +48,34 @@ def smooth_borders(
                 waiting.update(moved, *(regions.neighbors(f) for f in moved))
                 if moved:
                     break
-        regions.areas.begin(None)
+        regions.stiffness.begin(None)
     return regions.labels
 
 
-class _Areas:
-    """Changes of the areas of regions, and what they cost."""
+class _Stiffness:
+    """What it costs regions to change their areas, and to spread out from their centroids."""
 
-    def __init__(self, graph: FaceGraph, labels: list[int], stiffness: float) -> None:
-        first = [0.0] * (max(labels) + 1)
-        for face, label in enumerate(labels):
-            first[label] += float(graph.measures[face])
-        least = 1e-6 * (sum(first) / len(first))
+    def __init__(
+        self, graph: FaceGraph, labels: list[int], stiffness: float, roundness: float
+    ) -> None:
         self.of_faces: list[float] = graph.measures.tolist()
-        self.weights = [stiffness / max(area, least) if least > 0.0 else 0.0 for area in first]
-        self.known, self.own = [0.0] * len(first), [0.0] * len(first)
+        self.positions = graph.positions
+        areas, moments = [0.0] * (max(labels) + 1), np.zeros((max(labels) + 1, 3))
+        for faces in _runs(labels):
+            label = labels[faces[0]]
+            areas[label] += sum(self.of_faces[face] for face in faces)
+            moment = np.zeros(3)
+            for face in faces:
+                moment += self.of_faces[face] * self.positions[face]
+            moments[label] += moment
+        mean = sum(areas) / len(areas)
+        firsts = [max(area, 1e-6 * mean) for area in areas]
+        is_on = stiffness > 0.0 and mean > 0.0
+        self.weights = [stiffness / area if is_on else 0.0 for area in firsts]
+        self.roundness = roundness if is_on else 0.0
+        inverses = [[1.0 / area] if is_on else [0.0] for area in firsts]
+        self.centroids = np.array(inverses) * moments
+        self.known, self.own = [0.0] * len(areas), [0.0] * len(areas)
         self._turn: tuple[int, int] | None = None
         self._others: list[list[float]] = []  # changes by other patches of this color
 
@@ -80,13 +94,30 @@ class _Areas:
     def gain(self, face: int, before: int, label: int) -> float:
         """Decrease of the cost if a face takes a label."""
         area = self.of_faces[face]
+        far, near = (_squared(self.positions[face] - self.centroids[i]) for i in (before, label))
         lost, won = (self.known[i] + self.own[i] for i in (before, label))
         slope = self.weights[label] * won - self.weights[before] * lost
-        return -area * (slope + 0.5 * (self.weights[label] + self.weights[before]) * area)
+        curvature = 0.5 * (self.weights[label] + self.weights[before])
+        return self.roundness * area * (far - near) - area * (slope + curvature * area)
 
     def change(self, before: int, label: int, area: float) -> None:
         self.own[before] -= area
         self.own[label] += area
+
+
+def _runs(labels: list[int], block: int = 1 << 14) -> list[list[int]]:
+    """Consecutive faces of one region, in the same block of faces."""
+    runs: list[list[int]] = []
+    for face, label in enumerate(labels):
+        if face % block == 0 or labels[face - 1] != label:
+            runs.append([])
+        runs[-1].append(face)
+    return runs
+
+
+def _squared(step: Floats) -> float:
+    x, y, z = step.tolist()
+    return float(x * x + y * y + z * z)
 
 
 class _MovingRegions:
@@ -107,7 +138,7 @@ class _MovingRegions:
         self.steps = steps.tolist()
         self.costs = _border_costs(graph, mesh, steps, crease_scale)
         self.patches = Patches(graph, labels)
-        self.areas = _Areas(graph, labels, 0.0)
+        self.stiffness = _Stiffness(graph, labels, 0.0, 0.0)
         self.first, self.labels = list(labels), list(labels)
         self.travels = [0.0] * len(labels)
         self.fixed, self.max_distance = fixed, max_distance
@@ -200,7 +231,7 @@ class _MovingRegions:
         chain: list[tuple[int, float]] = []
         borders = {first: self.gain(first, label)}
         while borders and len(chain) < max_chain:
-            gains = {f: g + self.areas.gain(f, before, label) for f, g in borders.items()}
+            gains = {f: g + self.stiffness.gain(f, before, label) for f, g in borders.items()}
             face = max(gains, key=lambda f: (gains[f], -f))
             step = gains[face]
             del borders[face]
@@ -214,13 +245,13 @@ class _MovingRegions:
             chain.append((face, self.travels[face]))
             self.travels[face] = float(np.float32(self.travel(face, label)))
             self.labels[face] = label
-            area += self.areas.of_faces[face]
-            self.areas.change(before, label, self.areas.of_faces[face])
+            area += self.stiffness.of_faces[face]
+            self.stiffness.change(before, label, self.stiffness.of_faces[face])
             if gain > best_gain:
                 best_gain, best_size, best_area = gain, len(chain), area
             around = [f for f in self.neighbors(face) if self.labels[f] == before]
             borders.update({f: self.gain(f, label) for f in around})
-        self.areas.change(before, label, best_area - area)
+        self.stiffness.change(before, label, best_area - area)
         for face, travel in chain[best_size:]:
             self.labels[face], self.travels[face] = before, travel
         return [face for face, _ in chain[:best_size]]
