@@ -128,5 +128,5 @@ def test_labels_are_checked():
 def test_a_majority_takes_labels_up_to_the_largest():
     groups, labels = np.array([0, 0, 1, 1, 1]), np.array([2**31 - 1, -1, 5, 2**31 - 1, 5])
     weights = np.array([2.0, 1.0, 1.0, 1.5, 1.0])
-    found = weighted_majority(groups, labels.astype(np.int32), weights, 2)
+    found = weighted_majority(groups, labels.astype(np.int32), weights, 2).winners
     assert found.tolist() == [2**31 - 1, 5]

@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
 from ..cells.kinds import kind_of, measures_of
-from ..cells.sums import weighted_majority
+from ..cells.sums import Majority, weighted_majority
 from ..mesh.cells import lowest_vertices
 from ..mesh.faces import Corners, mean_normals, vertex_graph
 
@@ -89,13 +89,12 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
 
 
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
-    """Labels of positions: vertices at borders lose theirs, and get one by Kruskal's algorithm.
+    """Labels of positions: those at borders are found by Kruskal's algorithm.
 
     Regions that are nowhere else keep their vertices at borders. Of a region that falls apart, the
     largest piece stays, and the vertices of the others get other labels.
     """
-    majority = _majority(regions, len(edges.positions), n_threads)
-    at_border = _core.cells_at_borders(edges.offsets, edges.neighbors, majority).view(bool)
+    majority, at_border = _majority(regions, len(edges.positions), n_threads)
     inside = majority[~at_border]
     has_inside = np.bincount(inside[inside >= 0], minlength=regions.n) > 0
     seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
@@ -104,15 +103,17 @@ def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int)
     return _core.spread_labels(*edges, found, majority, n_threads)
 
 
-def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Ints:
+def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
     """The label of most of the area around each position; each region has a vertex, if possible."""
-    corners, labels = regions.corners, regions.labels
-    weights = np.repeat(measures_of(regions.cells, n_threads), corners.sizes)
-    of_vertices = weighted_majority(
-        corners.vertices, np.repeat(labels, corners.sizes), weights, n_vertices
+    sizes = regions.corners.sizes
+    majority = weighted_majority(
+        regions.corners.vertices,
+        np.repeat(regions.labels, sizes),
+        np.repeat(measures_of(regions.cells, n_threads), sizes),
+        n_vertices,
     )
-    _give_vertices(of_vertices, regions)
-    return of_vertices
+    _give_vertices(majority.winners, regions)
+    return majority
 
 
 def _give_vertices(of_vertices: Ints, regions: _Regions) -> None:

@@ -123,7 +123,7 @@ def vertex_labels(
     if array.min() < 0:
         kept = of_corners >= 0
         vertices, of_corners, weights = vertices[kept], of_corners[kept], weights[kept]
-    return weighted_majority(vertices, of_corners, weights, cells.n_vertices)
+    return weighted_majority(vertices, of_corners, weights, cells.n_vertices).winners
 
 
 def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
