@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <queue>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "base/assert.hpp"
@@ -93,8 +95,9 @@ class GrowingRegions {
 
   void grow(Label label, std::span<const Vertex> members) {
     Steps steps;
+    std::vector<std::pair<Vertex, Label>> taken;  // vertices, and the regions that gave them
     for (const Vertex member : members) {
-      if (labels_[member] == label) add_steps(member, steps);
+      add_steps(member, steps);
     }
     while (is_small(label) && !steps.empty()) {
       const Vertex vertex = steps.top().to;
@@ -102,11 +105,18 @@ class GrowingRegions {
       const Label giver = labels_[vertex];
       if (giver == label || giver == kNoLabel) continue;
       if (sizes_[giver] - size_.counts[vertex] < size_.least || !can_spare(vertex)) continue;
-      labels_[vertex] = label;
-      sizes_[giver] -= size_.counts[vertex];
-      sizes_[label] += size_.counts[vertex];
+      move(vertex, label);
+      taken.emplace_back(vertex, giver);
       add_steps(vertex, steps);
     }
+    if (!is_small(label)) return;
+    for (const auto& [vertex, giver] : taken) move(vertex, giver);
+  }
+
+  void move(Vertex vertex, Label to) {
+    sizes_[labels_[vertex]] -= size_.counts[vertex];
+    sizes_[to] += size_.counts[vertex];
+    labels_[vertex] = to;
   }
 
   void add_steps(Vertex from, Steps& steps) const {

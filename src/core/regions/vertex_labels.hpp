@@ -28,13 +28,14 @@ struct LeastSize {
 
 // Lets each region smaller than `least`, in the order of labels, take vertices of other regions
 // over the edge with the lowest weight, until it is large enough. Regions give vertices only as
-// long as they keep `least` and stay connected, as far as a search around the vertex shows; where
-// all neighbors are too small for that, the region stays small.
+// long as they keep `least` and stay connected, as far as a search around the vertex shows. A region
+// that does not get enough stays as it is.
 Buffer<Label> grow_small_regions(const VertexEdges& edges, std::span<const Label> labels,
                                  const LeastSize& size);
 
 // Unites regions smaller than `least` with others, over the edges with the lowest weights first. A
-// united region has the lowest of its labels. Only regions without neighbors stay smaller.
+// united region has the lowest of its labels. Only regions without neighbors stay smaller. All
+// vertices with edges have labels.
 Buffer<Label> merge_small_regions(const VertexEdges& edges, std::span<const Label> labels,
                                   const LeastSize& size);
 

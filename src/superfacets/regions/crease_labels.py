@@ -11,6 +11,7 @@ from .. import _core
 from .._types import Array, Floats, Ints, Longs
 from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import Majority, weighted_majority
+from ..errors import MeshError
 from ..mesh.cells import lowest_vertices
 from ..mesh.faces import Corners, mean_normals, vertex_graph
 
@@ -46,8 +47,7 @@ def crease_labels(
         return found
     cells, labels = _labeled_part(cells, labels)
     lowest = lowest_vertices(cells.vertices, True, n_threads)
-    corners = kind_of(cells).corners(cells)
-    assert corners is not None
+    corners = corners_in(cells)
     graph = vertex_graph(cells, lowest, n_threads)
     edges = VertexEdges(*graph[:2], cells.vertices, mean_normals(cells, lowest))
     welded = Corners(lowest[corners.vertices], corners.size, corners.offsets)
@@ -61,10 +61,19 @@ def crease_labels(
     return found
 
 
+def corners_in(cells: Any) -> Corners:
+    """The corners of cells; a MeshError for kinds of cells without vertices."""
+    kind = kind_of(cells)
+    corners = kind.corners(cells)
+    if corners is None:
+        raise MeshError(f"{kind.plural} have no vertices to label")
+    return corners
+
+
 def large_regions(
     edges: VertexEdges, labels: Ints, counts: Ints, least: int, *, merge: bool
 ) -> Ints:
-    """Return labels after regions of fewer than `least` vertices have grown.
+    """Return labels after regions of fewer than `least` vertices have grown to this size.
 
     They take vertices of regions that stay connected and have `least` vertices left. With `merge`,
     regions that are still smaller are united with others. `counts` holds the number of vertices
@@ -83,9 +92,8 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
         return cells, labels
     kept = np.flatnonzero(labels >= 0)
     kind = kind_of(cells)
-    return kind.with_corners(
-        cells, cells.vertices, *kind.corners(cells).of(kept), cells.bounds
-    ), labels[kept]
+    corners, offsets = corners_in(cells).of(kept)
+    return kind.with_corners(cells, cells.vertices, corners, offsets, cells.bounds), labels[kept]
 
 
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:

@@ -18,9 +18,7 @@ from .._validate import (
 from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import weighted_majority
-from ..errors import MeshError
-from .crease_labels import crease_labels
-
+from .crease_labels import corners_in, crease_labels
 
 METHODS = ("majority", "creases")
 """Ways from labels of cells to labels of vertices."""
@@ -61,7 +59,7 @@ def vertex_labels(
     min_vertices : int, default 1
         Size to which smaller regions grow, with ``"creases"``. They take vertices over the edges
         with the lowest weights, from regions that stay connected and have `min_vertices` left.
-        Where no neighbor can spare a vertex, as in a small component, a region stays smaller.
+        Where there are not enough of these, as in a small component, a region stays as it is.
     n_threads : int, optional
         As for `segment`; labels do not depend on it.
 
@@ -113,11 +111,11 @@ def vertex_labels(
         raise ValueError('min_vertices needs method="creases"')
     if kind_of(cells).are_points:
         return array
-    vertices, sizes = corner_groups(cells)
     if method == "creases":
         ranks, names = ranked_labels(array)
         found = crease_labels(cells, ranks, len(names), threads, least=least)
         return np.append(names, -1).astype(np.int32)[found]
+    vertices, sizes = corner_groups(cells)
     weights = np.repeat(measures_of(cells, threads), sizes)
     of_corners = np.repeat(array, sizes)
     if array.min() < 0:
@@ -134,7 +132,6 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
-    corner_groups(cells)  # refuses cells without vertices
     ranks, names = ranked_labels(labels)
     threads = checked_threads(None)
     found = crease_labels(cells, ranks, len(names), threads, least=LEAST_IN_FILES)
@@ -151,8 +148,5 @@ def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
 
 def corner_groups(cells: Any) -> tuple[Ints, Longs | int]:
     """Vertices of the corners of all cells in a row, and the number of corners of each cell."""
-    kind = kind_of(cells)
-    corners = kind.corners(cells)
-    if corners is None:
-        raise MeshError(f"{kind.plural} have no vertices to label")
+    corners = corners_in(cells)
     return corners.vertices, corners.sizes
