@@ -51,7 +51,7 @@ def spread_labels(
     ]
     ranks = [(weight(a, b), bool(hints[a] != hints[b]), a, b) for a, b in sorted(free)]
     sets = {vertex: [vertex] for vertex in range(len(labels))}
-    found = np.array(labels).tolist()
+    found: list[int] = np.array(labels).tolist()
     for *_, a, b in sorted(ranks):
         if sets[a] is sets[b] or (found[a] >= 0 and found[b] >= 0):
             continue
