@@ -46,15 +46,16 @@ Majority weighted_majority(std::span<const Cell> groups, std::span<const Label> 
   std::fill(majority.winners.begin(), majority.winners.end(), kNoLabel);
   std::fill(majority.is_divided.begin(), majority.is_divided.end(), 0);
   for (std::size_t i = 0; i < groups.size(); ++i) majority.winners[groups[i]] = labels[i];
-  std::size_t n_members = 0;
   for (std::size_t i = 0; i < groups.size(); ++i) {
     if (majority.winners[groups[i]] != labels[i]) majority.is_divided[groups[i]] = 1;
   }
+  std::size_t n_members = 0;
   for (const Cell group : groups) n_members += majority.is_divided[group];
   Buffer<Member> members(n_members);
-  Member* next = members.data();
+  std::size_t next = 0;
   for (std::size_t i = 0; i < groups.size(); ++i) {
-    if (majority.is_divided[groups[i]] != 0) *next++ = {groups[i], labels[i], weights[i]};
+    if (majority.is_divided[groups[i]] == 0) continue;
+    members[next++] = Member(groups[i], labels[i], weights[i]);
   }
   radix_sort(members);
   find_winners(members.span(), majority.winners.span());

@@ -21,8 +21,8 @@ struct SegmentLimits {
 // ends[2 i + 1]. The weight of an edge is its crease_weight, convex if the normal at its end points
 // forward along it: edges of both directions may have two weights. In the order of ascending weight
 // w (of equal weights, the first), an edge joins the segments at its ends if w is at most the limit
-// of both. The limit of a segment is threshold / size, plus the weight that joined it last. Then, in
-// the same order, edges join segments smaller than `least` to others. Time O(E log V) at worst.
+// of both. The limit of a segment is threshold / size, plus the weight that joined it last. Then,
+// in the same order, edges join segments smaller than `least` to others. Time O(E log V) at worst.
 std::int64_t count_graph_segments(std::span<const Point> positions, std::span<const Point> normals,
                                   std::span<const Vertex> ends, const SegmentLimits& limits,
                                   ThreadTeam& team);

@@ -200,8 +200,7 @@ Buffer<Label> merge_small_regions(const VertexEdges& edges, std::span<const Labe
                                   const LeastSize& size) {
   ThreadTeam team(1);
   const Buffer<WeightedEdge> ascending = sorted_edges(
-      edges,
-      [&](Vertex a, Vertex b) { return a < b && labels[a] != labels[b]; },
+      edges, [&](Vertex a, Vertex b) { return a < b && labels[a] != labels[b]; },
       [&](Vertex a, Vertex b) {
         return WeightedEdge{ascending_bits(edges.weight(a, b)), labels[a], labels[b]};
       },

@@ -28,8 +28,8 @@ struct LeastSize {
 
 // Lets each region smaller than `least`, in the order of labels, take vertices of other regions
 // over the edge with the lowest weight, until it is large enough. Regions give vertices only as
-// long as they keep `least` and stay connected, as far as a search around the vertex shows. A region
-// that does not get enough stays as it is.
+// long as they keep `least` and stay connected, as far as a search around the vertex shows. A
+// region that does not get enough stays as it is.
 Buffer<Label> grow_small_regions(const VertexEdges& edges, std::span<const Label> labels,
                                  const LeastSize& size);
 
