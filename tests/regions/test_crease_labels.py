@@ -168,6 +168,13 @@ def test_a_region_gives_its_only_vertex_where_it_gets_another():
     assert found[3] == -1
 
 
+def test_a_component_that_is_all_border_keeps_the_majority():
+    sheet, speck = sheet_of(8), sf.Mesh([[9, 0, 0], [9, 1, 0], [8, 0, 0]], [[0, 1, 2], [0, 1, 2]])
+    mesh = shapes.together([sheet, speck])
+    labels = np.concatenate([np.arange(sheet.n_faces) // 64, [1, 0]])
+    assert_array_equal(along_creases(mesh, labels)[-3:], [0, 0, 0])
+
+
 def test_cells_without_a_label_take_no_part():
     sheet = sheet_of(8)
     x = sheet.vertices[sheet.faces].mean(axis=1)[:, 0]

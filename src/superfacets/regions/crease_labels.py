@@ -107,6 +107,7 @@ def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int)
     has_inside = np.bincount(inside[inside >= 0], minlength=regions.n) > 0
     seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
     found = _core.spread_labels(*edges, seeds, majority, n_threads)
+    found = np.where(found < 0, majority, found)  # a component that is all border
     found[_in_stray_pieces(edges, regions, found, n_threads)] = -1
     return _core.spread_labels(*edges, found, majority, n_threads)
 
