@@ -129,6 +129,7 @@ class GrowingRegions {
   // among the nearest vertices shows.
   bool can_spare(Vertex vertex) {
     const Label label = labels_[vertex];
+    if (edges_.of(vertex).size() > kMostVisited) return false;  // the search would not reach them
     std::size_t n_missing = 0;
     Vertex first = -1;
     for (const Vertex neighbor : edges_.of(vertex)) {
