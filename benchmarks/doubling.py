@@ -128,6 +128,12 @@ def smooth_borders_of_regions(cells: Cells) -> object:
     return sf.cut_borders(cells, np.arange(cells.n_cells) // 32, n_threads=1)
 
 
+def labels_along_creases(cells: Cells) -> object:
+    """Find labels of vertices, from regions of two cells each."""
+    labels = np.arange(cells.n_cells) // 2
+    return sf.vertex_labels(cells, labels, method="creases", min_vertices=8, n_threads=1)
+
+
 JOBS: dict[str, Job] = {
     "defaults": segment,
     "k = N": partial(segment, share=1.0),
@@ -146,14 +152,16 @@ JOBS: dict[str, Job] = {
     "shape_diameter": thickness,
     "region_graph": graph_of_regions,
     "cut_borders": smooth_borders_of_regions,
+    "vertex_labels": labels_along_creases,
 }
 
 
 SHAPES_OF: dict[str, tuple[str, ...]] = {
     "shape_diameter": ("flat grid", "star", "coin"),
     "cut_borders": ("flat grid", "star", "coin", "dust"),
+    "vertex_labels": ("flat grid", "star", "coin", "dust", "spindle"),
 }
-"""Shapes of jobs that need faces. The thickness of the dust is not measured: a ray passes as many
+"""Shapes of jobs that need faces, or vertices. The thickness of the dust is not measured: a ray passes as many
 triangles as a row of the lattice has, so it is not linear."""
 
 

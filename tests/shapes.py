@@ -198,6 +198,28 @@ def bumpy_sheet(n=24, seed=0):
     return Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
 
 
+def scan(seed):
+    """Noisy sheets with holes, specks, faces on non-manifold edges, and vertices without faces."""
+    rng = np.random.default_rng(seed)
+    parts = []
+    for _ in range(rng.integers(1, 4)):
+        sheet = bumpy_sheet(int(rng.integers(3, 16)), int(rng.integers(1 << 20)))
+        noise = rng.normal(size=sheet.vertices.shape) * rng.choice([0, 0.005, 0.03])
+        kept = sheet.faces[rng.random(sheet.n_faces) < rng.choice([1, 0.97, 0.7])]
+        parts.append(Mesh(sheet.vertices + noise + rng.uniform(-99, 99, 3), kept))
+    for _ in range(rng.integers(0, 4)):
+        parts.append(Mesh(cube().vertices * 0.01 + rng.uniform(-99, 99, 3), cube().faces))
+    whole = together(parts)
+    sides = whole.faces[rng.integers(0, whole.n_faces, rng.integers(0, 9)), :2]
+    tips = whole.vertices[sides].mean(axis=1) + rng.normal(size=(len(sides), 3)) * 0.1
+    unused = rng.normal(size=(rng.integers(0, 5), 3))
+    vertices = np.concatenate([whole.vertices, tips, unused])
+    more = np.column_stack([sides, whole.n_vertices + np.arange(len(sides))])
+    order = rng.permutation(len(vertices))
+    faces = np.argsort(order)[np.concatenate([whole.faces, more])]
+    return Mesh(vertices[order], rng.permutation(faces))
+
+
 def dumbbell(n_rings=31, n_around=14):
     """Two blobs joined by a neck along x, open at both ends: narrowest in the ring x = 0."""
     x = np.linspace(-1, 1, n_rings)

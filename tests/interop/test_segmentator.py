@@ -9,8 +9,8 @@ import shapes
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets import segmentator
-from superfacets.interop.segmentator import segment_mesh, segment_point
+from superfacets import _core, reference, segmentator
+from superfacets.interop.segmentator import compute_vn, segment_mesh, segment_point
 
 
 class Tensor:
@@ -43,45 +43,35 @@ def bear():
     return sf.sample_mesh(3000)
 
 
-def mean_normals(mesh):
-    """Of the faces around each vertex, one after the other."""
-    normals, counts = np.zeros((mesh.n_vertices, 3)), np.zeros(mesh.n_vertices)
-    for face in mesh.faces.tolist():
-        p, q, r = mesh.vertices[face]
-        normal = np.cross(q - p, r - p)
-        normal /= np.linalg.norm(normal)
-        for vertex in face:
-            normals[vertex] = (normals[vertex] * counts[vertex] + normal) / (counts[vertex] + 1)
-            counts[vertex] += 1
-    return normals
-
-
 def steps_of(mesh):
     return [step for i, j, k in mesh.faces.tolist() for step in ((i, j), (i, k), (k, j))]
 
 
-def literal_segments(mesh, threshold=0.01, least=20, normals=None):
-    """What the original finds, step by step, without anything left out: a label per vertex."""
-    normals = mean_normals(mesh) if normals is None else normals
-    weighted = []
-    for a, b in steps_of(mesh):
-        weight = 1 - normals[a] @ normals[b]
-        if normals[b] @ (mesh.vertices[b] - mesh.vertices[a]) > 0:
-            weight *= weight
-        weighted.append((weight, a, b))
-    weighted.sort(key=lambda step: step[0])
-    labels = np.arange(mesh.n_vertices)
-    limits = np.full(mesh.n_vertices, threshold)
-    for weight, first, second in weighted:
-        a, b = labels[first], labels[second]
-        if a != b and weight <= limits[a] and weight <= limits[b]:
-            labels[labels == b] = a
-            limits[a] = weight + threshold / np.count_nonzero(labels == a)
-    for _, first, second in weighted:
-        a, b = labels[first], labels[second]
-        if a != b and min(np.count_nonzero(labels == a), np.count_nonzero(labels == b)) < least:
-            labels[labels == b] = a
-    return labels
+def literal_count(mesh, threshold=0.01, least=20, normals=None):
+    """The number of segments that the original finds."""
+    normals = reference.mean_normals(mesh) if normals is None else normals
+    return reference.count_segments(mesh.vertices, normals, steps_of(mesh), threshold, least)
+
+
+def parts_of(n_nodes, edges, ids):
+    """The connected parts of all ids, one number for each node."""
+    ends = edges[ids[edges[:, 0]] == ids[edges[:, 1]]]
+    ends = np.concatenate([ends, ends[:, ::-1]]).astype(np.int32)
+    order = np.argsort(ends[:, 0], kind="stable")
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(ends[:, 0], minlength=n_nodes))])
+    alike = np.zeros(n_nodes, np.int32)
+    return _core.find_components(offsets, np.ascontiguousarray(ends[order, 1]), alike)[0]
+
+
+def check_ids(ids, edges, least):
+    """Connected, without gaps, and as large as asked for, or whole components."""
+    assert_array_equal(np.unique(ids), np.arange(ids.max() + 1))
+    assert parts_of(len(ids), edges, ids).max() == ids.max()
+    components = parts_of(len(ids), edges, np.zeros(len(ids), int))
+    is_small = np.bincount(ids)[ids] < least
+    assert_array_equal(
+        np.bincount(components)[components[is_small]], np.bincount(ids)[ids[is_small]]
+    )
 
 
 def number_asked_for(monkeypatch, *arguments, **keywords):
@@ -109,7 +99,7 @@ def test_the_signatures_are_those_of_the_original():
 @pytest.mark.parametrize(("threshold", "least"), [(0.01, 20), (0.001, 5), (0.05, 60)])
 def test_there_are_as_many_regions_as_the_original_finds(monkeypatch, threshold, least):
     rough = shapes.bumpy_sheet(20)  # noise, where each way of an edge counts
-    expected = len(np.unique(literal_segments(rough, threshold, least)))
+    expected = literal_count(rough, threshold, least)
     assert expected > 1
     found = number_asked_for(
         monkeypatch, rough.vertices, rough.faces, kThresh=threshold, segMinVerts=least
@@ -118,8 +108,7 @@ def test_there_are_as_many_regions_as_the_original_finds(monkeypatch, threshold,
 
 
 def test_a_smooth_mesh_is_counted_as_the_original_counts_it(bear, monkeypatch):
-    expected = len(np.unique(literal_segments(bear)))
-    assert number_asked_for(monkeypatch, bear.vertices, bear.faces) == expected
+    assert number_asked_for(monkeypatch, bear.vertices, bear.faces) == literal_count(bear)
 
 
 def test_small_components_are_regions_in_addition(monkeypatch):
@@ -131,6 +120,39 @@ def test_small_components_are_regions_in_addition(monkeypatch):
     ids = segment_mesh(both.vertices, both.faces)
     assert ids.max() == number  # 0 to number - 1, and the speck
     assert len(set(ids[sheet.n_vertices :].tolist())) == 1
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_regions_of_scans_are_connected_and_have_the_minimum(seed):
+    scan = shapes.scan(seed)
+    for threshold, least in ((0.01, 20), (0.001, 5), (0.001, 40)):
+        ids = segment_mesh(scan.vertices, scan.faces, threshold, least)
+        check_ids(ids, np.array(steps_of(scan)), least)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_regions_of_points_are_connected_and_have_the_minimum(seed):
+    scan = shapes.scan(seed)
+    normals = compute_vn(scan)
+    rng = np.random.default_rng(seed)
+    edges = rng.permuted(np.array(steps_of(scan)), axis=1)
+    edges = edges[rng.random(len(edges)) < 0.9]
+    for threshold, least in ((0.01, 20), (0.001, 5), (0.001, 40)):
+        check_ids(segment_point(scan.vertices, normals, edges, threshold, least), edges, least)
+
+
+def test_vertex_normals_are_means_of_face_normals():
+    scan = shapes.scan(3)
+    normals = compute_vn(scan)
+    assert normals.dtype == np.float64
+    assert_array_equal(normals, reference.mean_normals(scan))
+    unused = np.setdiff1d(np.arange(scan.n_vertices), scan.faces)
+    assert len(unused)
+    assert_array_equal(normals[unused], 0)
+    soup = shapes.soup(shapes.fold(90))
+    assert_array_equal(np.linalg.norm(compute_vn(soup), axis=1), 1)  # not welded
+    flat = shapes.slivers()
+    assert_array_equal(compute_vn(flat)[[0, 4]], [[0, 0, 0.5], [0, 0, 0]])
 
 
 def test_every_vertex_has_an_id_and_every_id_a_vertex(bear):
@@ -159,6 +181,8 @@ def test_files_of_ids_have_the_same_regions(bear, tmp_path):
     labels = sf.segment(bear, 400).labels
     ids = segment_mesh(bear.vertices, bear.faces, n_segments=400)
     assert len(np.unique(sf.vertex_labels(bear, labels))) < len(np.unique(ids)) == 400
+    creases = sf.vertex_labels(bear, labels, method="creases", min_vertices=20)
+    assert_array_equal(ids, creases)
     sf.write_mesh(tmp_path / "bear.segs.json", bear, labels)
     assert_array_equal(json.loads((tmp_path / "bear.segs.json").read_text())["segIndices"], ids)
 
@@ -215,7 +239,7 @@ def test_edges_may_be_given_in_one_direction_or_both():
 
 def test_points_of_a_mesh_are_counted_as_the_mesh(monkeypatch):
     sheet = shapes.bumpy_sheet(20)
-    normals = mean_normals(sheet)
+    normals = compute_vn(sheet)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     numbers = []
 
@@ -225,7 +249,7 @@ def test_points_of_a_mesh_are_counted_as_the_mesh(monkeypatch):
 
     monkeypatch.setattr(segmentator, "segment_graph", segment_graph)
     ids = segment_point(sheet.vertices, 7 * normals, steps_of(sheet), kThresh=0.001)
-    assert numbers == [len(np.unique(literal_segments(sheet, 0.001, normals=normals)))]
+    assert numbers == [literal_count(sheet, 0.001, normals=normals)]
     assert len(np.unique(ids)) == numbers[0]
 
 

@@ -8,7 +8,7 @@ from numpy.testing import assert_array_equal
 import superfacets as sf
 from superfacets.cells.sums import weighted_majority
 from superfacets.mesh.tet_mesh import signed_volumes
-from superfacets.regions.vertices import vertex_ids
+from superfacets.regions.vertices import LEAST_IN_FILES, vertex_ids
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 
@@ -87,8 +87,9 @@ def test_each_region_has_an_id_while_there_are_vertices():
     labels[[10, 40]] = 5, 9  # most of the area around no vertex
     ids = vertex_ids(sheet, labels.astype(np.int32))
     assert [*np.unique(ids)] == [5, 9, 2**31 - 1]
-    assert [np.count_nonzero(ids == region) for region in (5, 9)] == [1, 1]
-    assert np.flatnonzero(ids == 5)[0] in sheet.faces[10]
+    # There are vertices for two regions of 20 or more: the first one grows.
+    assert [np.count_nonzero(ids == region) for region in (5, 9)] == [LEAST_IN_FILES, 1]
+    assert {*sheet.faces[10]} & {*np.flatnonzero(ids == 5)}
     assert np.flatnonzero(ids == 9)[0] in sheet.faces[40]
 
 
@@ -128,5 +129,5 @@ def test_labels_are_checked():
 def test_a_majority_takes_labels_up_to_the_largest():
     groups, labels = np.array([0, 0, 1, 1, 1]), np.array([2**31 - 1, -1, 5, 2**31 - 1, 5])
     weights = np.array([2.0, 1.0, 1.0, 1.5, 1.0])
-    found = weighted_majority(groups, labels.astype(np.int32), weights, 2)
+    found = weighted_majority(groups, labels.astype(np.int32), weights, 2).winners
     assert found.tolist() == [2**31 - 1, 5]

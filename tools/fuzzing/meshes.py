@@ -137,6 +137,12 @@ def _check_carried(mesh: sf.Mesh, rng: np.random.Generator) -> None:
     of_vertices = sf.vertex_labels(mesh, labels)
     is_used = np.isin(np.arange(mesh.n_vertices), mesh.faces)
     assert np.array_equal(of_vertices >= 0, is_used)
+    along_creases = [
+        sf.vertex_labels(mesh, labels, method="creases", min_vertices=4, n_threads=n_threads)
+        for n_threads in THREADS
+    ]
+    assert np.array_equal(along_creases[0] >= 0, is_used)
+    assert all(np.array_equal(found, along_creases[0]) for found in along_creases)
     low, high = mesh.bounds
     points = rng.uniform(1.5 * low - 0.5 * high, 1.5 * high - 0.5 * low, (200, 3))
     found = sf.nearest_faces(mesh, points, n_threads=1)

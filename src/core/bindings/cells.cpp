@@ -9,6 +9,7 @@
 #include "cells/far_arcs.hpp"
 #include "cells/feature_steps.hpp"
 #include "cells/graph_surface.hpp"
+#include "cells/majority.hpp"
 #include "cells/ordered_graph.hpp"
 #include "cells/part_prices.hpp"
 #include "cells/point_graph.hpp"
@@ -425,6 +426,8 @@ void bind_graphs(nb::module_& module) {
              "n_around"_a, "cutoff"_a, "has_normals"_a, "n_threads"_a);
   module.def("build_sorted_point_graph", threaded(&sorted_point_graph), "positions"_a,
              "n_neighbors"_a, "n_around"_a, "cutoff"_a, "has_normals"_a, "n_threads"_a);
+  module.def("weighted_majority", serial(&weighted_majority), "groups"_a, "labels"_a, "weights"_a,
+             "n_groups"_a);
   module.def("find_components", serial(&components), "offsets"_a, "neighbors"_a, "labels"_a);
 }
 

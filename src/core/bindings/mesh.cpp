@@ -6,6 +6,7 @@
 #include "mesh/polygons.hpp"
 #include "mesh/subdivision.hpp"
 #include "mesh/vertex_graph.hpp"
+#include "mesh/vertex_normals.hpp"
 #include "mesh/weld.hpp"
 
 namespace superfacets {
@@ -21,6 +22,11 @@ Buffer<std::int32_t> narrowed(std::span<const Index> indices, ThreadTeam& team) 
 VertexGraph polygon_vertex_graph(Points vertices, Offsets offsets, Integers corners,
                                  Integers representative, ThreadTeam& team) {
   return build_vertex_graph(vertices, Polygons{offsets, corners}, representative, team);
+}
+
+Buffer<Point> polygon_mean_normals(Points vertices, Offsets offsets, Integers corners,
+                                   Integers representative) {
+  return mean_normals(vertices, Polygons{offsets, corners}, representative);
 }
 
 auto polygon_measures(Points vertices, Offsets offsets, Integers corners, ThreadTeam& team) {
@@ -71,6 +77,7 @@ auto area_vectors_of(Points vertices, Triangles faces, ThreadTeam& team) {
 constexpr std::int64_t kMinSubdivided = 256;
 
 using OfTriangles = VertexGraph (*)(Points, Triangles, Integers, ThreadTeam&);
+using NormalsOfTriangles = Buffer<Point> (*)(Points, Triangles, Integers);
 
 }  // namespace
 
@@ -84,6 +91,10 @@ void bind_mesh(nb::module_& module) {
              "faces"_a, "representative"_a, "n_threads"_a);
   module.def("build_polygon_vertex_graph", threaded(&polygon_vertex_graph), "vertices"_a,
              "offsets"_a, "corners"_a, "representative"_a, "n_threads"_a);
+  module.def("mean_normals", serial(NormalsOfTriangles{&mean_normals}), "vertices"_a, "faces"_a,
+             "representative"_a);
+  module.def("polygon_mean_normals", serial(&polygon_mean_normals), "vertices"_a, "offsets"_a,
+             "corners"_a, "representative"_a);
   module.def("measure_polygons", threaded(&polygon_measures), "vertices"_a, "offsets"_a,
              "corners"_a, "n_threads"_a);
   module.def("polygon_sliver_area", threaded(&sliver_area_of_polygons), "vertices"_a, "offsets"_a,

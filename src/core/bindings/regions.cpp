@@ -4,12 +4,14 @@
 #include "regions/borders.hpp"
 #include "regions/bridges.hpp"
 #include "regions/cut_borders.hpp"
+#include "regions/graph_segments.hpp"
 #include "regions/join.hpp"
 #include "regions/lines.hpp"
 #include "regions/merge_tree.hpp"
 #include "regions/region_graph.hpp"
 #include "regions/rings.hpp"
 #include "regions/smooth.hpp"
+#include "regions/vertex_labels.hpp"
 
 namespace superfacets {
 namespace {
@@ -80,6 +82,36 @@ auto cut_through_faces(Points vertices, Triangles faces, Integers representative
                      {n_rounds, n_steps, n_balances, margin}, team);
 }
 
+std::int64_t segments_of_graph(Points positions, Points normals, Integers ends, double threshold,
+                               std::int64_t least, ThreadTeam& team) {
+  return count_graph_segments(positions, normals, ends, {threshold, least}, team);
+}
+
+std::int64_t segments_of_mesh(Points positions, Points normals, Triangles faces,
+                              Integers representative, double threshold, std::int64_t least,
+                              ThreadTeam& team) {
+  return count_mesh_segments(positions, normals, faces, representative, {threshold, least}, team);
+}
+
+Buffer<Label> labels_spread(Offsets offsets, Integers neighbors, Points positions, Points normals,
+                            Integers labels, Integers hints, ThreadTeam& team) {
+  return spread_labels({offsets, neighbors, positions, normals}, labels, hints, team);
+}
+
+Buffer<Label> small_regions_grown(Offsets offsets, Integers neighbors, Points positions,
+                                  Points normals, Integers labels, Integers counts, Label n_labels,
+                                  std::int64_t least) {
+  return grow_small_regions({offsets, neighbors, positions, normals}, labels,
+                            {counts, n_labels, least});
+}
+
+Buffer<Label> small_regions_merged(Offsets offsets, Integers neighbors, Points positions,
+                                   Points normals, Integers labels, Integers counts, Label n_labels,
+                                   std::int64_t least) {
+  return merge_small_regions({offsets, neighbors, positions, normals}, labels,
+                             {counts, n_labels, least});
+}
+
 // Returns the ring numbers after spreading; `rings` is not changed.
 Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
   Buffer<std::uint8_t> numbers(rings.size());
@@ -115,6 +147,16 @@ void bind_regions(nb::module_& module) {
              "rim"_a);
   module.def("cut_borders", threaded(&cut_through_faces), "vertices"_a, "faces"_a,
              "representative"_a, "labels"_a, "n_labels"_a, "is_kept"_a, "options"_a, "n_threads"_a);
+  module.def("count_graph_segments", threaded(&segments_of_graph), "positions"_a, "normals"_a,
+             "ends"_a, "threshold"_a, "least"_a, "n_threads"_a);
+  module.def("count_mesh_segments", threaded(&segments_of_mesh), "positions"_a, "normals"_a,
+             "faces"_a, "representative"_a, "threshold"_a, "least"_a, "n_threads"_a);
+  module.def("spread_labels", threaded(&labels_spread), "offsets"_a, "neighbors"_a, "positions"_a,
+             "normals"_a, "labels"_a, "hints"_a, "n_threads"_a);
+  module.def("grow_small_regions", serial(&small_regions_grown), "offsets"_a, "neighbors"_a,
+             "positions"_a, "normals"_a, "labels"_a, "counts"_a, "n_labels"_a, "least"_a);
+  module.def("merge_small_regions", serial(&small_regions_merged), "offsets"_a, "neighbors"_a,
+             "positions"_a, "normals"_a, "labels"_a, "counts"_a, "n_labels"_a, "least"_a);
   module.def("find_bridges", serial(&bridges_between), "cells"_a, "ranks"_a, "n_components"_a);
   module.def("merge_tree", serial(&tree_of_merges), "areas"_a, "positions"_a, "features"_a, "low"_a,
              "high"_a, "lengths"_a, "costs"_a, "crease_weight"_a, "dimension"_a);

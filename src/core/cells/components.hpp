@@ -24,10 +24,20 @@ class DisjointSets {
     std::iota(parents_.begin(), parents_.end(), 0);
   }
 
-  void unite(Cell a, Cell b) {
+  // Returns the root of the united set.
+  Cell unite(Cell a, Cell b) {
     a = root(a);
     b = root(b);
     parents_[std::max(a, b)] = std::min(a, b);
+    return std::min(a, b);
+  }
+
+  Cell root(Cell cell) {
+    while (parents_[cell] != cell) {
+      parents_[cell] = parents_[parents_[cell]];  // halves the path for the next search
+      cell = parents_[cell];
+    }
+    return cell;
   }
 
   // Numbers the sets in the order of their lowest cells.
@@ -42,14 +52,6 @@ class DisjointSets {
   }
 
  private:
-  Cell root(Cell cell) {
-    while (parents_[cell] != cell) {
-      parents_[cell] = parents_[parents_[cell]];  // halves the path for the next search
-      cell = parents_[cell];
-    }
-    return cell;
-  }
-
   Buffer<Cell> parents_;
 };
 

@@ -113,7 +113,7 @@ class Subdivision:
             # Sums of powers of two are exact, so what is equal compares equal.
             winners = weighted_majority(
                 groups, codes.astype(np.int32), shares, int(np.count_nonzero(is_mixed))
-            )
+            ).winners
             back[is_mixed] = names[winners]
         return back
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Floats, Ints
+from .. import _core
+from .._types import Bools, Floats, Ints
+from .._validate import exact_array
 
 
 def positive_total(areas: Floats) -> float:
@@ -22,40 +26,28 @@ def sums_by_label(labels: npt.NDArray[np.integer], values: Floats, n_labels: int
     return np.asarray(sums, dtype=np.float64)
 
 
+class Majority(NamedTuple):
+    """The label of most of the weight in each group."""
+
+    winners: Ints  # -1 for a group without members
+    is_divided: Bools  # whether members have different labels
+
+
 def weighted_majority(
     groups: npt.NDArray[np.integer], labels: Ints, weights: Floats, n_groups: int
-) -> Ints:
+) -> Majority:
     """Return the label with the largest sum of weights in each group, shape (n_groups,).
 
     Labels are -1 and up; -1 is a label like others. Weights are finite and >= 0. Of labels with
-    equal sums the lowest wins; a group without members has -1. Groups whose members agree take a
-    few passes; the members of the others are sorted, O(n log n).
+    equal sums the lowest wins; a group without members has -1. Time linear in groups and members.
 
     Examples
     --------
     >>> groups, labels = np.array([0, 0, 0, 2, 2]), np.array([5, 3, 3, 4, 1], np.int32)
-    >>> weighted_majority(groups, labels, np.array([3.0, 1, 1, 1, 1]), 3)
+    >>> weighted_majority(groups, labels, np.array([3.0, 1, 1, 1, 1]), 3).winners
     array([ 5, -1,  1], dtype=int32)
     """
-    winners = np.full(n_groups, -1, np.int32)
-    winners[groups] = labels  # of the last member: right if all agree
-    is_divided = np.zeros(n_groups, bool)
-    is_divided[groups[winners[groups] != labels]] = True
-    members = np.flatnonzero(is_divided[groups])
-    if len(members):
-        _settle(winners, groups[members], labels[members], weights[members])
-    return winners
-
-
-def _settle(winners: Ints, groups: npt.NDArray[np.integer], labels: Ints, weights: Floats) -> None:
-    """Write the label with the most weight into `winners`, for each group that occurs."""
-    span = int(labels.max()) + 2  # labels from -1 up; keys are below 2**63
-    keys = groups.astype(np.int64) * span + (labels.astype(np.int64) + 1)
-    pairs, pair_of_member = np.unique(keys, return_inverse=True)
-    sums = np.bincount(pair_of_member, weights)
-    group_of_pair, label_of_pair = np.divmod(pairs, span)
-    starts = np.flatnonzero(np.diff(group_of_pair, prepend=-1))
-    highest = np.maximum.reduceat(sums, starts)
-    sizes = np.diff(starts, append=len(pairs))
-    best = np.flatnonzero(sums == np.repeat(highest, sizes))[::-1]
-    winners[group_of_pair[best]] = label_of_pair[best] - 1  # the lowest is written last
+    winners, is_divided = _core.weighted_majority(
+        exact_array(groups, np.int32), labels, exact_array(weights, np.float64), n_groups
+    )
+    return Majority(winners, is_divided.view(bool))

@@ -6,7 +6,7 @@ import ``segmentator``, an extension that has to be compiled against torch. With
     from superfacets import segmentator
 
 they run unchanged. They get as many regions, so of the same mean size, which are connected and
-compact.
+compact, with borders in creases.
 """
 
 from __future__ import annotations
@@ -18,26 +18,32 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import check_spread, checked_count, checked_number, checked_threads
+from .._types import Ints
+from .._validate import (
+    check_spread,
+    checked_count,
+    checked_number,
+    checked_threads,
+    owned,
+    ranked_labels,
+)
+from ..adapters.convert import MeshLike, as_mesh
 from ..cells.cell_graph import CellGraph
 from ..cells.point_graph import PointGraph, point_surface
 from ..cells.weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
 from ..clustering.loop import segment_graph
 from ..errors import IslandWarning, MeshError
-from ..mesh.faces import area_vectors
+from ..mesh.cells import lowest_vertices
+from ..mesh.faces import mean_normals
 from ..mesh.point_cloud import PointCloud
 from ..mesh.triangle_mesh import Mesh
 from ..pipeline import segment
-from ..regions.vertices import vertex_ids
+from ..regions.crease_labels import VertexEdges, crease_labels, large_regions
+from ..regions.vertices import with_unused
 
-__all__ = ["segment_mesh", "segment_point"]
+__all__ = ["compute_vn", "segment_mesh", "segment_point"]
 
-N_BLOCKS = 8
-"""Number of blocks of edges. Before each block, its edges that cannot join segments are dropped."""
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Indices = npt.NDArray[np.integer[Any]]
+Longs = npt.NDArray[np.int64]
 
 
 def segment_mesh(
@@ -50,8 +56,9 @@ def segment_mesh(
 ) -> Any:
     r"""Return a region for each vertex of a mesh: a stand-in for ``segmentator.segment_mesh``.
 
-    The mesh is segmented as by `superfacets.segment`, and each vertex gets the region that most of
-    the area around it is in, see `superfacets.vertex_labels`.
+    The mesh is segmented as by `superfacets.segment`. Vertices get the labels of
+    `superfacets.vertex_labels` with ``method="creases"``. Regions smaller than `segMinVerts` grow,
+    and those that cannot grow join others.
 
     The number of regions is the number that the method of the original finds with the same
     parameters: the method of Felzenszwalb and Huttenlocher on the edges of the mesh. The weight of
@@ -61,7 +68,7 @@ def segment_mesh(
     both. The threshold of a segment is `kThresh` divided by its number of vertices, plus the weight
     that joined it last. Then edges join segments of fewer than `segMinVerts` vertices to others.
     Only the number of segments is used. Components of fewer than `segMinVerts` vertices are not
-    counted: they become additional regions.
+    counted: they become additional regions. Vertices at one position are one vertex.
 
     Parameters
     ----------
@@ -72,19 +79,17 @@ def segment_mesh(
     kThresh : float, default 0.01
         >= 0. The larger, the fewer and larger regions.
     segMinVerts : int, default 20
-        >= 1. Minimum number of vertices of a segment of the original. With this and `kThresh`, the
-        mean size of regions is that of the original. Sizes here differ less from the mean, but have
-        no minimum.
+        >= 1. Minimum number of vertices of a region. Only components that are smaller, and vertices
+        without faces, are smaller regions.
     n_segments : int, optional
-        Number of regions; if given, `kThresh` and `segMinVerts` have no effect.
+        Number of regions; if given, `kThresh` has no effect, and regions do not join others: those
+        that cannot grow stay smaller than `segMinVerts`.
 
     Returns
     -------
     ndarray of int64, shape (V,), or torch tensor on the device of `faces`, if these are a tensor
-        Regions, numbered from 0 without gaps. As in the original, a vertex without faces is a
-        region of its own; these come last. In a region of one or two faces, no vertex may have most
-        of the area around it. Such a region gets one vertex if the region beside it has more than
-        one.
+        Regions, numbered from 0 without gaps, each connected over edges. As in the original, a
+        vertex without faces is a region of its own; these come last.
 
     Raises
     ------
@@ -95,8 +100,7 @@ def segment_mesh(
 
     Notes
     -----
-    Time is linear in the number of faces, except for a sort. Finding the number of regions takes
-    some five seconds per million faces, which `n_segments` saves.
+    Time is nearly linear in the number of faces.
 
     References
     ----------
@@ -113,17 +117,19 @@ def segment_mesh(
     """
     threshold, least = _checked(kThresh, segMinVerts)
     mesh = Mesh(_array_of(vertices), _array_of(faces))
+    threads = checked_threads(None)
     if n_segments is None:
-        corners = _core.weld_vertices(mesh.vertices, checked_threads(None))[mesh.faces]
-        steps = corners[:, [0, 1, 0, 2, 2, 1]].reshape(-1, 2)  # the order of the original
-        normals = _mean_normals(mesh, corners)
-        number = _number_of_segments(mesh.vertices, normals, steps, threshold, least)
+        number = _number_in_mesh(mesh, threshold, least, threads)
     else:
         number = checked_count(n_segments, "n_segments", mesh.n_faces, "faces")
     with warnings.catch_warnings():  # small components are additional
         warnings.simplefilter("ignore", IslandWarning)
-        labels = segment(mesh, min(number, mesh.n_faces)).labels
-    return _like(np.unique(vertex_ids(mesh, labels), return_inverse=True)[1], faces)
+        of_faces = segment(mesh, min(number, mesh.n_faces)).labels
+    names = np.arange(of_faces.max() + 1)
+    labels = crease_labels(
+        mesh, of_faces, len(names), threads, least=least, merge=n_segments is None
+    )
+    return _like(with_unused(labels, names), faces)
 
 
 def segment_point(
@@ -154,7 +160,8 @@ def segment_point(
     Returns
     -------
     ndarray of int64, shape (N,), or torch tensor on the device of `edges`, if these are a tensor
-        Regions, numbered from 0 without gaps. A point without an edge is a region of its own.
+        Regions, numbered from 0 without gaps, each connected over edges. A point without an edge is
+        a region of its own.
 
     Raises
     ------
@@ -178,15 +185,54 @@ def segment_point(
     cloud = PointCloud(_array_of(points), _array_of(normals))
     assert cloud.normals is not None
     steps = _checked_edges(_array_of(edges), cloud.n_points)
+    threads = checked_threads(None)
     if n_segments is None:
-        number = _number_of_segments(cloud.points, cloud.normals, steps, threshold, least)
+        number = _core.count_graph_segments(
+            cloud.points, cloud.normals, steps.ravel(), threshold, least, threads
+        )
+        number = max(number, 1)
     else:
         number = checked_count(n_segments, "n_segments", cloud.n_points, "points")
     graph = _graph_of_points(cloud, steps, number)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", IslandWarning)
         labels = segment_graph(graph, number).labels
-    return _like(labels.astype(np.int64), edges)
+    joined = VertexEdges(graph.offsets, graph.neighbors, cloud.points, cloud.normals)
+    counts = np.ones(cloud.n_points, np.int32)
+    labels = large_regions(joined, labels, counts, least, merge=n_segments is None)
+    return _like(labels, edges)
+
+
+def compute_vn(mesh: MeshLike) -> npt.NDArray[np.float64]:
+    """Return vertex normals: a stand-in for ``segmentator.compute_vn``, for `segment_point`.
+
+    Parameters
+    ----------
+    mesh : Mesh, trimesh.Trimesh or other mesh-like
+        A triangle mesh.
+
+    Returns
+    -------
+    ndarray of float64, shape (V, 3)
+        Mean of the unit normals of the faces around each vertex. As in the original it is not
+        normalized, and vertices are not welded. Zero at a vertex without faces. A face without area
+        counts as zero; the original returns NaN there.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh, segmentator
+    >>> fold = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2], [1, 0, 3]])
+    >>> segmentator.compute_vn(fold)[:2]
+    array([[0. , 0.5, 0.5],
+           [0. , 0.5, 0.5]])
+    """
+    checked = as_mesh(mesh)
+    return mean_normals(checked, lowest_vertices(checked.vertices, False, checked_threads(None)))
 
 
 def _checked(threshold: Any, least: Any) -> tuple[float, int]:
@@ -203,124 +249,41 @@ def _is_tensor(values: Any) -> bool:
     return all(hasattr(values, name) for name in ("detach", "cpu", "new_tensor"))
 
 
-def _like(ids: Ints, indices: Any) -> Any:
-    """The ids in the type of the input: a tensor, or an array."""
+def _like(labels: npt.NDArray[np.integer[Any]], indices: Any) -> Any:
+    """The labels, without gaps, in the type of the input: a tensor, or an array."""
+    ids = ranked_labels(labels)[0].astype(np.int64)
     return indices.new_tensor(ids).long() if _is_tensor(indices) else ids
 
 
-def _checked_edges(edges: npt.NDArray[Any], n_points: int) -> npt.NDArray[Any]:
+def _checked_edges(edges: npt.NDArray[Any], n_points: int) -> Ints:
+    """The edges as int32, (E, 2)."""
     if edges.ndim != 2 or edges.shape[1] != 2:
         raise ValueError(f"edges must have shape (E, 2), got {edges.shape}")
     if edges.dtype.kind not in "iu":
         raise TypeError(f"edges must be integers, got {edges.dtype}")
     if edges.size and not 0 <= edges.min() <= edges.max() < n_points:
         raise MeshError(f"edges must be points, 0 to {n_points - 1}")
-    return edges
+    return owned(edges, np.int32)
 
 
-def _distinct(steps: npt.NDArray[Any], n_nodes: int) -> Ints:
+def _distinct(steps: Ints, n_nodes: int) -> Longs:
     """Unique pairs of different nodes, ascending, shape (E, 2); (a, b) is not (b, a)."""
     first, second = steps.T.astype(np.int64)
     keys = np.unique((first * n_nodes + second)[first != second])
     return np.stack([keys // n_nodes, keys % n_nodes], axis=1)
 
 
-def _mean_normals(mesh: Mesh, corners: npt.NDArray[np.int32]) -> Floats:
-    """Mean unit normal of the faces around each vertex, shape (V, 3); not normalized."""
-    normals = area_vectors(mesh, checked_threads(None))
-    lengths = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, np.newaxis]
-    np.divide(normals, lengths, out=normals, where=lengths > 0)
-    flat, n = corners.ravel(), mesh.n_vertices
-    counts = np.maximum(np.bincount(flat, minlength=n), 1)
-    sums = [np.bincount(flat, np.repeat(axis, 3), n) for axis in normals.T]
-    return np.stack([axis / counts for axis in sums], axis=1)
+def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) -> int:
+    """Number of segments with at least `least` vertices that the original finds, at least 1."""
+    lowest = lowest_vertices(mesh.vertices, True, n_threads)
+    normals = mean_normals(mesh, lowest)
+    number = _core.count_mesh_segments(
+        mesh.vertices, normals, mesh.faces, lowest, threshold, least, n_threads
+    )
+    return max(number, 1)
 
 
-def _number_of_segments(
-    points: Floats, normals: Floats, steps: Indices, threshold: float, least: int
-) -> int:
-    """Number of segments with at least `least` nodes that the original finds, at least 1."""
-    weights = _weights_of_steps(points, normals, steps)
-    order = np.argsort(weights, kind="stable")
-    roots, sizes = _join(len(points), steps[order], weights[order], threshold, least)
-    is_used = np.zeros(len(points), bool)
-    is_used[roots[steps]] = True
-    return max(int(np.count_nonzero(sizes[is_used] >= least)), 1)
-
-
-def _weights_of_steps(points: Floats, normals: Floats, ends: Indices) -> Floats:
-    """Weight of edges (a, b): 1 minus the dot product of the normals, squared where convex.
-
-    An edge is convex if the normal at b points forward along it. On a rough surface this is often
-    true for one of the directions (a, b) and (b, a).
-    """
-    first, second = normals[ends[:, 0]], normals[ends[:, 1]]
-    turns = np.maximum(1.0 - np.einsum("ij,ij->i", first, second), 0.0)
-    ways = points[ends[:, 1]] - points[ends[:, 0]]
-    is_convex = np.einsum("ij,ij->i", second, ways) > 0
-    weights: Floats = np.where(is_convex, turns * turns, turns)
-    return weights
-
-
-def _join(
-    n_nodes: int, ends: Indices, weights: Floats, threshold: float, least: int
-) -> tuple[Ints, Ints]:
-    """Join nodes along edges, which are sorted by weight.
-
-    Returns the root of each node, and the number of nodes of the segment of each root.
-    """
-    parents, sizes = list(range(n_nodes)), [1] * n_nodes
-    limits = [threshold] * n_nodes
-    for begin in range(0, len(ends), len(ends) // N_BLOCKS + 1):
-        part = slice(begin, begin + len(ends) // N_BLOCKS + 1)
-        tops, kept = _still_open(parents, limits, ends[part], float(weights[begin]))
-        for first, second, weight in zip(
-            *tops.T.tolist(), weights[part][kept].tolist(), strict=True
-        ):
-            a, b = _root(parents, first), _root(parents, second)
-            if a != b and weight <= limits[a] and weight <= limits[b]:
-                parents[b] = a
-                sizes[a] += sizes[b]
-                limits[a] = weight + threshold / sizes[a]
-    roots = _roots(parents)
-    for first, second in ends[roots[ends[:, 0]] != roots[ends[:, 1]]].tolist():
-        a, b = _root(parents, first), _root(parents, second)
-        if a != b and (sizes[a] < least or sizes[b] < least):
-            parents[b] = a
-            sizes[a] += sizes[b]
-    return _roots(parents), np.array(sizes)
-
-
-def _still_open(
-    parents: list[int], limits: list[float], ends: Indices, lowest: float
-) -> tuple[Ints, npt.NDArray[np.bool_]]:
-    """The segments at the ends of the edges that may join them, and a mask of these edges.
-
-    A segment whose limit is below `lowest`, the lowest weight of all edges that are left, stays as
-    it is.
-    """
-    tops = _roots(parents)[ends]
-    is_open = (np.array(limits) >= lowest)[tops].all(axis=1)
-    kept = is_open & (tops[:, 0] != tops[:, 1])
-    return tops[kept], kept
-
-
-def _root(parents: list[int], node: int) -> int:
-    """The root of a segment; halves the path to it."""
-    while parents[node] != node:
-        parents[node] = node = parents[parents[node]]
-    return node
-
-
-def _roots(parents: list[int]) -> Ints:
-    """The root of each node, by pointer jumping."""
-    roots, above = np.empty(0, np.int64), np.array(parents)
-    while not np.array_equal(roots, above):
-        roots, above = above, above[above]
-    return roots
-
-
-def _graph_of_points(cloud: PointCloud, edges: npt.NDArray[Any], number: int) -> CellGraph:
+def _graph_of_points(cloud: PointCloud, edges: Ints, number: int) -> CellGraph:
     """Points as cells, with both directions of each edge as arcs."""
     check_spread(cloud.bounds)
     n = cloud.n_points

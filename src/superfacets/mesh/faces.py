@@ -13,7 +13,7 @@ from .._types import Array, Bytes, Floats, Ints, Longs
 from .._validate import freeze
 from ..errors import MeshError
 from .polygon_mesh import PolygonMesh
-from .tet_mesh import TetMesh
+from .tet_mesh import TetMesh, sides_of_tets
 from .triangle_mesh import Mesh
 
 FaceMesh: TypeAlias = Mesh | PolygonMesh
@@ -193,15 +193,28 @@ def sliver_area(
     return _core.polygon_sliver_area(mesh.vertices, mesh.offsets, mesh.indices, areas, *limits)
 
 
-def vertex_graph(mesh: FaceMesh, representative: Ints, n_threads: int) -> VertexGraph:
+def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
     """Return the graph of vertices, each position represented by its lowest vertex."""
-    if isinstance(mesh, Mesh):
-        arrays = _core.build_vertex_graph(mesh.vertices, mesh.faces, representative, n_threads)
-    else:
-        arrays = _core.build_polygon_vertex_graph(
-            mesh.vertices, mesh.offsets, mesh.indices, representative, n_threads
+    if isinstance(mesh, PolygonMesh):
+        return VertexGraph(
+            *_core.build_polygon_vertex_graph(
+                mesh.vertices, mesh.offsets, mesh.indices, representative, n_threads
+            )
         )
-    return VertexGraph(*arrays)
+    faces = sides_of_tets(mesh) if isinstance(mesh, TetMesh) else mesh.faces
+    return VertexGraph(*_core.build_vertex_graph(mesh.vertices, faces, representative, n_threads))
+
+
+def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
+    """Mean unit normal of the faces around each position, (V, 3), at its lowest vertex; or zero.
+
+    The means are not normalized. In a volume they are zero.
+    """
+    if isinstance(mesh, TetMesh):
+        return np.zeros_like(mesh.vertices)
+    if isinstance(mesh, Mesh):
+        return _core.mean_normals(mesh.vertices, mesh.faces, representative)
+    return _core.polygon_mean_normals(mesh.vertices, mesh.offsets, mesh.indices, representative)
 
 
 def _measure_polygons(mesh: PolygonMesh, n_threads: int) -> tuple[Floats, Floats, Floats]:

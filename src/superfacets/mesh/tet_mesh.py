@@ -134,6 +134,11 @@ class TetMesh(Cells):
         return f"TetMesh({self.n_vertices} vertices, {self.n_tets} tets)"
 
 
+def sides_of_tets(mesh: TetMesh) -> Ints:
+    """The four triangles of each tetrahedron, shape (4 N, 3)."""
+    return mesh.tets[:, _SIDES].reshape(-1, 3)
+
+
 def signed_volumes(mesh: TetMesh) -> Floats:
     """Volume of each tetrahedron, negative if the fourth corner lies behind the first three."""
     a, b, c, d = (mesh.vertices[corner] for corner in mesh.tets.T)

@@ -44,6 +44,7 @@ from .spatial import (
     ray_thickness,
     subdivide,
 )
+from .vertices import count_segments, mean_normals, spread_labels
 from .weights import quantize_weights, smallest_eigenpairs, superfacet_weights
 
 __all__ = [
@@ -57,6 +58,7 @@ __all__ = [
     "classify_halted",
     "coarse_arcs",
     "coarse_cells",
+    "count_segments",
     "farthest_seeds",
     "find_bridges",
     "find_components",
@@ -65,6 +67,7 @@ __all__ = [
     "grid_seeds",
     "iterate",
     "join_islands",
+    "mean_normals",
     "measure_faces",
     "measure_polygons",
     "merge_tree",
@@ -81,6 +84,7 @@ __all__ = [
     "second_nearest",
     "smallest_eigenpairs",
     "smooth_borders",
+    "spread_labels",
     "subdivide",
     "superfacet_weights",
     "update_centers",

@@ -97,7 +97,7 @@ def transfer(
         return labels_at(goal)
     samples = sample_faces(goal, source.n_cells, threads)
     found = labels_at(samples.points)
-    return weighted_majority(samples.faces, found, samples.areas, goal.n_faces)
+    return weighted_majority(samples.faces, found, samples.areas, goal.n_faces).winners
 
 
 def _as_target(target: Any) -> Any:

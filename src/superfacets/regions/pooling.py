@@ -320,7 +320,7 @@ def _majorities(column: Array, members: _Members) -> Array:
     is_known = votes >= 0
     if not is_known.all():
         regions, votes, weights = regions[is_known], votes[is_known], weights[is_known]
-    winners = weighted_majority(regions, votes, weights, members.n_regions)
+    winners = weighted_majority(regions, votes, weights, members.n_regions).winners
     return winners.astype(column.dtype) if names is None else names[winners]
 
 

@@ -86,7 +86,7 @@ def class_of_regions(
     """The class of most of the area of each region, 0 for none, and its share of the area."""
     classes = document.state.classes.astype(np.int32)
     areas, labels, n = document.areas, revision.labels, revision.n_regions
-    winners = weighted_majority(labels, classes, areas, n)
+    winners = weighted_majority(labels, classes, areas, n).winners
     totals = sums_by_label(labels, areas, n)
     won = sums_by_label(labels, np.where(classes == winners[labels], areas, 0.0), n)
     return winners, np.divide(won, totals, out=np.ones(n), where=totals > 0)

@@ -124,7 +124,7 @@ def _of_corners(cells: Any, of_vertices: Ints) -> Ints:
     n_cells = cells.n_cells
     groups = np.repeat(np.arange(n_cells), sizes)
     voters = ranks[vertices].astype(np.int32)
-    winners = weighted_majority(groups, voters, np.ones(len(voters)), n_cells)
+    winners = weighted_majority(groups, voters, np.ones(len(voters)), n_cells).winners
     return names[winners].astype(np.int64)
 
 

@@ -1,0 +1,39 @@
+// A stable sort by unsigned keys, in linear time.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <utility>
+
+#include "base/buffer.hpp"
+
+namespace superfacets {
+
+// Sorts entries by their member `key`, an unsigned integer of 64 bits; entries with equal keys stay
+// in order. Digits that are the same in all keys are skipped. Memory: as much again.
+template <typename Entry>
+void radix_sort(Buffer<Entry>& entries) {
+  constexpr int kDigitBits = 11;  // the write cursors of one digit fit into the first-level cache
+  constexpr std::uint64_t kDigits = 1 << kDigitBits;
+  constexpr int kPasses = (64 + kDigitBits - 1) / kDigitBits;
+  const auto digit_of = [](const Entry& entry, int pass) {
+    return entry.key >> (pass * kDigitBits) & (kDigits - 1);
+  };
+  Buffer<std::array<std::size_t, kDigits>> counts(kPasses);
+  for (auto& of_pass : counts) of_pass.fill(0);
+  for (const Entry& entry : entries) {
+    for (int pass = 0; pass < kPasses; ++pass) ++counts[pass][digit_of(entry, pass)];
+  }
+  Buffer<Entry> sorted(entries.size());
+  for (int pass = 0; pass < kPasses; ++pass) {
+    auto& next = counts[pass];  // becomes the write cursor of each digit
+    if (std::find(next.begin(), next.end(), entries.size()) != next.end()) continue;
+    std::size_t n_before = 0;
+    for (std::size_t& count : next) n_before += std::exchange(count, n_before);
+    for (const Entry& entry : entries) sorted[next[digit_of(entry, pass)]++] = entry;
+    std::swap(entries, sorted);
+  }
+}
+
+}  // namespace superfacets

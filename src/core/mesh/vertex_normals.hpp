@@ -1,0 +1,28 @@
+// Normals of vertices, and the weights of edges that follow from them.
+#pragma once
+
+#include <algorithm>
+
+#include "base/buffer.hpp"
+#include "base/types.hpp"
+#include "mesh/polygons.hpp"
+
+namespace superfacets {
+
+// The mean of the unit normals of the faces around each vertex, not normalized; zero at vertices
+// without faces. Corners are replaced by representative[vertex] (see weld_vertices): vertices that
+// are not their own representative have no faces. A face without a normal counts as zero.
+Buffer<Point> mean_normals(std::span<const Point> vertices, std::span<const Triangle> faces,
+                           std::span<const Vertex> representative);
+Buffer<Point> mean_normals(std::span<const Point> vertices, const Polygons& faces,
+                           std::span<const Vertex> representative);
+
+// How much the surface turns along an edge, given the normals at its ends: 1 minus their dot
+// product, at least 0, squared where the edge is convex: surfaces are rarely cut there. (Karpathy,
+// Miller, Fei-Fei, "Object Discovery in 3D Scenes via Shape Analysis", 2013.)
+inline double crease_weight(const Point& a, const Point& b, bool is_convex) {
+  const double turn = std::max(1.0 - dot(a, b), 0.0);
+  return is_convex ? turn * turn : turn;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,56 @@
+// Stage 5: the edges between vertices, or points, with the weights that creases give them.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <span>
+
+#include "base/buffer.hpp"
+#include "base/types.hpp"
+#include "cells/components.hpp"
+#include "mesh/vertex_normals.hpp"
+
+namespace superfacets {
+
+struct WeightedEdge {
+  std::uint64_t key;  // ascending with the weight
+  Vertex a, b;
+};
+
+// The bits of a number >= 0, which ascend with it. The highest bit is 0.
+inline std::uint64_t ascending_bits(double weight) {
+  return std::bit_cast<std::uint64_t>(weight);
+}
+
+// Vertices and their edges in CSR form, each edge in both directions.
+struct VertexEdges {
+  std::span<const std::int64_t> offsets;  // (V + 1,) arcs of vertex i: offsets[i] .. offsets[i+1]-1
+  std::span<const Vertex> neighbors;      // (M,)
+  std::span<const Point> positions;       // (V,)
+  std::span<const Point> normals;         // (V,) means of unit normals, or zero
+
+  Vertex n_vertices() const { return static_cast<Vertex>(positions.size()); }
+  std::span<const Vertex> of(Vertex vertex) const {
+    return neighbors.subspan(offsets[vertex], offsets[vertex + 1] - offsets[vertex]);
+  }
+  // The same in both directions.
+  double weight(Vertex a, Vertex b) const {
+    const bool is_convex = dot(normals[b] - normals[a], positions[b] - positions[a]) > 0.0;
+    return crease_weight(normals[a], normals[b], is_convex);
+  }
+};
+
+// Unites the sets of nodes at the ends of the edges, one edge after the other, where one of both is
+// smaller than `least`. sizes[root] is the size of the set of a root, and stays so.
+inline void join_small_sets(std::span<const WeightedEdge> edges, std::int64_t least,
+                            DisjointSets& sets, std::span<std::int64_t> sizes) {
+  for (const WeightedEdge& edge : edges) {
+    const Cell a = sets.root(edge.a);
+    const Cell b = sets.root(edge.b);
+    if (a == b || std::min(sizes[a], sizes[b]) >= least) continue;
+    const std::int64_t size = sizes[a] + sizes[b];
+    sizes[sets.unite(a, b)] = size;
+  }
+}
+
+}  // namespace superfacets

@@ -1,0 +1,219 @@
+#include "regions/vertex_labels.hpp"
+
+#include <algorithm>
+#include <queue>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "base/assert.hpp"
+#include "base/radix_sort.hpp"
+
+namespace superfacets {
+namespace {
+
+// Vertices per task that lists edges.
+constexpr std::int64_t kBlock = 1 << 14;
+
+// Lists edge(a, b) for each arc that `is_listed`, in the order of vertices, and sorts the list.
+template <typename IsListed, typename MakeEdge>
+Buffer<WeightedEdge> sorted_edges(const VertexEdges& edges, const IsListed& is_listed,
+                                  const MakeEdge& edge, ThreadTeam& team) {
+  const std::int64_t n_vertices = edges.n_vertices();
+  std::vector<std::vector<WeightedEdge>> lists((n_vertices + kBlock - 1) / kBlock);
+  team.for_each_block(
+      n_vertices,
+      [&](std::int64_t begin, std::int64_t end) {
+        std::vector<WeightedEdge>& list = lists[begin / kBlock];
+        for (auto a = static_cast<Vertex>(begin); a < end; ++a) {
+          for (const Vertex b : edges.of(a)) {
+            if (is_listed(a, b)) list.push_back(edge(a, b));
+          }
+        }
+      },
+      kBlock);
+  std::size_t n_edges = 0;
+  for (const auto& list : lists) n_edges += list.size();
+  Buffer<WeightedEdge> all(n_edges);
+  WeightedEdge* next = all.data();
+  for (const auto& list : lists) next = std::copy(list.begin(), list.end(), next);
+  radix_sort(all);
+  return all;
+}
+
+Buffer<Label> copy_of(std::span<const Label> labels) {
+  Buffer<Label> copy(labels.size());
+  std::copy(labels.begin(), labels.end(), copy.begin());
+  return copy;
+}
+
+std::vector<std::int64_t> sizes_of(std::span<const Label> labels, const LeastSize& size) {
+  SUPERFACETS_ASSERT(size.counts.size() == labels.size());
+  std::vector<std::int64_t> sizes(size.n_labels);
+  for (std::size_t vertex = 0; vertex < labels.size(); ++vertex) {
+    if (labels[vertex] != kNoLabel) sizes[labels[vertex]] += size.counts[vertex];
+  }
+  return sizes;
+}
+
+// Regions of vertices, where small ones take vertices of others.
+class GrowingRegions {
+ public:
+  GrowingRegions(const VertexEdges& edges, std::span<const Label> labels, const LeastSize& size)
+      : edges_(edges),
+        size_(size),
+        labels_(copy_of(labels)),
+        sizes_(sizes_of(labels, size)),
+        seen_(labels.size()) {}
+
+  void grow_all() {
+    std::vector<std::vector<Vertex>> members(sizes_.size());  // of small regions
+    for (Vertex vertex = 0; vertex < edges_.n_vertices(); ++vertex) {
+      const Label label = labels_[vertex];
+      if (label != kNoLabel && is_small(label)) members[label].push_back(vertex);
+    }
+    for (Label label = 0; label < size_.n_labels; ++label) grow(label, members[label]);
+  }
+
+  Buffer<Label> take() && { return std::move(labels_); }
+
+ private:
+  struct Step {
+    double weight;
+    Vertex to;
+    bool operator>(const Step& other) const {
+      return std::tie(weight, to) > std::tie(other.weight, other.to);
+    }
+  };
+  using Steps = std::priority_queue<Step, std::vector<Step>, std::greater<>>;
+
+  // Vertices visited to find whether a region stays connected without one of them: its neighbors
+  // are mostly neighbors of each other, or of a vertex farther.
+  static constexpr std::size_t kMostVisited = 100;
+
+  bool is_small(Label label) const { return sizes_[label] < size_.least; }
+
+  void grow(Label label, std::span<const Vertex> members) {
+    Steps steps;
+    std::vector<std::pair<Vertex, Label>> taken;  // vertices, and the regions that gave them
+    for (const Vertex member : members) {
+      add_steps(member, steps);
+    }
+    while (is_small(label) && !steps.empty()) {
+      const Vertex vertex = steps.top().to;
+      steps.pop();
+      const Label giver = labels_[vertex];
+      if (giver == label || giver == kNoLabel) continue;
+      if (sizes_[giver] - size_.counts[vertex] < size_.least || !can_spare(vertex)) continue;
+      move(vertex, label);
+      taken.emplace_back(vertex, giver);
+      add_steps(vertex, steps);
+    }
+    if (!is_small(label)) return;
+    for (const auto& [vertex, giver] : taken) move(vertex, giver);
+  }
+
+  void move(Vertex vertex, Label to) {
+    sizes_[labels_[vertex]] -= size_.counts[vertex];
+    sizes_[to] += size_.counts[vertex];
+    labels_[vertex] = to;
+  }
+
+  void add_steps(Vertex from, Steps& steps) const {
+    for (const Vertex to : edges_.of(from)) {
+      if (labels_[to] != labels_[from]) steps.push({edges_.weight(from, to), to});
+    }
+  }
+
+  // Whether the neighbors of a vertex in its region are connected without it, as far as a search
+  // among the nearest vertices shows.
+  bool can_spare(Vertex vertex) {
+    const Label label = labels_[vertex];
+    if (edges_.of(vertex).size() > kMostVisited) return false;  // the search would not reach them
+    std::size_t n_missing = 0;
+    Vertex first = -1;
+    for (const Vertex neighbor : edges_.of(vertex)) {
+      if (labels_[neighbor] != label) continue;
+      if (n_missing++ == 0) first = neighbor;
+    }
+    if (n_missing < 2) return true;
+    ++search_;
+    seen_[vertex] = search_;
+    seen_[first] = search_;
+    std::vector<Vertex> visited{first};
+    for (std::size_t next = 0; next < visited.size() && next < kMostVisited; ++next) {
+      for (const Vertex neighbor : edges_.of(visited[next])) {
+        // Arcs lead both ways, so each neighbor of the vertex is found once.
+        if (neighbor == vertex && --n_missing == 0) return true;
+        if (labels_[neighbor] != label || seen_[neighbor] == search_) continue;
+        seen_[neighbor] = search_;
+        visited.push_back(neighbor);
+      }
+    }
+    return false;
+  }
+
+  const VertexEdges& edges_;
+  const LeastSize& size_;
+  Buffer<Label> labels_;
+  std::vector<std::int64_t> sizes_;
+  std::vector<std::int64_t> seen_;  // the last search that saw each vertex, from 1 on
+  std::int64_t search_ = 0;
+};
+
+}  // namespace
+
+Buffer<Label> spread_labels(const VertexEdges& edges, std::span<const Label> labels,
+                            std::span<const Label> hints, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), edges.n_vertices()) &&
+                     hints.size() == labels.size());
+  const auto is_free = [&](Vertex vertex) { return labels[vertex] == kNoLabel; };
+  const Buffer<WeightedEdge> ascending = sorted_edges(
+      edges, [&](Vertex a, Vertex b) { return is_free(a) && (a < b || !is_free(b)); },
+      [&](Vertex a, Vertex b) {
+        const std::uint64_t differs = hints[a] == hints[b] ? 0 : 1;
+        return WeightedEdge{ascending_bits(edges.weight(a, b)) << 1 | differs, a, b};
+      },
+      team);
+  DisjointSets sets(labels.size());
+  Buffer<Label> spread = copy_of(labels);  // of each root
+  for (const WeightedEdge& edge : ascending) {
+    const Cell a = sets.root(edge.a);
+    const Cell b = sets.root(edge.b);
+    if (a == b || (spread[a] != kNoLabel && spread[b] != kNoLabel)) continue;
+    const Label label = std::max(spread[a], spread[b]);  // kNoLabel is the lowest
+    spread[sets.unite(a, b)] = label;
+  }
+  for (Vertex vertex = 0; vertex < edges.n_vertices(); ++vertex) {
+    spread[vertex] = spread[sets.root(vertex)];
+  }
+  return spread;
+}
+
+Buffer<Label> grow_small_regions(const VertexEdges& edges, std::span<const Label> labels,
+                                 const LeastSize& size) {
+  GrowingRegions regions(edges, labels, size);
+  regions.grow_all();
+  return std::move(regions).take();
+}
+
+Buffer<Label> merge_small_regions(const VertexEdges& edges, std::span<const Label> labels,
+                                  const LeastSize& size) {
+  ThreadTeam team(1);
+  const Buffer<WeightedEdge> ascending = sorted_edges(
+      edges, [&](Vertex a, Vertex b) { return a < b && labels[a] != labels[b]; },
+      [&](Vertex a, Vertex b) {
+        return WeightedEdge{ascending_bits(edges.weight(a, b)), labels[a], labels[b]};
+      },
+      team);
+  std::vector<std::int64_t> sizes = sizes_of(labels, size);
+  DisjointSets sets(size.n_labels);
+  join_small_sets(ascending.span(), size.least, sets, sizes);
+  Buffer<Label> merged = copy_of(labels);
+  for (Label& label : merged) {
+    if (label != kNoLabel) label = sets.root(label);
+  }
+  return merged;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,93 @@
+"""Stage 5: labels of vertices along creases, and the number of segments of the usual segmenter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from .._types import Array, Floats
+from ..mesh.triangle_mesh import Mesh
+from .arithmetic import cross, dot, norm
+
+
+def mean_normals(mesh: Mesh) -> Floats:
+    """Mean of the unit normals of the faces around each vertex; 0 without faces."""
+    sums, counts = np.zeros((mesh.n_vertices, 3)), np.zeros(mesh.n_vertices, int)
+    for face in mesh.faces.tolist():
+        p, q, r = mesh.vertices[face]
+        direction = cross(q - p, r - p)
+        for vertex in face:
+            sums[vertex] += direction / norm(direction)
+            counts[vertex] += 1
+    return sums / np.maximum(counts, 1)[:, np.newaxis]
+
+
+def crease_weight(a: Floats, b: Floats, is_convex: bool) -> float:
+    """How much a surface turns between vertices with the normals a and b."""
+    turn = max(1.0 - float(dot(a, b)), 0.0)
+    return turn * turn if is_convex else turn
+
+
+def spread_labels(
+    edges: Sequence[tuple[int, int]],
+    positions: Floats,
+    normals: Floats,
+    labels: Array,
+    hints: Array,
+) -> list[int]:
+    """Labels of all vertices, by Kruskal's algorithm; -1 where no edge leads to a label.
+
+    `edges` are all edges, (a, b) with a < b, sorted.
+    """
+
+    def weight(a: int, b: int) -> float:
+        is_convex = dot(normals[b] - normals[a], positions[b] - positions[a]) > 0
+        return crease_weight(normals[a], normals[b], bool(is_convex))
+
+    # An edge is listed by its lower vertex without a label.
+    free = [
+        (b, a) if labels[a] >= 0 else (a, b) for a, b in edges if labels[a] < 0 or labels[b] < 0
+    ]
+    ranks = [(weight(a, b), bool(hints[a] != hints[b]), a, b) for a, b in sorted(free)]
+    sets = {vertex: [vertex] for vertex in range(len(labels))}
+    found: list[int] = np.array(labels).tolist()
+    for *_, a, b in sorted(ranks):
+        if sets[a] is sets[b] or (found[a] >= 0 and found[b] >= 0):
+            continue
+        united = sets[a] + sets[b]
+        label = max(found[a], found[b])
+        for vertex in united:
+            sets[vertex], found[vertex] = united, label
+    return found
+
+
+def count_segments(
+    positions: Floats,
+    normals: Floats,
+    edges: Sequence[tuple[int, int]],
+    threshold: float,
+    least: int,
+) -> int:
+    """Number of segments of `least` nodes or more, after Felzenszwalb and Huttenlocher."""
+    ranks = []
+    for place, (a, b) in enumerate(edges):
+        is_convex = dot(normals[b], positions[b] - positions[a]) > 0
+        ranks.append((crease_weight(normals[a], normals[b], bool(is_convex)), place))
+    sets = {node: [node] for node in range(len(positions))}
+    limits = [threshold] * len(positions)  # of the segment of each node
+
+    def join(may_join: Callable[[int, int, float], bool]) -> None:
+        for weight, place in sorted(ranks):
+            a, b = edges[place]
+            if sets[a] is sets[b] or not may_join(a, b, weight):
+                continue
+            united = sets[a] + sets[b]
+            for node in united:
+                sets[node] = united
+                limits[node] = weight + threshold / len(united)
+
+    join(lambda a, b, weight: weight <= min(limits[a], limits[b]))
+    join(lambda a, b, weight: min(len(sets[a]), len(sets[b])) < least)
+    used = {id(sets[node]): len(sets[node]) for edge in edges for node in edge}
+    return sum(size >= least for size in used.values())

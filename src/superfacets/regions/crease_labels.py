@@ -1,0 +1,218 @@
+"""Stage 5: labels of vertices whose borders follow creases."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import _core
+from .._types import Array, Floats, Ints, Longs
+from ..cells.kinds import kind_of, measures_of
+from ..cells.sums import Majority, weighted_majority
+from ..errors import MeshError
+from ..mesh.cells import lowest_vertices
+from ..mesh.faces import Corners, mean_normals, vertex_graph
+
+
+class VertexEdges(NamedTuple):
+    """Vertices, or points, and their edges in CSR form, each edge in both directions."""
+
+    offsets: Longs  # (V + 1,)
+    neighbors: Ints  # (M,)
+    positions: Floats  # (V, 3)
+    normals: Floats  # (V, 3) means of unit normals, or 0
+
+
+class _Regions(NamedTuple):
+    """Cells with labels from 0 to `n` - 1, not all of which have to occur."""
+
+    cells: Any
+    corners: Corners  # welded: each position has one vertex
+    labels: Ints
+    n: int
+
+
+def crease_labels(
+    cells: Any, labels: Ints, n_labels: int, n_threads: int, *, least: int = 1, merge: bool = False
+) -> Ints:
+    """Return labels of vertices whose borders follow creases, see `vertex_labels`.
+
+    `cells` are of a kind with corners, labels -1 to `n_labels` - 1. With `merge`, regions that
+    cannot grow to `least` vertices are united with others, and have the lowest label.
+    """
+    found = np.full(cells.n_vertices, -1, np.int32)
+    if labels.max() < 0:
+        return found
+    cells, labels = _labeled_part(cells, labels)
+    lowest = lowest_vertices(cells.vertices, True, n_threads)
+    corners = corners_in(cells)
+    graph = vertex_graph(cells, lowest, n_threads)
+    edges = VertexEdges(*graph[:2], cells.vertices, mean_normals(cells, lowest))
+    welded = Corners(lowest[corners.vertices], corners.size, corners.offsets)
+    regions = _Regions(cells, welded, labels, n_labels)
+    of_positions = _labels_along_creases(edges, regions, n_threads)
+    is_used = np.zeros(cells.n_vertices, bool)
+    is_used[corners.vertices] = True
+    counts = np.bincount(lowest[is_used], minlength=cells.n_vertices).astype(np.int32)
+    of_positions = large_regions(edges, of_positions, counts, least, merge=merge)
+    found[is_used] = of_positions[lowest[is_used]]
+    return found
+
+
+def corners_in(cells: Any) -> Corners:
+    """The corners of cells; a MeshError for kinds of cells without vertices."""
+    kind = kind_of(cells)
+    corners = kind.corners(cells)
+    if corners is None:
+        raise MeshError(f"{kind.plural} have no vertices to label")
+    return corners
+
+
+def large_regions(
+    edges: VertexEdges, labels: Ints, counts: Ints, least: int, *, merge: bool
+) -> Ints:
+    """Return labels after regions of fewer than `least` vertices have grown to this size.
+
+    They take vertices of regions that stay connected and have `least` vertices left. With `merge`,
+    regions that are still smaller are united with others. `counts` holds the number of vertices
+    that each one stands for. Labels are 0 and up; -1 only where there are no edges.
+    """
+    if least < 2:
+        return labels
+    size = (counts, int(labels.max()) + 1, least)
+    labels = _core.grow_small_regions(*edges, labels, *size)
+    return _core.merge_small_regions(*edges, labels, *size) if merge else labels
+
+
+def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
+    """The cells with labels, with the same vertices, and their labels."""
+    if labels.min() >= 0:
+        return cells, labels
+    kept = np.flatnonzero(labels >= 0)
+    kind = kind_of(cells)
+    corners, offsets = corners_in(cells).of(kept)
+    return kind.with_corners(cells, cells.vertices, corners, offsets, cells.bounds), labels[kept]
+
+
+def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
+    """Labels of positions: those at borders are found by Kruskal's algorithm.
+
+    Regions that are nowhere else keep their vertices at borders. Of a region that falls apart, the
+    largest piece stays, and the vertices of the others get other labels.
+    """
+    majority, at_border = _majority(regions, len(edges.positions), n_threads)
+    inside = majority[~at_border]
+    has_inside = np.bincount(inside[inside >= 0], minlength=regions.n) > 0
+    seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
+    found = _core.spread_labels(*edges, seeds, majority, n_threads)
+    found = np.where(found < 0, majority, found)  # a component that is all border
+    found[_in_stray_pieces(edges, regions, found, n_threads)] = -1
+    return _core.spread_labels(*edges, found, majority, n_threads)
+
+
+def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
+    """The label of most of the area around each position; each region has a vertex, if possible."""
+    sizes = regions.corners.sizes
+    majority = weighted_majority(
+        regions.corners.vertices,
+        np.repeat(regions.labels, sizes),
+        np.repeat(measures_of(regions.cells, n_threads), sizes),
+        n_vertices,
+    )
+    _give_vertices(majority.winners, regions)
+    return majority
+
+
+def _give_vertices(of_vertices: Ints, regions: _Regions) -> None:
+    """Give a vertex of its cells to each region that has none, while there are enough vertices."""
+    counts = np.bincount(of_vertices[of_vertices >= 0], minlength=regions.n)
+    lost = np.flatnonzero((counts == 0) & (np.bincount(regions.labels, minlength=regions.n) > 0))
+    if not len(lost):
+        return
+    order = np.argsort(regions.labels, kind="stable")
+    starts = np.searchsorted(regions.labels[order], np.arange(regions.n + 1))
+
+    def vertices_of(region: int) -> Ints:
+        cells = order[starts[region] : starts[region + 1]]
+        return np.unique(regions.corners.of(cells)[0])
+
+    searched: set[int] = set()
+    for region in lost.tolist():
+        _give_vertex(region, vertices_of, of_vertices, counts, searched)
+
+
+def _give_vertex(
+    region: int,
+    vertices_of: Callable[[int], Ints],
+    of_vertices: Ints,
+    counts: Array,
+    searched: set[int],
+) -> None:
+    """Give a vertex to a region: an augmenting path of a matching of regions and vertices.
+
+    A region that gives its only vertex takes one of another region. `searched` holds the regions
+    from which no chain leads to a region with several vertices; it is extended if this one fails.
+    """
+    reached: dict[int, tuple[int, int] | None] = {region: None}
+    queue = [region]
+    for taker in queue:
+        own = vertices_of(taker)
+        givers = of_vertices[own]
+        spare = own[counts[givers] > 1]
+        if len(spare):
+            counts[of_vertices[spare[0]]] -= 1
+            counts[region] = 1
+            step: tuple[int, int] | None = (taker, int(spare[0]))
+            while step is not None:
+                of_vertices[step[1]] = step[0]
+                step = reached[step[0]]
+            return
+        for giver, vertex in zip(givers.tolist(), own.tolist(), strict=True):
+            if giver not in reached and giver not in searched:
+                reached[giver] = (taker, vertex)
+                queue.append(giver)
+    searched |= reached.keys()
+
+
+def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threads: int) -> Array:
+    """Whether each vertex is in a piece of its region's labels that has to go.
+
+    Cells of one label that are not connected are regions of their own: each may keep a piece.
+    """
+    pieces, n_pieces = _core.find_components(edges.offsets, edges.neighbors, found)
+    label_of_piece = np.empty(n_pieces, np.int32)
+    label_of_piece[pieces] = found
+    in_regions = np.flatnonzero(label_of_piece >= 0)
+    is_divided = np.bincount(label_of_piece[in_regions], minlength=regions.n) > 1
+    divided = in_regions[is_divided[label_of_piece[in_regions]]]
+    is_stray = np.zeros(n_pieces, bool)
+    if len(divided):
+        is_stray[divided] = True
+        part_of_piece = _part_of_piece(regions, is_divided, found, pieces, n_threads)
+        sizes = np.bincount(pieces, minlength=n_pieces)
+        order = divided[np.lexsort((-divided, sizes[divided]))]
+        largest = dict(zip(part_of_piece[order].tolist(), order.tolist(), strict=True))
+        is_stray[list(largest.values())] = False
+    return is_stray[pieces]
+
+
+def _part_of_piece(
+    regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
+) -> Ints:
+    """For each piece of a divided region, a connected part of its cells that the piece touches."""
+    kind = kind_of(regions.cells)
+    chosen = np.flatnonzero(is_divided[regions.labels])
+    labels = regions.labels[chosen]
+    corners, offsets = regions.corners.of(chosen)
+    cells = kind.with_corners(
+        regions.cells, regions.cells.vertices, corners, offsets, regions.cells.bounds
+    )
+    graph, _ = kind.build_graph(cells, False, n_threads)
+    parts, _ = _core.find_components(graph.offsets, graph.neighbors, labels)
+    sizes = np.diff(offsets)
+    is_own = np.repeat(labels, sizes) == found[corners]
+    part_of_piece = np.full(int(pieces.max()) + 1, -1, np.int32)
+    part_of_piece[pieces[corners[is_own]]] = np.repeat(parts, sizes)[is_own]
+    return part_of_piece

@@ -1,0 +1,226 @@
+"""Labels of vertices that follow creases: promises on scans, and the rule step by step."""
+
+import warnings
+
+import numpy as np
+import pytest
+import shapes
+from numpy.testing import assert_array_equal
+
+import superfacets as sf
+from superfacets import _core, reference
+from superfacets.cells.sums import weighted_majority
+from superfacets.mesh.faces import mean_normals, vertex_graph
+
+
+def along_creases(mesh, labels, **options):
+    return sf.vertex_labels(mesh, labels, method="creases", **options)
+
+
+def regions_of(mesh, n_regions):
+    """Labels of `segment`, which also has a region for each speck."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sf.IslandWarning)
+        return sf.segment(mesh, n_regions).labels
+
+
+def sides_of(mesh):
+    """The edges, (a, b) with a < b."""
+    ends = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    return [*map(tuple, np.unique(np.sort(ends, axis=1), axis=0).tolist())]
+
+
+def pieces_of(mesh, of_vertices):
+    """Number of connected pieces of all labels of the vertices that faces use."""
+    graph = vertex_graph(mesh, np.arange(mesh.n_vertices, dtype=np.int32), 1)
+    n_unused = mesh.n_vertices - len(np.unique(mesh.faces))
+    return shapes.count_pieces(graph, of_vertices) - n_unused
+
+
+def sheet_of(n, height=0.0):
+    """A sheet of 2 n^2 faces around x = 0, where it turns upward with this slope."""
+    sheet = shapes.bumpy_sheet(n)
+    y, x = np.meshgrid(np.linspace(-1, 1, n + 1), np.linspace(-1, 1, n + 1))
+    z = height * np.maximum(x, 0)
+    return sf.Mesh(np.stack([x, y, z], axis=2).reshape(-1, 3), sheet.faces)
+
+
+def test_a_border_beside_a_concave_crease_moves_into_it():
+    sheet = sheet_of(16, height=2.0)
+    x, y = sheet.vertices[sheet.faces].mean(axis=1)[:, :2].T
+    labels = (x > np.where(y > 0, 0.15, -0.15)).astype(int)
+    off_crease = np.abs(sheet.vertices[:, 0]) > 0.01
+    side = sheet.vertices[off_crease, 0] > 0
+    assert (sf.vertex_labels(sheet, labels)[off_crease] != side).any()
+    assert_array_equal(along_creases(sheet, labels)[off_crease], side)
+
+
+def test_a_plane_keeps_the_majority_where_it_is_connected():
+    sheet = sheet_of(16)
+    x, y = sheet.vertices[sheet.faces].mean(axis=1)[:, :2].T
+    labels = (x > 0.3 * y) + 2 * (y > 0.2)
+    assert_array_equal(along_creases(sheet, labels), sf.vertex_labels(sheet, labels))
+
+
+def test_vertices_inside_a_region_keep_its_label():
+    sheet = shapes.bumpy_sheet(20)
+    labels = sf.segment(sheet, 12).labels
+    found = along_creases(sheet, labels)
+    of_corners = np.repeat(labels, 3)
+    inside = ~weighted_majority(
+        sheet.faces.ravel(), of_corners, np.ones(len(of_corners)), sheet.n_vertices
+    ).is_divided
+    assert inside.any()
+    assert_array_equal(found[inside], sf.vertex_labels(sheet, labels)[inside])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_regions_of_scans_are_connected_and_none_is_lost(seed):
+    mesh = shapes.scan(seed)
+    labels = regions_of(mesh, 1 + mesh.n_faces // 20)
+    for options in ({}, {"min_vertices": 8}):
+        found = along_creases(mesh, labels, **options)
+        used = np.unique(mesh.faces)
+        assert_array_equal(np.unique(found[used]), np.unique(labels))
+        assert (np.delete(found, used) == -1).all()
+        assert pieces_of(mesh, found) == labels.max() + 1
+        assert_array_equal(found, along_creases(mesh, labels, **options, n_threads=3))
+
+
+def test_the_majority_loses_and_breaks_regions_that_creases_keep():
+    n_lost = n_pieces_more = 0
+    for seed in range(12):
+        mesh = shapes.scan(seed)
+        labels = regions_of(mesh, 1 + mesh.n_faces // 8)
+        found = sf.vertex_labels(mesh, labels)
+        n_labels = len(np.unique(found[found >= 0]))
+        n_lost += labels.max() + 1 - n_labels
+        n_pieces_more += pieces_of(mesh, found) - n_labels
+    assert n_lost > 0
+    assert n_pieces_more > 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_labels_spread_as_in_the_twin(seed):
+    rng = np.random.default_rng(seed)
+    mesh = [shapes.bumpy_sheet(7, seed), sheet_of(7), sheet_of(7, height=1.0)][seed % 3]
+    positions, normals = mesh.vertices, reference.mean_normals(mesh)
+    identity = np.arange(mesh.n_vertices, dtype=np.int32)
+    assert_array_equal(mean_normals(mesh, identity), normals)
+    labels = rng.integers(0, 4, mesh.n_vertices).astype(np.int32)
+    labels[rng.random(mesh.n_vertices) < 0.8] = -1
+    hints = rng.integers(0, 3, mesh.n_vertices).astype(np.int32)
+    offsets, neighbors, _ = vertex_graph(mesh, identity, 1)
+    found = _core.spread_labels(offsets, neighbors, positions, normals, labels, hints, 2)
+    expected = reference.spread_labels(sides_of(mesh), positions, normals, labels, hints)
+    assert_array_equal(found, expected)
+
+
+def test_small_regions_grow_to_the_minimum_or_stay_as_they_are():
+    sheet = shapes.bumpy_sheet(20)
+    labels = np.zeros(sheet.n_faces, int)
+    labels[[10, 333, 700]] = 1, 2, 3
+    sizes = np.bincount(along_creases(sheet, labels))
+    assert (sizes[1:] < 4).all()
+    grown = along_creases(sheet, labels, min_vertices=15)
+    assert np.bincount(grown).tolist()[1:] == [15, 15, 15]
+    assert pieces_of(sheet, grown) == 4
+    # No neighbor has as many to spare.
+    all_of_them = along_creases(sheet, labels, min_vertices=sheet.n_vertices)
+    assert_array_equal(all_of_them, along_creases(sheet, labels))
+
+
+def test_no_region_is_cut_by_another_that_grows():
+    #  1 - 2 - 3 - 4 - 5: a line of vertices, each of the middle ones needed to hold it together
+    offsets, neighbors = np.array([0, 1, 3, 5, 7, 8]), np.array([1, 0, 2, 1, 3, 2, 4, 3], np.int32)
+    line = (np.zeros((5, 3)), np.zeros((5, 3)))
+    labels = np.array([0, 0, 1, 0, 0], np.int32)
+    ones = np.ones(5, np.int32)
+    grown = _core.grow_small_regions(offsets, neighbors, *line, labels, ones, 2, 2)
+    assert_array_equal(grown, [0, 1, 1, 0, 0])  # region 0 has two pieces already
+    labels = np.array([0, 0, 0, 0, 1], np.int32)
+    grown = _core.grow_small_regions(offsets, neighbors, *line, labels, ones, 2, 2)
+    assert_array_equal(grown, [0, 0, 0, 1, 1])
+    labels = np.array([0, 1, 1, 1, 2], np.int32)
+    merged = _core.merge_small_regions(offsets, neighbors, *line, labels, ones, 3, 2)
+    assert_array_equal(merged, [0, 0, 0, 0, 0])
+
+
+def test_pieces_of_one_label_that_share_no_edge_all_stay():
+    sheet = sheet_of(12)
+    x = sheet.vertices[sheet.faces].mean(axis=1)[:, 0]
+    labels = np.where(np.abs(x) < 0.4, 1, 0)  # 0 on both sides
+    found = along_creases(sheet, labels)
+    assert {*found[sheet.vertices[:, 0] < -0.8], *found[sheet.vertices[:, 0] > 0.8]} == {0}
+    assert pieces_of(sheet, found) == 3
+
+
+def test_a_region_gives_its_only_vertex_where_it_gets_another():
+    #  2---3
+    #  | \ |  two faces in front, two behind: regions 5 and 7 share three corners, 6 and 8, too
+    #  0---1
+    vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
+    mesh = sf.Mesh(vertices, [[0, 1, 2], [1, 3, 2], [0, 2, 1], [1, 2, 3]])
+    assert {*along_creases(mesh, [5, 6, 7, 8])} == {5, 6, 7, 8}
+    mesh = sf.Mesh(vertices, [[0, 1, 2], [0, 1, 2], [0, 2, 1], [2, 1, 0]])
+    found = along_creases(mesh, [5, 6, 7, 8])
+    assert len({*found[:3]}) == 3
+    assert found[3] == -1
+
+
+def test_a_component_that_is_all_border_keeps_the_majority():
+    sheet, speck = sheet_of(8), sf.Mesh([[9, 0, 0], [9, 1, 0], [8, 0, 0]], [[0, 1, 2], [0, 1, 2]])
+    mesh = shapes.together([sheet, speck])
+    labels = np.concatenate([np.arange(sheet.n_faces) // 64, [1, 0]])
+    assert_array_equal(along_creases(mesh, labels)[-3:], [0, 0, 0])
+
+
+def test_cells_without_a_label_take_no_part():
+    sheet = sheet_of(8)
+    x = sheet.vertices[sheet.faces].mean(axis=1)[:, 0]
+    labels = np.where(x < -0.5, 4, np.where(x > 0.5, 9, -1))
+    found = along_creases(sheet, labels)
+    assert_array_equal(found, sf.vertex_labels(sheet, labels))
+    assert {*found} == {-1, 4, 9}
+    assert (along_creases(sheet, np.full(sheet.n_faces, -1)) == -1).all()
+
+
+def test_vertices_at_one_position_have_one_label():
+    sheet = shapes.bumpy_sheet(8)
+    labels = sf.segment(sheet, 6).labels
+    soup = shapes.soup(sheet)
+    assert_array_equal(
+        along_creases(soup, labels), along_creases(sheet, labels)[sheet.faces.ravel()]
+    )
+
+
+def test_polygons_and_tetrahedra_have_connected_regions():
+    x, y = np.meshgrid(np.arange(9), np.arange(9))
+    first = (np.arange(8)[:, np.newaxis] * 9 + np.arange(8)).ravel()
+    points = np.stack([x, y, np.maximum(x - 4, 0)], axis=2).reshape(-1, 3)
+    quads = sf.PolygonMesh.of_faces(points, first[:, np.newaxis] + [0, 1, 10, 9])
+    labels = (np.arange(64) % 8 > 3) + 2 * (np.arange(64) > 40)
+    found = along_creases(quads, labels)
+    assert {*found} == {0, 1, 2, 3}
+    assert pieces_of_cells(quads, found) == 4
+    tets = sf.TetMesh(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -2], [5, 5, 5]],
+        [[0, 1, 2, 3], [0, 1, 2, 4]],
+    )
+    assert along_creases(tets, [1, 2]).tolist() == [2, 2, 2, 1, 2, -1]
+    assert along_creases(points.astype(float), [3] * 81).tolist() == [3] * 81  # points keep theirs
+
+
+def pieces_of_cells(mesh, of_vertices):
+    identity = np.arange(mesh.n_vertices, dtype=np.int32)
+    return shapes.count_pieces(vertex_graph(mesh, identity, 1), of_vertices)
+
+
+def test_the_options_are_checked():
+    mesh = shapes.strip(3)
+    with pytest.raises(ValueError, match="method must be one of majority, creases, got 'crease'"):
+        sf.vertex_labels(mesh, [0, 0, 1], method="crease")
+    with pytest.raises(ValueError, match='min_vertices needs method="creases"'):
+        sf.vertex_labels(mesh, [0, 0, 1], min_vertices=2)
+    with pytest.raises(ValueError, match="min_vertices must be at least 1, got 0"):
+        along_creases(mesh, [0, 0, 1], min_vertices=0)
