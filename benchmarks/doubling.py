@@ -161,8 +161,8 @@ SHAPES_OF: dict[str, tuple[str, ...]] = {
     "cut_borders": ("flat grid", "star", "coin", "dust"),
     "vertex_labels": ("flat grid", "star", "coin", "dust", "spindle"),
 }
-"""Shapes of jobs that need faces, or vertices. The thickness of the dust is not measured: a ray passes as many
-triangles as a row of the lattice has, so it is not linear."""
+"""Shapes of jobs that need faces, or vertices. The thickness of the dust is not measured: a ray
+passes as many triangles as a row of the lattice has, so it is not linear."""
 
 
 @dataclass(frozen=True)

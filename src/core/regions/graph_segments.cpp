@@ -1,6 +1,7 @@
 #include "regions/graph_segments.hpp"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "base/assert.hpp"

@@ -33,9 +33,11 @@ struct VertexEdges {
   std::span<const Vertex> of(Vertex vertex) const {
     return neighbors.subspan(offsets[vertex], offsets[vertex + 1] - offsets[vertex]);
   }
-  // The same in both directions.
+  // Convex if the normal at one end points away from the other: the lower of the weights that the
+  // usual segmenter gives the directions of an edge. The same in both directions.
   double weight(Vertex a, Vertex b) const {
-    const bool is_convex = dot(normals[b] - normals[a], positions[b] - positions[a]) > 0.0;
+    const Point step = positions[b] - positions[a];
+    const bool is_convex = dot(normals[b], step) > 0.0 || dot(normals[a], step) < 0.0;
     return crease_weight(normals[a], normals[b], is_convex);
   }
 };

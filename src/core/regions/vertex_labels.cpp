@@ -1,6 +1,7 @@
 #include "regions/vertex_labels.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <queue>
 #include <tuple>
 #include <utility>

@@ -59,7 +59,8 @@ def write_mesh(
         ``.vtk``, which hold labels but no colors and attributes. For a `PointCloud`, it ends in
         ``.ply``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz``; the last two need the extra
         ``las``. Files derived from the labels end in ``.segs.json``, ``.bin`` or ``_sp_label.npy``
-        (a label per vertex of the mesh, or per point), ``.sstk.json`` (a label per triangle),
+        (an id per vertex of the mesh, as by `vertex_labels` with ``method="creases"`` and
+        ``min_vertices=20``, or per point), ``.sstk.json`` (a label per triangle),
         ``.aggregation.json`` (a group per region) or ``.npz`` (the graph of `region_graph`, as by
         `write_graphs`). A file that exists is replaced once the new one is complete, and its
         permissions are kept.

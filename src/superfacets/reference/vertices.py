@@ -42,7 +42,8 @@ def spread_labels(
     """
 
     def weight(a: int, b: int) -> float:
-        is_convex = dot(normals[b] - normals[a], positions[b] - positions[a]) > 0
+        step = positions[b] - positions[a]
+        is_convex = dot(normals[b], step) > 0 or dot(normals[a], step) < 0
         return crease_weight(normals[a], normals[b], bool(is_convex))
 
     # An edge is listed by its lower vertex without a label.
