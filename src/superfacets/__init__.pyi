@@ -73,6 +73,7 @@ from .pictures.plotting import plot as plot
 from .pictures.rendering import render as render
 from .pipeline import PAPER as PAPER
 from .pipeline import PARTS as PARTS
+from .pipeline import SCANS as SCANS
 from .pipeline import segment as segment
 from .regions.connect import enforce_connectivity as enforce_connectivity
 from .regions.edit import RegionEdit as RegionEdit

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +32,8 @@ from .clustering.plan import Plan, Start
 from .clustering.segmentation import Segmentation
 from .errors import IslandWarning, SliverWarning
 from .mesh.cells import Cells
+from .mesh.denoising import Denoise, checked_denoise, denoised
+from .mesh.faces import FaceMesh
 from .regions.connect import connect_regions
 from .regions.edit import BorderCosts
 from .regions.merge import merge_regions
@@ -56,6 +58,12 @@ PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": Tru
 """Keywords for regions that stay within the parts of a shape: those of the default.
 
 ``segment(mesh, 150, **PARTS)`` is ``segment(mesh, 150)``: what was an option is the default.
+"""
+
+SCANS: Mapping[str, Any] = MappingProxyType({"denoise": 5, "alpha": 80.0})
+"""Keywords for scans of rooms, fused from depth images: ``segment(mesh, 1000, **SCANS)``.
+
+Noise is smoothed, and borders follow creases at more cost in compactness.
 """
 
 
@@ -108,6 +116,7 @@ def segment(
     features: npt.ArrayLike | None = None,
     feature_weight: float = FEATURE_WEIGHT,
     scale_features: bool = True,
+    denoise: Denoise = None,
     weld: bool = True,
     n_threads: int | None = None,
     progress: Progress | None = None,
@@ -219,6 +228,11 @@ def segment(
         resolution. With 0, features change nothing.
     scale_features : bool, default True
         Divide each feature by its standard deviation over the area first.
+    denoise : int or "auto", optional
+        Number of steps of smoothing, 0 and up: creases and lengths are measured on smoothed
+        positions (Taubin's method), and the result belongs to the mesh as it is. 5 suit scans.
+        ``"auto"``: 5 if the noise is at least 0.05 of the mean edge length, by an estimate from the
+        mesh, or else 0. Only for meshes of faces that are not prepared.
     weld : bool, default True
         Treat vertices at exactly the same position as one.
     n_threads : int, optional
@@ -285,6 +299,7 @@ def segment(
         CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands),
         FeatureOptions.checked(features, feature_weight, scale_features),
         ConstraintOptions(mask, barriers),
+        checked_denoise(denoise),
     )
     with _core.Workspace():  # threads for all that follows
         return _run(mesh, options)
@@ -318,6 +333,7 @@ class Options:
     cleanup: CleanupOptions
     features: FeatureOptions = field(default_factory=FeatureOptions)
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
+    denoise: Denoise = None  # once cells are prepared, the number of steps
 
     def needs_order(self, kind: Kind) -> bool:
         """Whether the order of the input is kept, even a bad one.
@@ -332,6 +348,7 @@ class Options:
         """Return them as they are reported, with those that the loop reports in its result."""
         return {
             "weld": self.weld,
+            "denoise": self.denoise,
             **self.weights.params,
             **self.features.params,
             **self.constraints.params,
@@ -420,15 +437,32 @@ def _prepare(work: _Work) -> _Work:
                 "the cells are prepared in an order of their own: name the weights, and leave out"
                 " radius_factor"
             )
+        if options.denoise is not None:
+            raise ValueError("the cells are prepared already: denoise needs the mesh")
         return replace(work, source=mesh.source, order=mesh.order)
     with work.timed("mesh"):
         source = as_cells(mesh)
     with work.timed("face_graph"):
+        cells, options = _denoised(source, options)
         prepared = Prepared.of(
-            source, weld=options.weld, n_threads=options.loop.n_threads,
+            cells, weld=options.weld, n_threads=options.loop.n_threads,
             is_sorted=not options.needs_order(kind_of(source)),
         )  # fmt: skip
-    return replace(work, source=source, prepared=prepared, order=prepared.order)
+    return replace(work, options=options, source=source, prepared=prepared, order=prepared.order)
+
+
+def _denoised(source: Cells, options: Options) -> tuple[Cells, Options]:
+    """Return cells for stages 1 to 5, and options with the number of steps of smoothing."""
+    if options.denoise is None:
+        return source, options
+    kind = kind_of(source)
+    if not kind.has_faces:
+        raise ValueError(f"denoise needs a mesh of faces, not {kind.plural}")
+    cells, n_steps = denoised(
+        cast(FaceMesh, source), options.denoise, weld=options.weld,
+        n_threads=options.loop.n_threads,
+    )  # fmt: skip
+    return cells, replace(options, denoise=n_steps)
 
 
 def _plan(work: _Work) -> _Work:

@@ -5,6 +5,7 @@
 #include "mesh/geometry.hpp"
 #include "mesh/polygons.hpp"
 #include "mesh/subdivision.hpp"
+#include "mesh/taubin.hpp"
 #include "mesh/vertex_graph.hpp"
 #include "mesh/vertex_normals.hpp"
 #include "mesh/weld.hpp"
@@ -91,6 +92,8 @@ void bind_mesh(nb::module_& module) {
              "faces"_a, "representative"_a, "n_threads"_a);
   module.def("build_polygon_vertex_graph", threaded(&polygon_vertex_graph), "vertices"_a,
              "offsets"_a, "corners"_a, "representative"_a, "n_threads"_a);
+  module.def("taubin_smooth", threaded(&taubin_smooth), "vertices"_a, "offsets"_a, "neighbors"_a,
+             "n_steps"_a, "n_threads"_a);
   module.def("mean_normals", serial(NormalsOfTriangles{&mean_normals}), "vertices"_a, "faces"_a,
              "representative"_a);
   module.def("polygon_mean_normals", serial(&polygon_mean_normals), "vertices"_a, "offsets"_a,

@@ -32,6 +32,7 @@ from ..errors import IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
+from ..mesh.denoising import checked_denoise
 from ..mesh.faces import area_vectors
 from ..pipeline import segment
 
@@ -212,6 +213,7 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
     CleanupOptions.checked(
         get("smooth", True), get("enforce_connectivity", False), get("min_size", 0.0), islands
     )
+    checked_denoise(get("denoise"))
     FeatureOptions.checked(None, get("feature_weight", FEATURE_WEIGHT), get("scale_features", True))
 
 

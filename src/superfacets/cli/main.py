@@ -31,6 +31,7 @@ COMMANDS = {
     "demo": "Segment the sample mesh of the package.",
     "reproduce": "Repeat the paper's comparison on the benchmark in the folder BENCHMARK.",
     "quality": "Compare variants of the method on the benchmark in the folder BENCHMARK.",
+    "superpoints": "Compare superpoints with those of ScanNet's segmenter on the rooms in ROOMS.",
 }
 """Summary of each command, so that the list of commands imports none of them."""
 

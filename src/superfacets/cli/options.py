@@ -12,6 +12,20 @@ import click
 from ..io.readers.read import CELL_ENDINGS
 
 
+class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
+    """An integer from `low` up, or a word."""
+
+    name = "count or word"
+
+    def __init__(self, word: str, low: int) -> None:
+        self.word = word
+        self.count = Count(low)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the word, or the number."""
+        return value if value == self.word else self.count.convert(value, param, ctx)
+
+
 class Count(click.IntRange):
     """Integers with a lower bound."""
 

@@ -10,12 +10,13 @@ import click
 from .._options import INITS, ISLANDS
 from ..batches.files import FileOptions
 from ..cells.weights import WEIGHTS
-from ..pipeline import PAPER, PARTS
+from ..pipeline import PAPER, PARTS, SCANS
 from .options import (
     COUNT,
     NOT_NEGATIVE,
     POSITIVE,
     Count,
+    CountOr,
     ascii_option,
     drop_attributes_option,
     label_options,
@@ -83,6 +84,14 @@ _OF_SEGMENT = (
         "--parts",
         is_flag=True,
         help="Regions within the parts of a shape: --weights parts --relocate, the default.",
+    ),
+    click.option("--scans", is_flag=True, help="For fused scans of rooms: --denoise 5 --alpha 80."),
+    click.option(
+        "--denoise",
+        type=CountOr("auto", 0),
+        metavar="N|auto",
+        help="Measure creases on positions smoothed in N steps; auto: 5 if the mesh is noisy, else"
+        " 0. Results belong to the mesh as it is.  [default: 0; 5 with --scans]",
     ),
     click.option(
         "--max-iter",
@@ -183,6 +192,7 @@ def options_of(
     *,
     paper: bool,
     parts: bool,
+    scans: bool,
     features: tuple[str, ...],
     is_subdivided: bool,
     max_edge: float | None,
@@ -194,11 +204,13 @@ def options_of(
 ) -> FileOptions:
     """Return the given options, completed by those of a preset; an error if they do not fit."""
     keywords = {name: value for name, value in given.items() if value is not None}
-    if paper and parts:
-        raise click.UsageError("--paper and --parts are two methods: give one of them")
+    if paper and (parts or scans):
+        other = "--parts" if parts else "--scans"
+        raise click.UsageError(f"--paper and {other} are two methods: give one of them")
     if paper and given.get("relocate"):
         raise click.UsageError("--paper moves centers in its own way: leave --relocate out")
-    for is_given, option, preset in ((paper, "--paper", PAPER), (parts, "--parts", PARTS)):
+    presets = ((paper, "--paper", PAPER), (parts, "--parts", PARTS), (scans, "--scans", SCANS))
+    for is_given, option, preset in presets:
         for name in ("weights", "init") if is_given else ():
             if name in preset and keywords.get(name, preset[name]) != preset[name]:
                 raise click.UsageError(f"{option} has {name} of its own: leave --{name} out")

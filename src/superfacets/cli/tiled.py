@@ -65,6 +65,7 @@ _NOT_OF_TILES = {
     "--paper": "radius_factor",
     "--init": "init",
     "--relocate": "relocate",
+    "--denoise": "denoise",
     "--connect": "enforce_connectivity",
     "--min-size": "min_size",
     "--feature-weight": "feature_weight",

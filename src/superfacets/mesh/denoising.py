@@ -1,0 +1,91 @@
+"""Positions of meshes without noise, by which `segment` measures creases."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, cast
+
+import numpy as np
+
+from .. import _core
+from .._types import Floats, Ints
+from .._validate import checked_count
+from .cells import lowest_vertices
+from .faces import (
+    FaceMesh,
+    VertexGraph,
+    corners_in_a_row,
+    face_sizes,
+    mean_normals,
+    mesh_like,
+    vertex_graph,
+)
+
+Denoise = int | Literal["auto"] | None
+
+AUTO_STEPS = 5
+"""Number of steps on noisy meshes. In the synthetic rooms, 5 are better than 2, 8 and 20."""
+
+NOISE_LIMIT = 0.05
+"""Noise from which ``"auto"`` smooths, in edge lengths. On 32 benchmark models the estimate is at
+most 0.03 as they are, and at least 0.08 with noise of 0.1."""
+
+ESTIMATE_OF_NOISE = 0.118
+"""Value of the estimate per unit of noise, on closed meshes of like triangles."""
+
+
+def checked_denoise(denoise: object) -> Denoise:
+    """Return the checked argument of `segment`."""
+    if denoise is None or denoise == "auto":
+        return denoise
+    if isinstance(denoise, str):
+        raise ValueError(f"denoise must be 'auto', a number of steps, or None, got {denoise!r}")
+    return checked_count(denoise, "denoise", low=0)
+
+
+def denoised(
+    mesh: FaceMesh, denoise: int | Literal["auto"], *, weld: bool, n_threads: int
+) -> tuple[FaceMesh, int]:
+    """Return the mesh with smoothed positions, and the number of steps.
+
+    With ``"auto"``, the mesh itself and 0 if its noise is below `NOISE_LIMIT`, and else
+    `AUTO_STEPS`. With `weld`, vertices at one position stay together.
+    """
+    if denoise == 0:
+        return mesh, 0
+    lowest = lowest_vertices(mesh.vertices, weld, n_threads)
+    graph = vertex_graph(mesh, lowest, n_threads)
+
+    def smoothed(n_steps: int) -> FaceMesh:
+        positions = _core.taubin_smooth(
+            mesh.vertices, graph.offsets, graph.neighbors, n_steps, n_threads
+        )
+        offsets = np.concatenate([[0], np.cumsum(face_sizes(mesh))])
+        made = mesh_like(mesh, positions[lowest], corners_in_a_row(mesh), offsets)
+        return cast(FaceMesh, made)
+
+    if denoise == "auto":
+        noise = _noise(mesh.vertices, smoothed(1), graph, lowest)
+        if not noise >= NOISE_LIMIT:
+            return mesh, 0
+        denoise = AUTO_STEPS
+    return smoothed(denoise), denoise
+
+
+def _noise(vertices: Floats, smooth: FaceMesh, graph: VertexGraph, lowest: Ints) -> float:
+    """Estimate the standard deviation of the noise, in mean edge lengths.
+
+    Where a vertex is off the smoothed surface by noise, its neighbors are off to the other side.
+    The estimate is the root of the median of minus the products of both. Along curves and creases
+    all are off to one side, which counts as no noise.
+    """
+    is_used = np.diff(graph.offsets) > 0
+    if not is_used.any():
+        return 0.0
+    normals = mean_normals(smooth, lowest)
+    lengths = np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)
+    off = np.einsum("ij,ij->i", vertices - smooth.vertices, normals) / lengths
+    sums = np.add.reduceat(off[graph.neighbors], graph.offsets[:-1][is_used])
+    products = off[is_used] * sums / np.diff(graph.offsets)[is_used]
+    estimate = math.sqrt(max(-float(np.median(products)), 0.0))
+    return estimate / ESTIMATE_OF_NOISE / float(graph.lengths.mean())

@@ -1,0 +1,197 @@
+"""How well superpoints of scanned rooms keep to objects, compared with those of ScanNet.
+
+A room is an ``.npz`` file with ``vertices`` (V, 3), ``faces`` (F, 3), ``instances`` (V,), the true
+object of each vertex, and ``felzenszwalb`` (V,), the segments of ScanNet's own segmenter. Rooms
+whose names end alike, as in ``office_n1`` and ``bedroom_n1``, are one level of noise.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._types import Bools, Ints, Longs
+from .._validate import checked_classes, checked_threads, ranked_labels
+from ..errors import IslandWarning, MeshError
+from ..mesh.cells import lowest_vertices
+from ..mesh.faces import vertex_graph
+from ..mesh.triangle_mesh import Mesh
+from ..pipeline import SCANS, segment
+from ..regions.vertices import vertex_labels
+from .table_writer import markdown_table
+
+METHODS: dict[str, dict[str, Any]] = {"default": {}, "SCANS": dict(SCANS)}
+"""Keywords of `segment`, by the name in the table."""
+
+LEAST_OBJECT = 0.002
+"""Fraction of the vertices of a room from which an object counts for the mean IoU."""
+
+_MOST_RUNS = 5
+
+
+class Score(NamedTuple):
+    """How superpoints do if each takes the object of most of its vertices.
+
+    Attributes
+    ----------
+    n_superpoints : float
+    error : float
+        Share of vertices that get another object.
+    error_away : float
+        The same of vertices more than one edge away from the border of an object.
+    mean_iou : float
+        Mean over the objects of intersection over union.
+    extra_pieces : float
+        Number of connected pieces, minus the number of superpoints.
+    """
+
+    n_superpoints: float
+    error: float
+    error_away: float
+    mean_iou: float
+    extra_pieces: float
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """A scanned room with truth per vertex, and the segments of ScanNet's segmenter."""
+
+    name: str
+    mesh: Mesh
+    truth: Longs  # (V,) 0 to the number of objects - 1
+    original: Longs  # (V,)
+
+    @classmethod
+    def read(cls, path: Path) -> Room:
+        """Read a file; a MeshError if it is not a room."""
+        try:
+            with np.load(path) as file:
+                arrays = [file[name] for name in ("vertices", "faces", "instances", "felzenszwalb")]
+        except (OSError, ValueError, KeyError) as error:
+            raise MeshError(f"{path}: not a room: {error}") from error
+        mesh = Mesh(*arrays[:2])
+        labels = [checked_classes(array, mesh.n_vertices, "labels") for array in arrays[2:]]
+        truth, original = (ranked_labels(array + 1)[0].astype(np.int64) for array in labels)
+        return cls(path.stem, mesh, truth, original)
+
+    @property
+    def level(self) -> str:
+        """The end of the name, after the last underscore."""
+        return self.name.rpartition("_")[2]
+
+    @property
+    def edges(self) -> Longs:
+        """Vertices at both ends of each edge, shape (E, 2)."""
+        threads = checked_threads(None)
+        lowest = lowest_vertices(self.mesh.vertices, False, threads)
+        graph = vertex_graph(self.mesh, lowest, threads)
+        sources = np.repeat(np.arange(self.mesh.n_vertices), np.diff(graph.offsets))
+        ends = np.stack([sources, graph.neighbors], axis=1)
+        return ends[ends[:, 0] < ends[:, 1]]
+
+    @property
+    def is_used(self) -> Bools:
+        """Whether a face has each vertex."""
+        is_used = np.zeros(self.mesh.n_vertices, bool)
+        is_used[self.mesh.faces] = True
+        return is_used
+
+    def superpoints(self, **options: Any) -> Ints:
+        """Labels by `segment` that follow creases, as many as the original has."""
+        number = asked = len(np.unique(self.original[self.is_used]))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", IslandWarning)
+            for _ in range(_MOST_RUNS):  # components without a seed are additional regions
+                result = segment(self.mesh, max(asked, 1), **options)
+                if result.n_segments <= number:
+                    break
+                asked -= result.n_segments - number
+        return vertex_labels(self.mesh, result.labels, method="creases")
+
+    def score(self, superpoints: npt.NDArray[np.integer[Any]]) -> Score:
+        """Judge superpoints; vertices that no face has do not count."""
+        used, edges = self.is_used, self.edges
+        ids = ranked_labels(superpoints + 1)[0]
+        found = _object_of_each(ids[used], self.truth[used])[ids]
+        is_wrong = (found != self.truth) & used
+        is_away = used & ~_near_borders(edges, self.truth)
+        n = len(np.unique(ids[used]))
+        return Score(
+            n,
+            is_wrong.sum() / used.sum(),
+            is_wrong[is_away].sum() / max(is_away.sum(), 1),
+            _mean_iou(found[used], self.truth[used]),
+            _n_pieces(edges[ids[edges[:, 0]] == ids[edges[:, 1]]], used) - n,
+        )
+
+
+def study(paths: Iterable[Path]) -> str:
+    """Return a Markdown table of all methods at all levels of noise: means over rooms."""
+    rooms = [Room.read(path) for path in sorted(paths)]
+    if not rooms:
+        raise MeshError("there is no room: no file ends with .npz")
+    rows = []
+    for level in dict.fromkeys(room.level for room in rooms):
+        of_level = [room for room in rooms if room.level == level]
+        scores = {"ScanNet's segmenter": [room.score(room.original) for room in of_level]}
+        for name, options in METHODS.items():
+            scores[name] = [room.score(room.superpoints(**options)) for room in of_level]
+        for name, of_rooms in scores.items():
+            mean = Score(*np.mean(of_rooms, axis=0))
+            rows.append([level, name, *_texts(mean)])
+    head = ["level", "method", "superpoints", "error %", "away from borders %", "mean IoU %"]
+    return markdown_table([*head, "extra pieces"], rows)
+
+
+def _texts(mean: Score) -> list[str]:
+    shares = (mean.error, mean.error_away, mean.mean_iou)
+    percents = [
+        f"{100 * value:.{digits}f}" for value, digits in zip(shares, (3, 3, 2), strict=True)
+    ]
+    return [f"{mean.n_superpoints:.0f}", *percents, f"{mean.extra_pieces:.1f}"]
+
+
+def _object_of_each(ids: Ints, truth: Longs) -> Longs:
+    """The most frequent object of each superpoint, of equals the lowest."""
+    n_objects = int(truth.max()) + 1
+    pairs, counts = np.unique(ids.astype(np.int64) * n_objects + truth, return_counts=True)
+    owners, objects = np.divmod(pairs, n_objects)
+    order = np.lexsort((objects, -counts, owners))
+    _, firsts = np.unique(owners[order], return_index=True)
+    best = np.zeros(int(ids.max()) + 1, np.int64)
+    best[owners[order][firsts]] = objects[order][firsts]
+    return best
+
+
+def _near_borders(edges: Longs, truth: Longs) -> Bools:
+    """Whether a vertex is at an edge between objects, or one edge away from such a vertex."""
+    is_near = np.zeros(len(truth), bool)
+    is_near[edges[truth[edges[:, 0]] != truth[edges[:, 1]]]] = True
+    is_near[edges[is_near[edges].any(axis=1)]] = True
+    return is_near
+
+
+def _mean_iou(found: Longs, truth: Longs) -> float:
+    n_objects = int(truth.max()) + 1
+    sizes = np.bincount(truth, minlength=n_objects)
+    shared = np.bincount(truth[found == truth], minlength=n_objects)
+    unions = sizes + np.bincount(found, minlength=n_objects) - shared
+    counts = sizes >= max(LEAST_OBJECT * len(truth), 1)
+    return float(np.mean(shared[counts] / unions[counts]))
+
+
+def _n_pieces(edges: Longs, used: Bools) -> int:
+    """Number of components of the used vertices. Needs SciPy."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    n = len(used)
+    graph = coo_matrix((np.ones(len(edges), np.int8), tuple(edges.T)), (n, n))
+    _, piece = connected_components(graph, directed=False)
+    return len(np.unique(piece[used]))
