@@ -51,6 +51,8 @@ from .export.regions import write_regions as write_regions
 from .export.write import write_labels as write_labels
 from .export.write import write_mesh as write_mesh
 from .interop import segmentator as segmentator
+from .interop.aggregation import RegroupedObject as RegroupedObject
+from .interop.aggregation import regroup_segments as regroup_segments
 from .interop.attach import attach_labels as attach_labels
 from .io.attributes import MeshAttributes as MeshAttributes
 from .io.readers.labels import read_labels as read_labels

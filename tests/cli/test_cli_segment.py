@@ -18,6 +18,7 @@ from command_line import COMMAND, files_in
 from superfacets import (
     PAPER,
     PARTS,
+    SCANS,
     MeshAttributes,
     mesh_info,
     read_attributes,
@@ -74,6 +75,9 @@ def test_every_option_reaches_the_library(run, sheet, tmp_path):
          {"n_segments": 30, "min_size": 0.5, "islands": "nearest"}),
         (["-n", 30, "--paper"], {"n_segments": 30, **PAPER}),
         (["-n", 30, "--parts"], {"n_segments": 30, **PARTS}),
+        (["-n", 30, "--scans"], {"n_segments": 30, **SCANS}),
+        (["-n", 30, "--scans", "--denoise", 2], {"n_segments": 30, **SCANS, "denoise": 2}),
+        (["-n", 30, "--denoise", "auto"], {"n_segments": 30, "denoise": "auto"}),
         (["-n", 30, "--parts", "-a", 15], {"n_segments": 30, **PARTS, "alpha": 15}),
         (["-n", 30, "--paper", "--tol", 0.3], {"n_segments": 30, **PAPER, "tol": 0.3}),
         (["-n", 30, "--paper", "--smooth", "--connect"],

@@ -58,7 +58,7 @@ class TestScanNet:
     def test_segments_are_one_line_without_spaces(self, square, tmp_path):
         write_mesh(tmp_path / SEGMENTS, square, [7, 0])
         assert (tmp_path / SEGMENTS).read_bytes() == (
-            b'{"params":{"kThresh":0.01,"segMinVerts":20},"sceneId":"scene0000_00",'
+            b'{"params":{"software":"superfacets","nSegments":3},"sceneId":"scene0000_00",'
             b'"segIndices":[0,7,0,0,8]}'
         )
 

@@ -109,6 +109,7 @@ def batch(
     ascii: bool = False,
     label_name: str = "label",
     vertex_labels: bool = False,
+    force: bool = False,
     **options: Any,
 ) -> BatchResult:
     """Segment many files, on all cores or on a cluster, and write their labels into a folder.
@@ -152,7 +153,7 @@ def batch(
         Do not write the attributes of the input files, such as normals, to the results.
     ascii : bool, default False
         Write text instead of binary where a format has both.
-    label_name, vertex_labels
+    label_name, vertex_labels, force
         As for `write_mesh`.
     **options
         As for `segment`, except arrays, `progress` and `on_stage`, which are for one mesh.
@@ -201,6 +202,7 @@ def batch(
         options, features=tuple(features), subdivide=subdivide, max_edge=max_edge,
         drop_attributes=drop_attributes, ascii=ascii, label_name=label_name,
         vertex_labels=vertex_labels,
+        force=force,
     )  # fmt: skip
     if scheduler is not None and workers is not None:
         raise ValueError("give scheduler or workers, not both: a scheduler has its own")

@@ -135,6 +135,7 @@ class FileOptions:
     ascii: bool = False
     label_name: str = "label"
     vertex_labels: bool = False
+    force: bool = False
 
     @classmethod
     def checked(
@@ -148,6 +149,7 @@ class FileOptions:
         ascii: bool = False,
         label_name: str = "label",
         vertex_labels: bool = False,
+        force: bool = False,
     ) -> FileOptions:
         """Check the options before a file is read; an error if one is wrong for every mesh."""
         given = {name: value for name, value in keywords.items() if value is not None}
@@ -158,14 +160,15 @@ class FileOptions:
         keeps = not checked_flag(drop_attributes, "drop_attributes")
         return cls(
             given, tuple(features), is_subdivided, max_edge, keeps, checked_flag(ascii, "ascii"),
-            label_name, checked_flag(vertex_labels, "vertex_labels"),
+            label_name, checked_flag(vertex_labels, "vertex_labels"), checked_flag(force, "force"),
         )  # fmt: skip
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
         """Format options for these endings; a ValueError if an option applies to none of them."""
         return FormatOptions.checked(
-            endings, ascii=self.ascii, label_name=self.label_name, vertex_labels=self.vertex_labels
-        )
+            endings, ascii=self.ascii, label_name=self.label_name,
+            vertex_labels=self.vertex_labels, force=self.force,
+        )  # fmt: skip
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -179,6 +182,7 @@ class FileOptions:
             "ascii": self.ascii,
             "label_name": self.label_name,
             "vertex_labels": self.vertex_labels,
+            "force": self.force,
         }
 
     @property
@@ -188,7 +192,7 @@ class FileOptions:
         return {
             name: value.item() if isinstance(value, np.generic) else value
             for name, value in sorted(self.arguments.items())
-            if name != "n_threads" and value != usual[name]
+            if name not in ("n_threads", "force") and value != usual[name]
         }
 
 

@@ -118,7 +118,7 @@ def _done(job: BatchJob, record: Record) -> Record:
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)
-    check_outputs(files)
+    check_outputs(files, force=job.options.force)
     path = Path(job.path)
     endings = [known_ending(file, OUTPUT_ENDINGS) for file in files]
     form = job.options.form(endings)

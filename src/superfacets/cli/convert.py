@@ -15,7 +15,9 @@ from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..export.cells import FormatOptions
 from ..export.regions import write_regions
+from ..export.scannet import GROUPS
 from ..export.write import ENDING_OF_FORMAT, check_outputs, write_outputs
+from ..interop.aggregation import regroup_segments
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
 from .failures import print_note
@@ -27,6 +29,7 @@ from .options import (
     STANDARD_STREAM,
     ascii_option,
     drop_attributes_option,
+    force_option,
     format_option,
     label_options,
     labels_named_option,
@@ -51,27 +54,43 @@ from .report import notes_on_attributes, notes_on_vertices
     help="Write each region to a file of its own in this folder: DIR/region_17.ply.",
 )
 @to_option("Format of outputs whose name has no known ending")
+@click.option(
+    "--segments",
+    metavar="FILE",
+    type=FILE,
+    help="Old .segs.json, if IN is an .aggregation.json.  [default: the file that it names]",
+)
 @labels_named_option
 @format_option("IN")
 @ascii_option
 @label_options
 @drop_attributes_option("input")
+@force_option
 @quiet_option
 @click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
 def convert_command(
     mesh: Path, labels: Path | None, outputs: tuple[str, ...], folder: Path | None,
-    formats: tuple[str, ...], labels_named: str, format: str | None, ascii: bool,
-    label_name: str, vertex_labels: bool, drop_attributes: bool, is_quiet: bool, as_json: bool,
+    segments: Path | None, formats: tuple[str, ...], labels_named: str, format: str | None,
+    ascii: bool, label_name: str, vertex_labels: bool, drop_attributes: bool, force: bool,
+    is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Write the mesh in the file IN, with its LABELS, in other formats.
 
-    Without a file of LABELS, the labels in IN are written if there are any.
+    Without a file of LABELS, the labels in IN are written if there are any. If IN is an
+    .aggregation.json, LABELS are new segments (.segs.json), and its objects are written as groups
+    of these; a table shows the vertices that each object loses and gains.
     """
+    if mesh.name.endswith(GROUPS):
+        _regroup(mesh, labels, outputs, segments, is_quiet=is_quiet, as_json=as_json)
+        return
+    if segments is not None:
+        raise click.UsageError("--segments goes with an .aggregation.json only")
     job, ending = _plan(mesh, labels, outputs, folder, formats, ascii=ascii)
     form = FormatOptions.checked(
-        [*job.endings], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels
-    )
-    check_outputs(job.files)
+        [*job.endings], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
+        force=force,
+    )  # fmt: skip
+    check_outputs(job.files, force=force)
     keeps = job.holds_attributes and not drop_attributes
     found = run_in_background(lambda: _read(mesh, labels, labels_named, format, keep=keeps))
     hint = f" (none called {labels_named}): name a file of them, or --labels-named"
@@ -94,6 +113,30 @@ def convert_command(
             names.append(f"{len(parts)} files in {folder}")
         for name in names:
             click.echo(f"wrote {name}", err=job.stream is not None)
+
+
+def _regroup(
+    groups: Path,
+    labels: Path | None,
+    outputs: tuple[str, ...],
+    segments: Path | None,
+    *,
+    is_quiet: bool,
+    as_json: bool,
+) -> None:
+    """Write an aggregation for other segments, and a table of what objects lost."""
+    if labels is None or len(outputs) != 1:
+        raise click.UsageError("an .aggregation.json needs new segments (.segs.json) and one -o")
+    objects = regroup_segments(groups, labels, outputs[0], segments=segments)
+    if as_json:
+        facts = {"file": str(groups), "objects": [found._asdict() for found in objects]}
+        click.echo(json.dumps({**facts, "outputs": list(outputs)}))
+    elif not is_quiet:
+        click.echo(f"{'object':>8} {'vertices':>9} {'lost':>7} {'gained':>7}  label")
+        for found in objects:
+            counts = f"{found.n_vertices:>9} {found.n_lost:>7} {found.n_gained:>7}"
+            click.echo(f"{found.object_id:>8} {counts}  {found.label}")
+        click.echo(f"wrote {outputs[0]}")
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from .options import (
     COUNT,
     FILE,
     ascii_option,
+    force_option,
     format_option,
     labels_named_option,
     quiet_option,
@@ -61,13 +62,14 @@ from .report import notes_on_vertices
 @labels_named_option
 @format_option("IN")
 @ascii_option
+@force_option
 @threads_option
 @quiet_option
 @click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
 def cut_command(
     mesh: Path, n_segments: int | None, labels: Path | None, outputs: tuple[str, ...],
     formats: tuple[str, ...], labels_named: str, format: str | None, ascii: bool,
-    n_threads: int | None, is_quiet: bool, as_json: bool,
+    force: bool, n_threads: int | None, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Cut the mesh in the file IN along smooth borders of its regions.
 
@@ -78,8 +80,8 @@ def cut_command(
         raise click.UsageError("--labels names regions already: leave out -n")
     also_read = [] if labels is None else [str(labels)]
     (job,) = plan_jobs((str(mesh),), outputs, formats, ascii=ascii, also_read=also_read)
-    check_outputs(job.files)
-    form = FormatOptions(ascii=ascii)
+    check_outputs(job.files, force=force)
+    form = FormatOptions(ascii=ascii, force=force)
 
     def compute() -> tuple[BorderCut, npt.NDArray[np.int32]]:
         surface = _load(mesh, format)

@@ -154,6 +154,13 @@ def label_options(command: Any) -> Any:
     return named(of_vertices(command))
 
 
+force_option = click.option(
+    "--force",
+    is_flag=True,
+    help="Replace a .segs.json even if an .aggregation.json beside it groups its segments.",
+)
+
+
 def numbers(
     ctx: click.Context, parameter: click.Parameter, text: str | None
 ) -> tuple[int, ...] | None:

@@ -142,7 +142,7 @@ class _Run:
         return True
 
     def _do(self, job: Job) -> None:
-        check_outputs(job.files)
+        check_outputs(job.files, force=self.form.force)
         if self.tiles is not None:
             self._do_by_tiles(job, self.tiles)
             return

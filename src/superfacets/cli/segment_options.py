@@ -19,6 +19,7 @@ from .options import (
     CountOr,
     ascii_option,
     drop_attributes_option,
+    force_option,
     label_options,
     threads_option,
 )
@@ -169,6 +170,7 @@ _OF_FILES = (
     drop_attributes_option(
         "input", ": colors, normals, texture coordinates, further properties, comments"
     ),
+    force_option,
 )
 
 
@@ -200,6 +202,7 @@ def options_of(
     label_name: str,
     vertex_labels: bool,
     drop_attributes: bool,
+    force: bool,
     **given: Any,
 ) -> FileOptions:
     """Return the given options, completed by those of a preset; an error if they do not fit."""
@@ -224,4 +227,5 @@ def options_of(
         ascii=ascii,
         label_name=label_name,
         vertex_labels=vertex_labels,
+        force=force,
     )

@@ -26,6 +26,7 @@ from .options import (
     NOT_NEGATIVE,
     ascii_option,
     drop_attributes_option,
+    force_option,
     format_option,
     labels_named_option,
     quiet_option,
@@ -55,6 +56,7 @@ from .report import notes_on_attributes, notes_on_vertices
 @format_option("TARGET", name="--target-format")
 @ascii_option
 @drop_attributes_option("TARGET")
+@force_option
 @threads_option
 @quiet_option
 @click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
@@ -62,7 +64,7 @@ def transfer_command(
     source: Path, labels: Path, target: Path, max_distance: float | None,
     outputs: tuple[str, ...], formats: tuple[str, ...], labels_named: str, format: str | None,
     target_format: str | None, ascii: bool, drop_attributes: bool, n_threads: int | None,
-    is_quiet: bool, as_json: bool,
+    force: bool, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.
 
@@ -72,9 +74,9 @@ def transfer_command(
     """
     read = (str(source), str(labels))
     (job,) = plan_jobs((str(target),), outputs, formats, ascii=ascii, also_read=read)
-    check_outputs(job.files)
+    check_outputs(job.files, force=force)
 
-    form = FormatOptions(ascii=ascii)
+    form = FormatOptions(ascii=ascii, force=force)
 
     def compute() -> tuple[Cells, MeshAttributes | None, npt.NDArray[np.int32]]:
         cells = load_cells(str(source), format)

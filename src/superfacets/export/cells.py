@@ -80,12 +80,15 @@ class FormatOptions:
         Whether a PLY file also stores a label per vertex.
     classes : tuple of str, optional
         Class of each region that occurs, in the order of the labels.
+    force : bool
+        Whether files are replaced that `check_truth_stays` protects.
     """
 
     ascii: bool = False
     label_name: str = "label"
     vertex_labels: bool = False
     classes: tuple[str, ...] | None = None
+    force: bool = False
 
     @classmethod
     def checked(
@@ -96,6 +99,7 @@ class FormatOptions:
         label_name: str = "label",
         vertex_labels: bool = False,
         classes: Sequence[str] | Sequence[int] | None = None,
+        force: bool = False,
     ) -> FormatOptions:
         """Return the options; an error if a value is wrong or applies to none of `endings`."""
         if not isinstance(label_name, str) or not label_name or not label_name.isprintable():
@@ -108,7 +112,7 @@ class FormatOptions:
             if is_given and not {*endings} & {*fitting}:
                 raise ValueError(f"{name} is for {', '.join(fitting)}: no such file is written")
         names = None if classes is None else tuple(map(_checked_class, classes))
-        return cls(ascii, label_name, vertex_labels, names)
+        return cls(ascii, label_name, vertex_labels, names, force)
 
     def check_classes(self, labels: Ints | None) -> None:
         """Raise a MeshError if there are classes, but not one for each region."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -13,6 +13,7 @@ import numpy.lib.format as npy_format
 import numpy.typing as npt
 
 from ..errors import MeshError
+from ..io.atomic import StrPath
 from .text import write_list
 
 MAX_ID = 1 << 24
@@ -20,6 +21,9 @@ MAX_ID = 1 << 24
 
 NO_CLASS = "unknown"
 """Label of a group without a class, as in the labeling tool."""
+
+SEGMENTS = ".segs.json"
+GROUPS = ".aggregation.json"
 
 _MESH_NAME = re.compile(r"_vh_clean(_2)?([._]|$)")
 """Suffix that follows a scene's name in the names of its mesh files."""
@@ -37,13 +41,42 @@ def scene_of(path: Path | None, ending: str) -> str:
     return stem[: found.start()] if found and found.start() else stem
 
 
-def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) -> None:
-    """Write the segment of each vertex, in one line without spaces.
+def check_truth_stays(paths: Iterable[StrPath]) -> None:
+    """Raise a FileExistsError if a file of segments would be replaced that others depend on.
 
-    `params` holds the values that readers expect, not options of superfacets.
+    An ``.aggregation.json`` groups the segments of a ``.segs.json`` in the same folder: the one
+    that it names, or the one of the same scene. With other segments its groups mean nothing. Both
+    may be replaced together.
     """
+    outputs = [Path(path) for path in paths]
+    for path in outputs:
+        if not (path.name.endswith(SEGMENTS) and path.exists()):
+            continue
+        for groups in sorted(path.parent.glob(f"*{GROUPS}")):
+            if groups not in outputs and path.name in _segment_files_of(groups, path):
+                raise FileExistsError(
+                    f"{path}: {groups.name} groups the segments in this file, and would be of no"
+                    " use: write to another folder, or force it (force=True, --force)"
+                )
+
+
+def _segment_files_of(groups: Path, segments: Path) -> set[str]:
+    """Names of the files of segments that a file of groups may refer to."""
+    names = set()
+    if scene_of(groups, GROUPS) == scene_of(segments, SEGMENTS):
+        names.add(segments.name)
+    try:
+        named = json.loads(groups.read_bytes())["segmentsFile"]
+        names |= {named, named.removeprefix("scannet.")}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        pass  # not readable as such a file: its name decides
+    return names
+
+
+def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) -> None:
+    """Write the segment of each vertex, in one line without spaces."""
     _check_ids(ids)
-    params = '{"params":{"kThresh":0.01,"segMinVerts":20},"sceneId":'
+    params = f'{{"params":{{"software":"superfacets","nSegments":{len(np.unique(ids))}}},"sceneId":'
     file.write(f'{params}{json.dumps(scene)},"segIndices":'.encode("ascii"))
     write_list(file, ids)
     file.write(b"}")

@@ -19,6 +19,7 @@ from ..mesh.cells import Cells
 from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions
 from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
 from .pyg import GRAPH_OUTPUTS
+from .scannet import check_truth_stays
 
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
 """Endings of files that are derived from a mesh and its labels, and hold neither."""
@@ -42,6 +43,7 @@ def write_mesh(
     label_name: str = "label",
     vertex_labels: bool = False,
     classes: Sequence[str] | Sequence[int] | None = None,
+    force: bool = False,
 ) -> None:
     """Write a mesh, with labels and colors of its faces, in the format of the file's ending.
 
@@ -85,6 +87,9 @@ def write_mesh(
     classes : sequence of str or int, length K, optional
         Class of each region, in the order of the labels that occur. GLB stores it as a column of
         the table, ``.aggregation.json`` as the label of the group.
+    force : bool, default False
+        Whether to replace a ``.segs.json`` whose segments an ``.aggregation.json`` beside it
+        groups: the groups mean nothing with other segments. See `regroup_segments`.
 
     Raises
     ------
@@ -95,7 +100,7 @@ def write_mesh(
     TypeError
         If `attributes` is neither a `MeshAttributes` nor None.
     OSError
-        If the file cannot be written.
+        If the file cannot be written; a FileExistsError if `force` is needed.
 
     Notes
     -----
@@ -119,6 +124,8 @@ def write_mesh(
     options = FormatOptions.checked(
         [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels, classes=classes
     )
+    if not force:
+        check_truth_stays([path])
     cells = as_cells(mesh)
     cell_labels = None if labels is None else checked_labels(labels, cells.n_cells)
     write: Callable[[IO[bytes], str, Path | None], None]
@@ -130,7 +137,7 @@ def write_mesh(
         write(file, ending, path)
 
 
-def write_labels(path: StrPath, labels: npt.ArrayLike) -> None:
+def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -> None:
     r"""Write labels as they are, in their order.
 
     Parameters
@@ -138,11 +145,14 @@ def write_labels(path: StrPath, labels: npt.ArrayLike) -> None:
     path : path-like
         Ends in ``.npy`` (int32), or in ``.seg`` or ``.txt`` (one integer per line, no header). For
         labels of vertices, it ends in ``.segs.json``, ``.bin`` or ``_sp_label.npy`` (int64,
-        renumbered without gaps); for labels of triangles, in ``.sstk.json``. A file that exists is
-        replaced once the new one is complete, and its permissions are kept.
+        renumbered without gaps); for labels of triangles, in ``.sstk.json``; for labels of
+        segments, in ``.aggregation.json`` (a group per label). A file that exists is replaced once
+        the new one is complete, and its permissions are kept.
     labels : array_like of integers, shape (F,)
         0 and up; -1 where a face is in no region, which the three formats of vertices do not allow.
         For ``.sstk.json`` also (n, F): nested levels, the finest first.
+    force : bool, default False
+        As for `write_mesh`.
 
     Raises
     ------
@@ -168,6 +178,8 @@ def write_labels(path: StrPath, labels: npt.ArrayLike) -> None:
     """
     path = Path(path)
     ending = known_ending(path, (*LABEL_OUTPUTS, *ID_OUTPUTS))
+    if not force:
+        check_truth_stays([path])
     write = write_given_labels(labels, ending)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         write(file, ending, path)
@@ -224,6 +236,8 @@ def write_outputs(
     """
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     options = FormatOptions() if options is None else options
+    if not options.force:
+        check_truth_stays(paths)
     cells = as_cells(mesh)
     cell_labels = None if labels is None else checked_labels(labels, cells.n_cells)
     of_labels, of_cells = cell_labels, cells
@@ -254,7 +268,7 @@ def _writers(
     return {**dict.fromkeys(listing, of_labels.write), **dict.fromkeys(holding, of_cells.write)}
 
 
-def check_outputs(paths: Sequence[StrPath]) -> None:
+def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
     """Check, before a long computation, whether `write_outputs` can write these files.
 
     Raises
@@ -262,8 +276,11 @@ def check_outputs(paths: Sequence[StrPath]) -> None:
     ValueError
         If an ending is unknown to `write_outputs`, or a file is given twice.
     OSError
-        If a folder does not exist or is not writable, or something other than a file is there.
+        If a folder does not exist or is not writable, or something other than a file is there; a
+        FileExistsError if `force` is needed, see `write_mesh`.
     """
+    if not force:
+        check_truth_stays(paths)
     for path in paths:
         known_ending(Path(path), OUTPUT_ENDINGS)
     checked_targets(paths)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -139,6 +140,10 @@ def smooth_borders(
 
 def straighten(costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOptions) -> Ints:
     """Return smoothed labels; arguments are checked."""
+    stiffness = options.stiffness / costs.radius
+    roundness = ROUNDNESS * stiffness / costs.radius / costs.radius
+    if not math.isfinite(roundness):  # regions this small are single cells
+        stiffness = roundness = 0.0
     return _core.smooth_borders(
         *costs.args,
         labels,
@@ -146,7 +151,7 @@ def straighten(costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOpt
         options.max_distance * costs.radius,
         options.max_chain,
         MAX_SWEEPS,
-        options.stiffness / costs.radius,
-        ROUNDNESS * options.stiffness / costs.radius**3,
+        stiffness,
+        roundness,
         costs.surface.n_threads,
     )

@@ -1,0 +1,198 @@
+"""Objects of ScanNet, carried to other segments of the same mesh."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._types import Longs
+from ..errors import MeshError
+from ..export.scannet import GROUPS, SEGMENTS, scene_of
+from ..io.atomic import StrPath, atomic_outputs
+from ..io.guards import known_ending
+
+
+class RegroupedObject(NamedTuple):
+    """An object of an aggregation, before and after.
+
+    Attributes
+    ----------
+    object_id : int
+    label : str
+    n_vertices : int
+        Vertices of the object with the old segments.
+    n_lost : int
+        Vertices of these that are in no segment of the object with the new segments.
+    n_gained : int
+        Vertices in its new segments that it did not have.
+    """
+
+    object_id: int
+    label: str
+    n_vertices: int
+    n_lost: int
+    n_gained: int
+
+
+def regroup_segments(
+    aggregation: StrPath,
+    new_segments: StrPath,
+    output: StrPath,
+    *,
+    segments: StrPath | None = None,
+) -> list[RegroupedObject]:
+    """Write an ``.aggregation.json`` of the same objects for other segments of the same mesh.
+
+    Each new segment goes to the object that most of its vertices belong to; to none if that is most
+    frequent. Segments that keep to the borders of the objects lose nothing; all others change the
+    objects where they cross a border.
+
+    Parameters
+    ----------
+    aggregation : path-like
+        Ends in ``.aggregation.json``: groups of the old segments.
+    new_segments : path-like
+        Ends in ``.segs.json``.
+    output : path-like
+        Ends in ``.aggregation.json``. All other data of `aggregation` are kept, and
+        ``segmentsFile`` is the name of `new_segments`. Objects that get no segment are left out.
+    segments : path-like, optional
+        The old ``.segs.json``; by default the file beside `aggregation` that it names.
+
+    Returns
+    -------
+    list of RegroupedObject
+        In the order of `aggregation`.
+
+    Raises
+    ------
+    MeshError
+        If a file is damaged, or if the files do not belong together.
+    OSError
+        If a file cannot be read or written.
+
+    Notes
+    -----
+    Time is O(V log V) for V vertices. If a segment is in several objects, it counts for the first.
+    """
+    for path, ending in ((aggregation, GROUPS), (new_segments, SEGMENTS), (output, GROUPS)):
+        known_ending(Path(path), (ending,))
+    groups = _Groups.read(Path(aggregation))
+    source = groups.named_segments() if segments is None else Path(segments)
+    known_ending(source, (SEGMENTS,))
+    old, new = _read_segments(source), _read_segments(Path(new_segments))
+    if len(old) != len(new):
+        raise MeshError(f"{new_segments}: has {len(new)} vertices, and {source} has {len(old)}")
+    before = groups.objects_of(old, source)
+    ids, of_vertices = np.unique(new, return_inverse=True)
+    of_segments = _majority(of_vertices, before, len(ids), len(groups.entries))
+    after = of_segments[of_vertices]
+    groups.write(Path(output), ids, of_segments, Path(new_segments))
+    return [
+        RegroupedObject(
+            int(entry["objectId"]), str(entry.get("label", "")), int((before == place).sum()),
+            int(((before == place) & (after != place)).sum()),
+            int(((before != place) & (after == place)).sum()),
+        )
+        for place, entry in enumerate(groups.entries)
+    ]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Groups:
+    """The content of an ``.aggregation.json``."""
+
+    path: Path
+    document: dict[str, Any]
+    entries: list[dict[str, Any]]  # of the objects
+
+    @classmethod
+    def read(cls, path: Path) -> _Groups:
+        document = _read_json(path)
+        entries = document.get("segGroups") if isinstance(document, dict) else None
+        if not isinstance(entries, list) or not all(map(_is_group, entries)):
+            raise MeshError(f"{path}: has no segGroups with objectId and a list of segments")
+        return cls(path, document, entries)
+
+    def named_segments(self) -> Path:
+        """The file of segments beside this one that it names."""
+        name = self.document.get("segmentsFile")
+        if not isinstance(name, str) or not name:
+            raise MeshError(f"{self.path}: names no segmentsFile: say which it is")
+        for text in (name, name.removeprefix("scannet.")):
+            path = self.path.with_name(Path(text).name)
+            if path.exists():
+                return path
+        raise MeshError(f"{self.path}: names the segments {name}, and there is no such file beside")
+
+    def objects_of(self, segments: Longs, source: Path) -> Longs:
+        """Place of the object of each vertex, or -1; a MeshError if a segment is missing."""
+        ids, of_vertices = np.unique(segments, return_inverse=True)
+        objects = np.full(len(ids), -1, np.int64)
+        for place in range(len(self.entries) - 1, -1, -1):
+            wanted = np.array(self.entries[place]["segments"], np.int64)
+            at = np.minimum(np.searchsorted(ids, wanted), len(ids) - 1)
+            is_missing = ids[at] != wanted
+            if is_missing.any():
+                raise MeshError(
+                    f"{self.path}: groups segment {wanted[np.argmax(is_missing)]}, which"
+                    f" {source.name} does not have: it belongs to another file"
+                )
+            objects[at] = place
+        return objects[of_vertices]
+
+    def write(self, path: Path, ids: Longs, of_segments: Longs, segments: Path) -> None:
+        """Write the groups with these segments."""
+        entries = []
+        for place, entry in enumerate(self.entries):
+            own = ids[of_segments == place].tolist()
+            if own:
+                entries.append({**entry, "segments": own})
+        name = f"scannet.{segments.name}"
+        document = {**self.document, "segGroups": entries, "segmentsFile": name}
+        if "sceneId" not in document:
+            document["sceneId"] = f"scannet.{scene_of(path, GROUPS)}"
+        with atomic_outputs([path]) as (temporary,):
+            temporary.write_text(json.dumps(document, separators=(",", ":")), encoding="ascii")
+
+
+def _is_group(entry: object) -> bool:
+    if not isinstance(entry, dict) or not isinstance(entry.get("segments"), list):
+        return False
+    numbers = [entry.get("objectId"), *entry["segments"]]
+    return all(type(number) is int and 0 <= number < 2**62 for number in numbers)
+
+
+def _read_segments(path: Path) -> Longs:
+    """The segment of each vertex; a MeshError if the file is damaged."""
+    document = _read_json(path)
+    values = document.get("segIndices") if isinstance(document, dict) else None
+    try:
+        array = np.asarray(values if isinstance(values, list) else None)
+    except ValueError:  # lists of different lengths
+        array = np.empty(0)
+    if array.ndim != 1 or array.dtype.kind != "i" or not len(array) or array.min() < 0:
+        raise MeshError(f"{path}: has no segIndices, a list of whole numbers of 0 and up")
+    return array.astype(np.int64)
+
+
+def _read_json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_bytes())
+    except (ValueError, RecursionError):
+        raise MeshError(f"{path}: it is not JSON: is the file cut?") from None
+
+
+def _majority(groups: Longs, labels: Longs, n_groups: int, n_labels: int) -> Longs:
+    """The most frequent label of each group; -1 counts as a label; of equals the lowest."""
+    pairs, counts = np.unique(groups * (n_labels + 1) + labels + 1, return_counts=True)
+    owners, found = np.divmod(pairs, n_labels + 1)
+    order = np.lexsort((found, -counts, owners))
+    _, firsts = np.unique(owners[order], return_index=True)
+    winners = np.full(n_groups, -1, np.int64)
+    winners[owners[order][firsts]] = found[order][firsts] - 1
+    return winners

@@ -1,0 +1,108 @@
+"""ScanNet's groups of segments: never lost, and carried to other segments."""
+
+import json
+
+import numpy as np
+import pytest
+import shapes
+
+import superfacets as sf
+from superfacets import MeshError, regroup_segments
+
+
+def write_json(path, document):
+    path.write_text(json.dumps(document))
+    return path
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """Ten vertices in five segments, three of which make two objects."""
+    groups = [
+        {"id": 0, "objectId": 0, "segments": [3, 5], "label": "chair"},
+        {"id": 1, "objectId": 7, "segments": [8], "label": "table"},
+    ]
+    segments = {"params": {}, "sceneId": "s", "segIndices": [3, 3, 5, 5, 8, 8, 8, 9, 9, 2]}
+    named = "scannet.s_vh_clean_2.0.010000.segs.json"
+    write_json(tmp_path / "s_vh_clean_2.0.010000.segs.json", segments)
+    aggregation = {"sceneId": "scannet.s", "appId": "Aggregator.v2", "segGroups": groups}
+    write_json(tmp_path / "s.aggregation.json", {**aggregation, "segmentsFile": named})
+    return tmp_path
+
+
+def new_segments(scene, ids):
+    return write_json(scene / "new.segs.json", {"segIndices": ids})
+
+
+def test_objects_go_to_the_segments_that_most_of_their_vertices_are_in(scene):
+    new = new_segments(scene, [0, 0, 0, 1, 1, 1, 2, 3, 3, 3])
+    objects = regroup_segments(scene / "s.aggregation.json", new, scene / "new.aggregation.json")
+    assert [tuple(found) for found in objects] == [(0, "chair", 4, 1, 0), (7, "table", 3, 0, 1)]
+    written = json.loads((scene / "new.aggregation.json").read_text())
+    assert [group["segments"] for group in written["segGroups"]] == [[0], [1, 2]]
+    assert written["segmentsFile"] == "scannet.new.segs.json"
+    assert written["appId"] == "Aggregator.v2"
+
+
+def test_finer_segments_lose_nothing(scene):
+    new = new_segments(scene, list(range(10)))
+    objects = regroup_segments(scene / "s.aggregation.json", new, scene / "new.aggregation.json")
+    assert all(found.n_lost == found.n_gained == 0 for found in objects)
+
+
+def test_an_object_without_segments_is_left_out_and_counted(scene):
+    new = new_segments(scene, [0] * 10)
+    objects = regroup_segments(scene / "s.aggregation.json", new, scene / "new.aggregation.json")
+    assert [found.n_lost for found in objects] == [0, 3]
+    written = json.loads((scene / "new.aggregation.json").read_text())
+    assert [group["label"] for group in written["segGroups"]] == ["chair"]
+
+
+def test_files_that_do_not_belong_together_are_refused(scene):
+    groups, output = scene / "s.aggregation.json", scene / "new.aggregation.json"
+    new = new_segments(scene, [0] * 9)
+    with pytest.raises(MeshError, match=r"has 9 vertices, and .* has 10"):
+        regroup_segments(groups, new, output)
+    other = write_json(scene / "other.segs.json", {"segIndices": [3] * 10})
+    with pytest.raises(MeshError, match=r"groups segment 8, which other\.segs\.json does not have"):
+        regroup_segments(groups, other, output, segments=other)
+    new.write_text('{"segIndices": [1, 2')
+    with pytest.raises(MeshError, match="it is not JSON: is the file cut"):
+        regroup_segments(groups, new, output)
+    for wrong in ([0.5] * 10, [-1] * 10, [], "ids", None):
+        with pytest.raises(MeshError, match="has no segIndices"):
+            regroup_segments(groups, new_segments(scene, wrong), output)
+    write_json(groups, {"segGroups": [{"objectId": 0, "segments": "all"}]})
+    with pytest.raises(MeshError, match="has no segGroups"):
+        regroup_segments(groups, new, output)
+    write_json(groups, {"segGroups": []})
+    with pytest.raises(MeshError, match="names no segmentsFile"):
+        regroup_segments(groups, new, output)
+    assert not output.exists()
+
+
+def test_segments_that_groups_depend_on_are_not_replaced(scene):
+    mesh = shapes.cube()
+    labels = np.arange(mesh.n_faces)
+    path = scene / "s_vh_clean_2.0.010000.segs.json"
+    before = path.read_bytes()
+    for write in (
+        lambda force: sf.write_mesh(path, mesh, labels, force=force),
+        lambda force: sf.write_labels(path, [0, 1, 2], force=force),
+    ):
+        with pytest.raises(FileExistsError, match=r"s\.aggregation\.json groups the segments"):
+            write(False)
+        assert path.read_bytes() == before
+        write(True)
+        path.write_bytes(before)
+
+
+def test_a_file_that_groups_name_is_kept_whatever_its_name(scene):
+    other = write_json(scene / "mine.segs.json", {"segIndices": [0]})
+    write_json(scene / "x.aggregation.json", {"segGroups": [], "segmentsFile": "mine.segs.json"})
+    with pytest.raises(FileExistsError, match=r"x\.aggregation\.json groups"):
+        sf.write_labels(other, [1, 2])
+    sf.write_labels(scene / "free.segs.json", [1, 2])
+    sf.write_labels(scene / "free.segs.json", [2, 2])
+    written = json.loads((scene / "free.segs.json").read_text())
+    assert written["params"] == {"software": "superfacets", "nSegments": 1}
