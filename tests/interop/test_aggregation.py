@@ -1,6 +1,10 @@
 """ScanNet's groups of segments: never lost, and carried to other segments."""
 
+import importlib.machinery
+import importlib.util
 import json
+import sys
+import types
 
 import numpy as np
 import pytest
@@ -106,3 +110,22 @@ def test_a_file_that_groups_name_is_kept_whatever_its_name(scene):
     sf.write_labels(scene / "free.segs.json", [2, 2])
     written = json.loads((scene / "free.segs.json").read_text())
     assert written["params"] == {"software": "superfacets", "nSegments": 1}
+
+
+def test_tensors_are_written_by_torch(tmp_path, monkeypatch):
+    saved = []
+    torch = types.ModuleType("torch")
+    torch.__spec__ = importlib.machinery.ModuleSpec("torch", None)
+    torch.from_numpy = lambda array: array
+    torch.save = lambda tensor, file: saved.append(tensor) or file.write(b"tensor")
+    monkeypatch.setitem(sys.modules, "torch", torch)
+    sf.write_labels(tmp_path / "scene.pth", [4, 9, 4])
+    assert (saved[0].tolist(), saved[0].dtype) == ([0, 1, 0], np.int64)
+    assert (tmp_path / "scene.pth").read_bytes() == b"tensor"
+
+
+@pytest.mark.skipif(importlib.util.find_spec("torch") is not None, reason="torch is installed")
+def test_without_torch_no_tensor_is_written(tmp_path):
+    with pytest.raises(ImportError, match=r"a \.pth file needs torch"):
+        sf.write_mesh(tmp_path / "scene.pth", shapes.cube(), np.zeros(12, int))
+    assert not list(tmp_path.iterdir())

@@ -146,7 +146,7 @@ def _output_name(path: PurePosixPath, ending: str) -> str:
         return f"{path.stem}.0.010000{ending}"
     if ending == ".aggregation.json":
         return f"{scene_of(Path(path), path.suffix)}{ending}"
-    if ending in (".bin", "_sp_label.npy"):
+    if ending in (".bin", "_sp_label.npy", ".pth"):
         return f"{scene_of(Path(path), path.suffix)}{ending}"
     return f"{path.stem}{MARK}{ending}"
 

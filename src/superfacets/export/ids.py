@@ -21,19 +21,21 @@ from ..mesh.cells import Cells
 from .cells import FormatOptions
 from .pyg import GRAPH_OUTPUTS, write_arrays
 from .scannet import (
+    check_torch,
     scene_of,
     write_aggregation,
     write_npy,
     write_segments,
     write_sstk,
     write_superpoints,
+    write_tensor,
 )  # fmt: skip
 from .text import write_rows
 
 LABEL_OUTPUTS = (".npy", ".seg", ".txt")
 """Endings of files with a label per cell."""
 
-VERTEX_OUTPUTS = (".segs.json", ".bin", "_sp_label.npy")
+VERTEX_OUTPUTS = (".segs.json", ".bin", "_sp_label.npy", ".pth")
 """Endings of files with an id >= 0 per vertex."""
 
 ID_OUTPUTS = (*VERTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
@@ -56,6 +58,8 @@ class IdWriter:
                 _check_all_in_regions(self.labels, ending)
             if ending in GRAPH_OUTPUTS and self.labels.max() < 0:
                 raise MeshError("there is no region to make a graph of: all labels are -1")
+            if ending == ".pth":
+                check_torch()
             if ending == ".sstk.json":
                 _check_triangles(self.cells)
             if ending == ".aggregation.json":
@@ -105,6 +109,8 @@ def write_given_labels(
     checked = checked_labels(labels)
     if ending in VERTEX_OUTPUTS:
         _check_all_in_regions(checked, ending)
+    if ending == ".pth":
+        check_torch()
     return lambda file, ending, path: _write(file, ending, path, checked, None)
 
 
@@ -122,6 +128,8 @@ def _write(
         write_aggregation(file, labels, scene_of(path, ending), classes)
     elif ending == ".sstk.json":
         write_sstk(file, [labels])
+    elif ending == ".pth":
+        write_tensor(file, labels)
     elif ending in VERTEX_OUTPUTS:
         write_superpoints(file, labels, ending)
     elif ending == ".npy":

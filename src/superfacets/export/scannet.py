@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import re
 from collections.abc import Iterable, Sequence
@@ -131,12 +132,34 @@ def write_superpoints(file: IO[bytes], ids: npt.NDArray[np.integer], ending: str
     byte first. A ``.bin`` file holds only the numbers; ``_sp_label.npy`` has the header of an
     array.
     """
-    _, contiguous = np.unique(ids, return_inverse=True)
-    numbers = contiguous.astype("<i8")
+    numbers = _without_gaps(ids)
     if ending == ".bin":
         file.write(numbers.data)
     else:
         write_npy(file, numbers)
+
+
+def check_torch() -> None:
+    """Raise an ImportError if torch is not installed."""
+    if importlib.util.find_spec("torch") is None:
+        raise ImportError("a .pth file needs torch: pip install torch")
+
+
+def write_tensor(file: IO[bytes], ids: npt.NDArray[np.integer]) -> None:
+    """Write an id per vertex, without gaps, for ISBNet and Open3DIS: an int64 tensor of torch.
+
+    Every version of torch loads it. The scripts of these networks write an array, which new
+    versions refuse to load by default.
+    """
+    import torch
+
+    torch.save(torch.from_numpy(_without_gaps(ids)), file)
+
+
+def _without_gaps(ids: npt.NDArray[np.integer]) -> npt.NDArray[np.int64]:
+    _, contiguous = np.unique(ids, return_inverse=True)
+    numbers: npt.NDArray[np.int64] = contiguous.astype("<i8")
+    return numbers
 
 
 def write_npy(file: IO[bytes], array: npt.NDArray[Any]) -> None:
