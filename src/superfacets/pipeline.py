@@ -484,7 +484,9 @@ def _plan(work: _Work) -> _Work:
 
 def _weigh(work: _Work) -> _Work:
     """Stage 2: weigh the arcs between all cells for regions of this size."""
-    options, cells = work.options, work.prepared
+    cells = work.prepared
+    adapted = cells.kind.weight_options(cells.graph, work.options.weights)
+    options = replace(work.options, weights=adapted)
     with work.timed("weights"):
         surface = cells.kind.surface(cells.cells, cells.graph, options.loop.n_threads)
         weights = cells.kind.weights(
@@ -493,7 +495,8 @@ def _weigh(work: _Work) -> _Work:
         if not options.weights.has_other_unit:  # or else border costs will need all of the surface
             surface = cells.kind.bare_surface(surface, cells.cells, cells.graph, surface.n_threads)
     cells = replace(cells, found=None)
-    return replace(work, surface=surface, weights=weights, prepared=cells).relocating()
+    work = replace(work, options=options, surface=surface, weights=weights, prepared=cells)
+    return work.relocating()
 
 
 def _add_features(work: _Work) -> _Work:

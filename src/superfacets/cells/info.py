@@ -108,6 +108,9 @@ class CloudInfo:
     """Points that no arc leads to."""
     has_normals: bool
     """Whether the cloud has normals."""
+    knows_turns: bool
+    """Whether concave creases can be told from convex ones: by the normals of the cloud, or because
+    it is closed, so that estimated normals point outwards."""
     has_colors: bool
     """Whether the cloud has colors."""
     spacing: float
@@ -231,6 +234,7 @@ def _cloud_info(cloud: PointCloud, weld: bool = True) -> CloudInfo:
         n_components=_count_components(graph),
         n_isolated=int(np.count_nonzero(np.diff(graph.offsets) == 0)),
         has_normals=cloud.normals is not None,
+        knows_turns=graph.knows_turns,
         has_colors=cloud.colors is not None,
         spacing=float(np.sqrt(np.median(graph.measures))),
         area=_core.sum_of(graph.measures, threads),

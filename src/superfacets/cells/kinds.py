@@ -118,6 +118,10 @@ class Kind:
         """Return the surface without arrays that only weights need, to free memory."""
         return surface
 
+    def weight_options(self, graph: Any, options: WeightOptions) -> WeightOptions:
+        """Return the options as these cells need them."""
+        return options
+
     def weights(
         self, surface: Surface, graph: Any, found: Any, radius: float, options: WeightOptions
     ) -> npt.ArrayLike:
@@ -295,6 +299,9 @@ class _Points(Kind):
         self, surface: Surface, cells: PointCloud, graph: PointGraph, n_threads: int
     ) -> Surface:
         return bare_point_surface(cells, graph, n_threads)
+
+    def weight_options(self, graph: PointGraph, options: WeightOptions) -> WeightOptions:
+        return options if graph.knows_turns else options.counting_both_turns()
 
     def weights(
         self, surface: Surface, graph: Any, found: Any, radius: float, options: WeightOptions

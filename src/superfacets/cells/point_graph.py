@@ -27,6 +27,12 @@ CUTOFF = 4.0
 in ten thousand of the six nearest neighbors is farther than 3.3."""
 
 
+OPEN_SHARE = 0.05
+"""Length of the mean normal, weighted by area, from which a cloud is an open surface. Samples of
+closed benchmark models have 0.006 or less, unless their normals are wrong; rooms have 0.2 or more.
+"""
+
+
 @dataclass(frozen=True, eq=False)
 class PointGraph(Arcs):
     """Points as cells, with arcs between near points; made by a kernel, so not checked."""
@@ -39,6 +45,7 @@ class PointGraph(Arcs):
     order: Ints  # (N,) all cells along a space-filling curve
     bounds: Floats  # (2, 3)
     points: Ints | None = None  # (N,) index of each cell in the cloud; None: 0 to N - 1
+    knows_turns: bool = True  # whether the signs of normals tell concave from convex
 
 
 def find_point_graph(
@@ -59,9 +66,24 @@ def find_point_graph(
         cloud.normals is not None,
         n_threads,
     )
-    if cloud.normals is not None:
+    knows_turns = True
+    if cloud.normals is None:
+        knows_turns = not is_open(np.einsum("i,ij->j", measures, normals), measures.sum())
+    else:
         normals = cloud.normals
-    return PointGraph(cloud.points, measures, normals, offsets, neighbors, order, cloud.bounds)
+    return PointGraph(
+        cloud.points, measures, normals, offsets, neighbors, order, cloud.bounds,
+        knows_turns=knows_turns,
+    )  # fmt: skip
+
+
+def is_open(normal_sum: Floats, area: float) -> bool:
+    """Whether normals, summed by area, are those of an open surface.
+
+    Estimated normals point outwards. That is a guess for an open surface, such as a room seen from
+    within, where concave edges are convex then.
+    """
+    return bool(np.linalg.norm(normal_sum) > OPEN_SHARE * area)
 
 
 def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
@@ -75,10 +97,15 @@ def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
     positions, offsets, neighbors, measures, normals, points = _core.build_sorted_point_graph(
         cloud.points, N_NEIGHBORS, N_AROUND, CUTOFF, has_normals, n_threads
     )
-    if cloud.normals is not None:
+    knows_turns = True
+    if cloud.normals is None:
+        knows_turns = not is_open(np.einsum("i,ij->j", measures, normals), measures.sum())
+    else:
         normals = cloud.normals[points]
     order = np.arange(len(points), dtype=np.int32)
-    return PointGraph(positions, measures, normals, offsets, neighbors, order, cloud.bounds, points)
+    return PointGraph(
+        positions, measures, normals, offsets, neighbors, order, cloud.bounds, points, knows_turns
+    )
 
 
 def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:

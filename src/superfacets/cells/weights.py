@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -47,6 +47,10 @@ def evened_share(turn: int, volume: float, area: float, diagonal: float) -> floa
     share = min(max((SOLID - roundness) / (SOLID - HOLLOW), 0.0), 1.0)
     return MOST_EVENED * round(STEPS * share) / STEPS
 
+
+UNKNOWN_TURN = 0.5
+"""Weight of convex creases where the sides of a surface are unknown. Of a synthetic room without
+normals, 1.5 % of the points are in a region of another surface, 8.5 % with 0 and 1.4 % with 1."""
 
 NO_NORMALS = np.empty((0, 3))
 """Argument for the core: no normals given, the core computes them."""
@@ -378,6 +382,7 @@ class WeightOptions:
 
     params: dict[str, Any]
     given: npt.ArrayLike | None
+    usual: frozenset[str] = frozenset()  # names of parameters that have their defaults
 
     @classmethod
     def checked(
@@ -398,7 +403,17 @@ class WeightOptions:
         params = {name: checked.get(name, usual) for name, usual in weight.defaults.items()}
         for name in weight.shares:
             checked_share(params[name], name)
-        return cls({"weights": weights, **params}, None)
+        return cls({"weights": weights, **params}, None, frozenset(params) - frozenset(checked))
+
+    def counting_both_turns(self) -> WeightOptions:
+        """Return the options for creases that may be concave or convex: nothing tells which.
+
+        Convex ones count `UNKNOWN_TURN` at least, unless `eta_convex` was given.
+        """
+        if "eta_convex" not in self.usual:
+            return self
+        eta = max(self.params["eta_convex"], UNKNOWN_TURN)
+        return replace(self, params={**self.params, "eta_convex": eta})
 
     @property
     def weight(self) -> Weight | None:

@@ -74,7 +74,7 @@ def _rows_of(info: MeshInfo | TetInfo | CloudInfo) -> list[tuple[str, str]]:
             ("distinct positions", str(info.n_positions)),
             ("components", str(info.n_components)),
             ("isolated points", str(info.n_isolated)),
-            ("normals", "yes" if info.has_normals else "no"),
+            ("normals", _normals_of(info)),
             ("colors", "yes" if info.has_colors else "no"),
             ("bounding box", box),
             ("diagonal", f"{info.diagonal:g}"),
@@ -112,3 +112,10 @@ def _rows_of(info: MeshInfo | TetInfo | CloudInfo) -> list[tuple[str, str]]:
         ("diagonal", f"{info.diagonal:g}"),
         ("area", f"{info.area:g}"),
     ]
+
+
+def _normals_of(info: CloudInfo) -> str:
+    """Whether a cloud has normals, or what is estimated in their place."""
+    if info.has_normals:
+        return "yes"
+    return "no: estimated, outwards" if info.knows_turns else "no: estimated, sides guessed"

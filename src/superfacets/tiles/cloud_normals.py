@@ -6,7 +6,9 @@ import numpy as np
 
 from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs
+from ..cells.point_graph import is_open
 from .cloud_order import NOT_COPIED
+from .mapping import Run
 from .part import Part
 from .store import TileStore
 
@@ -29,6 +31,17 @@ def turn_normals(store: TileStore) -> None:
         sets.join_alike(*_normal_tile(store, tile))
     _join_others(store, sets)
     _turn_outwards(store, sets)
+
+
+def has_open_cloud(store: TileStore, run: Run) -> bool:
+    """Whether the normals, which were estimated, are those of an open surface."""
+    sums = run.all(_normal_sum, store, store.n_tiles)
+    return is_open(np.sum(sums, axis=0), store.total_measure)
+
+
+def _normal_sum(store: TileStore, tile: int) -> Array:
+    measures, normals = store.read(tile, "measures"), store.read(tile, "normals")
+    return np.asarray(np.einsum("i,ij->j", measures, normals))
 
 
 def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]:

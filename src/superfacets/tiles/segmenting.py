@@ -24,6 +24,7 @@ from ..errors import SliverWarning
 from ..io.atomic import StrPath
 from ..pipeline import Options, sliver_advice, stages_in_order, warn_of_islands
 from .borders import BorderRule, straighten_tiled
+from .cloud_normals import has_open_cloud
 from .cloud_tiles import make_cloud_tiles
 from .label_files import label_files, ranges_of, save_labels
 from .mapping import OnDone, open_run
@@ -253,6 +254,8 @@ def _run(
                 store = make_mesh_tiles(
                     pieces, scratch, size, welds=options.weld, run=run, n_threads=n_threads
                 )
+        if is_cloud and pieces.normals is None and has_open_cloud(store, run):
+            options = replace(options, weights=options.weights.counting_both_turns())
         graph = TiledGraph(store, run, n_threads, is_parallel)
         result = _segment(graph, options, timings)
         if place.files:
