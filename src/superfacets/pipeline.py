@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import textwrap
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -23,6 +24,7 @@ from .cells.cell_graph import checked_weights
 from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, OrderedCells, kind_of
+from .cells.named_features import features_of
 from .cells.parts import PART_CREASE_SCALE, SPARE, PartPrices, groups_to_embed
 from .cells.size import EDGE_PER_RADIUS, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
@@ -31,6 +33,7 @@ from .clustering.loop import coarsened, segment_cells
 from .clustering.plan import Plan, Start
 from .clustering.segmentation import Segmentation
 from .errors import IslandWarning, SliverWarning
+from .io.readers.read import read_cells_and_attributes
 from .mesh.cells import Cells
 from .mesh.denoising import Denoise, checked_denoise, denoised
 from .mesh.faces import FaceMesh
@@ -113,7 +116,7 @@ def segment(
     min_size: float = 0.0,
     islands: Islands = "keep",
     smooth: bool = True,
-    features: npt.ArrayLike | None = None,
+    features: npt.ArrayLike | str | Sequence[str] | None = None,
     feature_weight: float = FEATURE_WEIGHT,
     scale_features: bool = True,
     denoise: Denoise = None,
@@ -218,10 +221,11 @@ def segment(
     smooth : bool, default True
         Make borders straight where the surface is smooth; see `smooth_borders`. Centers stay in
         their regions, and connected regions stay connected.
-    features : array_like, shape (N, F) or (V, F), optional
+    features : array_like, shape (N, F) or (V, F), or str, optional
         Numbers that borders are to follow, such as colors: F of each face or point, or of each
         vertex (faces then have the mean of their corners). Finite. Crossing from one cell to the
-        next costs more where they differ.
+        next costs more where they differ. Or a name, or several: ``"color"`` (of the file or the
+        cloud), ``"normals"``, ``"height"`` (z), or of a property in the file, if `mesh` is a path.
     feature_weight : float, default 5.0
         How much, >= 0. The distance of the features of two cells, times this, is added to the
         length of the step between them, in expected radii r, so that it means the same at every
@@ -441,7 +445,7 @@ def _prepare(work: _Work) -> _Work:
             raise ValueError("the cells are prepared already: denoise needs the mesh")
         return replace(work, source=mesh.source, order=mesh.order)
     with work.timed("mesh"):
-        source = as_cells(mesh)
+        source, options = _with_named_features(mesh, options)
     with work.timed("face_graph"):
         cells, options = _denoised(source, options)
         prepared = Prepared.of(
@@ -449,6 +453,19 @@ def _prepare(work: _Work) -> _Work:
             is_sorted=not options.needs_order(kind_of(source)),
         )  # fmt: skip
     return replace(work, options=options, source=source, prepared=prepared, order=prepared.order)
+
+
+def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
+    """Read the cells, and the features that options name."""
+    names = options.features.names
+    if not names:
+        return as_cells(mesh), options
+    if isinstance(mesh, (str, os.PathLike)):
+        source, attributes = read_cells_and_attributes(mesh)
+    else:
+        source, attributes = as_cells(mesh), None
+    table = features_of(names, source, attributes, options.loop.n_threads)
+    return source, replace(options, features=replace(options.features, given=table))
 
 
 def _denoised(source: Cells, options: Options) -> tuple[Cells, Options]:

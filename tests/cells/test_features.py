@@ -112,7 +112,7 @@ def test_features_of_vertices_of_polygons():
         ({"features": np.zeros((8, 0))}, ValueError, r"shape \(N, F\)"),
         ({"features": np.zeros((8, 1, 1))}, ValueError, r"shape \(N, F\)"),
         ({"features": [np.nan] * 8}, ValueError, r"features\[0\] is not finite"),
-        ({"features": ["a"] * 8}, TypeError, "features must be numbers"),
+        ({"features": np.array(["a"] * 8)}, TypeError, "features must be numbers"),
         ({"features": np.ma.masked_equal(np.zeros(8), 0)}, ValueError, "masked entries"),
         ({"features": np.zeros(8), "feature_weight": -1}, ValueError, "feature_weight must be"),
         ({"features": np.zeros(8), "scale_features": 1}, TypeError, "True or False"),

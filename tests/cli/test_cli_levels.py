@@ -148,7 +148,7 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
         (
             ("-n", "3", "-o", "x.npy", "--features", "heat"),
             1,
-            "features heat: the file has no heat",
+            "features heat: there is no heat",
         ),
         (("-n", "9999", "-o", "out.npz"), 2, "n_segments is 9999 but there are only 1152 faces"),
     ],

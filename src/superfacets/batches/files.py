@@ -22,92 +22,17 @@ from .._timing import OnStage, timed
 from .._validate import checked_choice, checked_flag, checked_number, checked_threads
 from ..adapters.convert import as_mesh
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions
-from ..cells.kinds import kind_of
-from ..cells.point_graph import estimate_normals
+from ..cells.named_features import features_of
 from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
 from ..cells.weights import WeightOptions
 from ..clustering.segmentation import Segmentation
-from ..errors import IslandWarning, MeshError, SliverWarning
+from ..errors import IslandWarning, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
 from ..mesh.denoising import checked_denoise
-from ..mesh.faces import area_vectors
 from ..pipeline import segment
-
-_COLORS = ("red", "green", "blue")
-
-
-def features_of(
-    names: Sequence[str],
-    cells: Any,
-    attributes: MeshAttributes | None,
-    n_threads: int,
-) -> npt.NDArray[np.float64] | None:
-    """Return the named features as columns of one array, one row per cell; None without names.
-
-    ``color`` is red, green and blue in the file; ``normals`` and ``height`` (z) are computed; any
-    other name is a property of the faces, points or vertices. Raises a MeshError if the file has no
-    such property.
-    """
-    if not names:
-        return None
-    columns = [_columns_of(name, cells, attributes, n_threads) for name in names]
-    return np.concatenate(columns, axis=1)
-
-
-def _columns_of(
-    name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
-) -> npt.NDArray[np.float64]:
-    if name == "normals":
-        return _normals_of(cells, n_threads)
-    if name == "height":
-        return _per_cell(_positions_of(cells)[:, 2:], cells)
-    if name == "color" and kind_of(cells).are_points and cells.colors is not None:
-        return np.asarray(cells.colors, np.float64)
-    wanted = _COLORS if name == "color" else (name,)
-    of_faces, of_vertices = _stored(attributes)
-    for stored in (of_faces, of_vertices):
-        if all(field in stored for field in wanted):
-            columns = [stored[field].reshape(len(stored[field]), -1) for field in wanted]
-            table = np.concatenate(columns, axis=1).astype(np.float64)
-            return table if stored is of_faces else _per_cell(table, cells)
-    known = sorted({*of_faces, *of_vertices})
-    raise MeshError(
-        f"features {name}: the file has no {' '.join(wanted)};"
-        f" it has {', '.join(known) or 'no such data'}"
-    )
-
-
-def _stored(
-    attributes: MeshAttributes | None,
-) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
-    """Properties of the faces, and of vertices or points."""
-    return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
-
-
-def _positions_of(cells: Any) -> npt.NDArray[np.float64]:
-    return np.asarray(cells.points if kind_of(cells).are_points else cells.vertices)
-
-
-def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
-    kind = kind_of(cells)
-    if kind.are_points:
-        given = cells.normals
-        return estimate_normals(cells, n_threads=n_threads) if given is None else given
-    if not kind.has_faces:
-        raise MeshError(f"features normals: {kind.plural} have none")
-    vectors = area_vectors(cells, n_threads)
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
-
-
-def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
-    """Rows of points are unchanged; each face gets the mean of the rows of its corners."""
-    corners = kind_of(cells).corners(cells)
-    return table if corners is None else corners.means(table)
-
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
 """Function that reads a file; its argument says whether attributes are read, too."""

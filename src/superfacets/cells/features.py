@@ -32,7 +32,19 @@ class FeatureOptions:
     def checked(cls, features: Any, feature_weight: float, scale_features: bool) -> FeatureOptions:
         """Raise an error if arguments are wrong for every mesh."""
         weight = checked_number(feature_weight, "feature_weight", zero=True)
+        if isinstance(features, str):
+            features = (features,)
         return cls(features, weight, checked_flag(scale_features, "scale_features"))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of features, which are still to be found; empty if they are numbers."""
+        given = self.given
+        if isinstance(given, (list, tuple)) and given and isinstance(given[0], str):
+            if not all(isinstance(name, str) for name in given):
+                raise TypeError("features must be names or numbers, not both")
+            return tuple(given)
+        return ()
 
     @property
     def is_used(self) -> bool:

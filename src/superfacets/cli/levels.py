@@ -16,8 +16,8 @@ import numpy as np
 
 from .._options import ISLANDS, Islands
 from .._validate import checked_threads, ranked_labels
-from ..batches.files import features_of
 from ..cells.kinds import kind_of
+from ..cells.named_features import features_of
 from ..errors import IslandWarning, SliverWarning
 from ..export.cells import CellWriter, FormatOptions
 from ..export.ids import IdWriter

@@ -167,6 +167,17 @@ def read_cells(path: str | os.PathLike[str]) -> Cells:
         return parse_cells(data, ending, path.parent)
 
 
+def read_cells_and_attributes(
+    path: str | os.PathLike[str],
+) -> tuple[Cells, MeshAttributes | None]:
+    """Like `read_cells`; also the attributes of a cloud, or of a mesh in PLY."""
+    path = Path(path)
+    ending = cell_ending(path)
+    data = read_content(path)
+    with named_errors(path):
+        return parse_cells_and_attributes(data, ending, path.parent)
+
+
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     """Return the attributes that a PLY file stores with the mesh that `read_mesh` returns.
 

@@ -1,0 +1,95 @@
+"""Features by name: what files store with cells, and what is computed from the cells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import MeshError
+from ..io.attributes import MeshAttributes
+from ..mesh.faces import area_vectors
+from .kinds import kind_of
+from .point_graph import estimate_normals
+
+_COLORS = ("red", "green", "blue")
+
+
+def features_of(
+    names: Sequence[str],
+    cells: Any,
+    attributes: MeshAttributes | None,
+    n_threads: int,
+) -> npt.NDArray[np.float64] | None:
+    """Return the named features as columns of one array, one row per cell; None without names.
+
+    ``color`` is red, green and blue in the file; ``normals`` and ``height`` (z) are computed; any
+    other name is a property of the faces, points or vertices in the file. Raises a MeshError that
+    lists all names if there is no such property.
+    """
+    if not names:
+        return None
+    columns = [_columns_of(name, cells, attributes, n_threads) for name in names]
+    return np.concatenate(columns, axis=1)
+
+
+def _columns_of(
+    name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
+) -> npt.NDArray[np.float64]:
+    if name == "normals":
+        return _normals_of(cells, n_threads)
+    if name == "height":
+        return _per_cell(_positions_of(cells)[:, 2:], cells)
+    if name == "color" and kind_of(cells).are_points and cells.colors is not None:
+        return np.asarray(cells.colors, np.float64)
+    wanted = _COLORS if name == "color" else (name,)
+    of_faces, of_vertices = _stored(attributes)
+    for stored in (of_faces, of_vertices):
+        if all(field in stored for field in wanted):
+            columns = [stored[field].reshape(len(stored[field]), -1) for field in wanted]
+            table = np.concatenate(columns, axis=1).astype(np.float64)
+            return table if stored is of_faces else _per_cell(table, cells)
+    raise MeshError(
+        f"features {name}: there is no {' '.join(wanted)}; there are"
+        f" {', '.join(_names_in(cells, of_faces, of_vertices))}"
+    )
+
+
+def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
+    """All names that cells and the attributes of their file offer."""
+    kind = kind_of(cells)
+    fields = {name for table in stored for name in table}
+    has_color = fields.issuperset(_COLORS) or (kind.are_points and cells.colors is not None)
+    computed = {"color": has_color, "normals": kind.are_points or kind.has_faces, "height": True}
+    return [*(name for name, is_there in computed.items() if is_there), *sorted(fields)]
+
+
+def _stored(
+    attributes: MeshAttributes | None,
+) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
+    """Properties of the faces, and of vertices or points."""
+    return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
+
+
+def _positions_of(cells: Any) -> npt.NDArray[np.float64]:
+    return np.asarray(cells.points if kind_of(cells).are_points else cells.vertices)
+
+
+def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
+    kind = kind_of(cells)
+    if kind.are_points:
+        given = cells.normals
+        return estimate_normals(cells, n_threads=n_threads) if given is None else given
+    if not kind.has_faces:
+        raise MeshError(f"features normals: {kind.plural} have none")
+    vectors = area_vectors(cells, n_threads)
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
+
+
+def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
+    """Rows of points are unchanged; each face gets the mean of the rows of its corners."""
+    corners = kind_of(cells).corners(cells)
+    return table if corners is None else corners.means(table)
