@@ -69,3 +69,47 @@ def test_tiles_know_it_too():
     tiled = sf.segment_tiled(points, 30, tile_size=8192)
     assert tiled.params["eta_convex"] == 0.5
     assert np.array_equal(tiled.labels, sf.segment(points, 30, weights="creases").labels)
+
+
+@pytest.fixture
+def splats(tmp_path):
+    """A file of Gaussian splats on a floor and a wall, without normals, red and blue by halves."""
+    rng = np.random.default_rng(0)
+    floor, wall = rng.random((2, 4000, 3)) * [[[1, 1, 0]], [[1, 0, 1]]]
+    points = np.concatenate([floor, wall]).astype("<f4")
+    names = ["x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"]
+    names += [f"scale_{axis}" for axis in range(3)] + [f"rot_{axis}" for axis in range(4)]
+    table = np.zeros((len(points), len(names)), "<f4")
+    table[:, :3] = points
+    table[:, 6:9] = np.where(points[:, :1] < 0.5, [[1.77, -1.77, -1.77]], [[-1.77, -1.77, 1.77]])
+    table[:, 10:] = rng.random((len(points), 7))
+    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}"]
+    lines += [*(f"property float {name}" for name in names), "end_header", ""]
+    path = tmp_path / "splats.ply"
+    path.write_bytes("\n".join(lines).encode() + table.tobytes())
+    return path, table, names
+
+
+def test_splats_are_segmented_by_their_shape_and_color(splats):
+    path, table, _ = splats
+    cloud = sf.read_cloud(path)
+    assert cloud.normals is None
+    assert np.allclose(cloud.colors[table[:, 0] < 0.5], [1, 0, 0], atol=0.01)
+    labels = sf.segment(path, 20).labels
+    assert wrong_share(labels, np.repeat([0, 1], 4000)) < 0.02
+    by_color = sf.segment(path, 2, features="color", feature_weight=50).labels
+    assert wrong_share(by_color, (table[:, 0] < 0.5).astype(int)) < 0.02
+    tiled = sf.segment_tiled(path, 20, tile_size=4096).labels
+    assert np.array_equal(tiled, sf.segment(path, 20, weights="creases").labels)
+
+
+def test_labels_go_back_into_a_file_of_splats_with_all_that_it_holds(splats):
+    path, table, names = splats
+    cloud, attributes = sf.read_cloud(path), sf.read_attributes(path)
+    labels = sf.segment(cloud, 20).labels
+    out = path.with_name("labeled.ply")
+    sf.write_mesh(out, cloud, labels, attributes=attributes)
+    kept = sf.read_attributes(out).vertex
+    assert np.array_equal(kept["label"], labels)
+    assert all(np.array_equal(kept[name], table[:, 3 + i]) for i, name in enumerate(names[3:]))
+    assert np.array_equal(sf.read_cloud(out).points, cloud.points)

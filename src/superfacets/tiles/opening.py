@@ -45,6 +45,10 @@ AXES = ("x", "y", "z")
 NORMALS = ("nx", "ny", "nz")
 
 
+_ROWS_AT_ONCE = 1 << 16
+"""Number of rows that are looked at together."""
+
+
 @dataclass(frozen=True)
 class Pieces:
     """A mesh or a cloud that is read piece by piece."""
@@ -145,6 +149,14 @@ def _as_doubles(rows: Array, _begin: int) -> Array:
     return exact_doubles(rows)
 
 
+def _are_zero(rows: RecordRows) -> bool:
+    """Whether all numbers are 0; reads up to the first that is not."""
+    blocks = range(0, rows.n_rows, _ROWS_AT_ONCE)
+    return not any(
+        rows.read(begin, min(begin + _ROWS_AT_ONCE, rows.n_rows)).any() for begin in blocks
+    )
+
+
 def _as_normals(rows: Array, begin: int) -> Array:
     """Vectors of length 1, or 0; a MeshError names the first that is not finite."""
     return checked_normals(rows, len(rows), begin)
@@ -235,6 +247,8 @@ def _ply_pieces(path: Path) -> Pieces | None:
         if len(set(names)) < len(names):
             return None
         normals = rows("vertex", NORMALS)
+        if normals is not None and _are_zero(normals):  # as `read_cloud`
+            normals = None
         return Pieces(
             ConvertedRows(points, _as_doubles),
             normals=None if normals is None else ConvertedRows(normals, _as_normals),

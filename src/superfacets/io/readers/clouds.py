@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -24,6 +25,11 @@ from .text import Lines, split_lines
 
 _NORMALS = ("nx", "ny", "nz")
 _COLORS = ("red", "green", "blue")
+_SPLAT_COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
+_SPLAT_COLOR = 0.5 / math.sqrt(math.pi)
+"""Colors of Gaussian splats are 0.5 plus this times their coefficients: the spherical harmonic of
+degree 0."""
+
 _UNIT = 0.01
 """Tolerance for the length of a unit normal in a file: it may differ from 1 by about this much."""
 
@@ -156,11 +162,16 @@ def _cloud_of(columns: dict[str, Array], attributes: MeshAttributes) -> CloudFil
 
     points = rows("xyz", np.float64)
     normals = rows(_NORMALS, np.float64) if {*_NORMALS} <= columns.keys() else None
+    if normals is not None and not normals.any():  # Gaussian splats have zeros for normals
+        normals = None
     colors = None
     if {*_COLORS} <= columns.keys():
         kinds = {columns[name].dtype.kind + str(columns[name].dtype.itemsize) for name in _COLORS}
         if len(kinds) == 1 and kinds <= {"u1", "u2", "f4", "f8"}:
             colors = rows(_COLORS, columns["red"].dtype)
+    elif {*_SPLAT_COLORS} <= columns.keys():
+        shades = 0.5 + _SPLAT_COLOR * rows(_SPLAT_COLORS, np.float64)
+        colors = np.clip(shades, 0.0, 1.0) if np.isfinite(shades).all() else None
     return CloudFile(PointCloud(points, normals, colors), attributes)
 
 
