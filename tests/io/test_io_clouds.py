@@ -20,6 +20,8 @@ from superfacets import (
     write_mesh,
 )
 from superfacets.adapters.convert import as_cells, as_mesh
+from superfacets.io.attributes import LasFrame
+from superfacets.io.readers.clouds import CLOUD_READERS
 from superfacets.io.readers.las import read_las
 
 POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [1, 1, 0.25], [0, 1, -3]])
@@ -185,7 +187,8 @@ def content_of(las, compressed):
 @pytest.mark.parametrize("point_format", range(11))
 def test_las_holds_what_laspy_reads(laspy, point_format, compressed):
     las = las_of(laspy, point_format)
-    points, columns = read_las(bytes(content_of(las, compressed)))
+    points, columns, frame = read_las(bytes(content_of(las, compressed)))
+    assert frame.point_format == point_format
     assert all(np.array_equal(points[axis], getattr(las, axis)) for axis in "xyz")
     waves = ("wavepacket", "return_point_wave", "x_t", "y_t", "z_t", "list", "X", "Y", "Z")
     names = [name for name in las.point_format.dimension_names if not name.startswith(waves)]
@@ -209,7 +212,7 @@ def test_chunks_of_any_size_are_read(laspy):
         compressor.compress_many(part)
         compressor.finish_current_chunk()
     compressor.done()
-    points, _ = read_las(stream.getvalue())
+    points, *_ = read_las(stream.getvalue())
     assert np.array_equal(points["x"], las.x)
 
 
@@ -223,7 +226,7 @@ def test_a_table_of_chunks_at_the_end_is_found(laspy):
     content = content_of(las_of(laspy, 3), True)
     begin = begin_of(content)
     moved = content[:begin] + b"\xff" * 8 + content[begin + 8 :] + content[begin : begin + 8]
-    expected, _ = read_las(bytes(content))
+    expected, *_ = read_las(bytes(content))
     assert np.array_equal(read_las(bytes(moved))[0]["z"], expected["z"])
 
 
@@ -304,7 +307,7 @@ def test_numbers_of_laz_are_compared_with_the_file(laspy, place, number, message
 def test_names_that_are_no_words_are_left_out(laspy):
     content = content_of(las_of(laspy, 6), False)
     content[content.index(b"scaled")] = 7
-    _, columns = read_las(bytes(content))
+    _, columns, _ = read_las(bytes(content))
     assert "long" in columns
     assert "scaled" not in columns
 
@@ -360,3 +363,39 @@ def test_clouds_are_no_meshes(cloud, tmp_path):
 def test_a_path_is_segmented(cloud, tmp_path):
     write_mesh(tmp_path / "a.ply", cloud)
     assert segment(tmp_path / "a.ply", 2).n_segments == 2
+
+
+@pytest.mark.parametrize("point_format", [0, 1, 3, 6, 7, 8])
+def test_labels_go_back_into_las_as_it_is(laspy, tmp_path, point_format):
+    """Version, point format, scale and offset, and 8-bit colors stay as they are."""
+    version = "1.4" if point_format > 5 else "1.2"
+    header = laspy.LasHeader(point_format=point_format, version=version)
+    header.scales, header.offsets = [0.01, 0.02, 0.05], [100.0, 0.0, -5.0]
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = np.random.default_rng(0).random((3, 60)) * 90
+    las.intensity = np.arange(60)
+    has_color = "red" in set(las.point_format.dimension_names)
+    if has_color:
+        las.red = las.green = las.blue = np.arange(60)
+    path, out = tmp_path / "in.las", tmp_path / "out.las"
+    las.write(path)
+    cloud, attributes = CLOUD_READERS[".las"](path.read_bytes())
+    write_mesh(out, cloud, np.arange(60) // 20, attributes=attributes)
+    made = laspy.read(out)
+    assert (made.header.point_format.id, str(made.header.version)) == (point_format, version)
+    assert made.header.scales.tolist() == [0.01, 0.02, 0.05]
+    assert made.header.offsets.tolist() == [100.0, 0.0, -5.0]
+    assert all(np.array_equal(made[axis], las[axis]) for axis in "XYZ")
+    assert np.array_equal(made.intensity, np.arange(60))
+    assert np.array_equal(made["label"], np.arange(60) // 20)
+    if has_color:
+        assert np.array_equal(made.red, np.arange(60))
+
+
+def test_a_frame_that_does_not_hold_the_points_is_replaced(laspy, tmp_path):
+    frame = LasFrame(2, 4, (1e-9, 1e-9, 1e-9), (0.0, 0.0, 0.0))
+    cloud = PointCloud(POINTS * 1e3)
+    write_mesh(tmp_path / "a.las", cloud, LABELS, attributes=MeshAttributes(las=frame))
+    made = laspy.read(tmp_path / "a.las")
+    assert (made.header.point_format.id, str(made.header.version)) == (1, "1.2")
+    assert np.allclose(made.xyz, POINTS * 1e3, atol=1e-6)

@@ -102,7 +102,7 @@ def convert_command(
         job, found, form, folder, ending
     )  # in the foreground, because it writes files
     if not is_quiet:
-        for note in [*notes_on_vertices(n_lost, job.endings), *found.notes()]:
+        for note in [*notes_on_vertices(n_lost, job.endings), *found.notes(job.endings)]:
             print_note(note)
     if as_json:
         facts = {"file": str(mesh), **found.facts, "outputs": [*job.names, *parts]}
@@ -156,12 +156,14 @@ class _Found:
             return {**count, "n_labels": None}
         return {**count, "n_labels": len(np.unique(self.labels[self.labels >= 0]))}
 
-    def notes(self) -> list[str]:
+    def notes(self, endings: set[str]) -> list[str]:
         """Notes on attributes that the outputs lack."""
         if self.attributes is None:
             return []
         is_cloud = kind_of(self.cells).are_points
-        return notes_on_attributes(self.attributes, of_points=is_cloud, are_replaced=self.are_named)
+        return notes_on_attributes(
+            self.attributes, endings, of_points=is_cloud, are_replaced=self.are_named
+        )
 
 
 def _plan(

@@ -137,7 +137,8 @@ def levels_command(
     cells, attributes, nested = run_in_background(compute)
     _write(plan, cells, attributes, nested)
     if attributes is not None and not is_quiet:
-        for note in notes_on_attributes(attributes, of_points=kind_of(cells).are_points):
+        is_cloud = kind_of(cells).are_points
+        for note in notes_on_attributes(attributes, job.endings, of_points=is_cloud):
             print_note(note)
     if as_json or not is_quiet:
         _report(job, cells, nested, as_json=as_json)

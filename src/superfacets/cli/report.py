@@ -60,7 +60,7 @@ def notes_of(
         notes += _notes_on_listed(result, listed)
     notes += notes_on_vertices(n_lost, endings)
     if outcome.attributes is not None:
-        notes += notes_on_attributes(outcome.attributes, of_points=kind.are_points)
+        notes += notes_on_attributes(outcome.attributes, endings, of_points=kind.are_points)
     return notes
 
 
@@ -135,9 +135,13 @@ def notes_on_vertices(n_lost: int, endings: Iterable[str]) -> list[str]:
 
 
 def notes_on_attributes(
-    attributes: MeshAttributes, *, of_points: bool = False, are_replaced: bool = True
+    attributes: MeshAttributes,
+    endings: Collection[str],
+    *,
+    of_points: bool = False,
+    are_replaced: bool = True,
 ) -> list[str]:
-    """Notes on data of the input that the labeled PLY does not hold.
+    """Notes on data of the input that outputs with these endings do not hold.
 
     Without `are_replaced`, the labels come from the input itself, so none of its properties are
     replaced.
@@ -146,6 +150,8 @@ def notes_on_attributes(
     if attributes.left_out:
         notes.append(f"not kept of the input: {', '.join(attributes.left_out)}")
     replaced = names_replaced(attributes, of_points=of_points)
+    if of_points and ".ply" not in endings:  # LAS keeps colors
+        replaced = [name for name in replaced if name.endswith(" label")]
     if replaced and are_replaced:
         notes.append(f"replaced by those of the labels: {', '.join(replaced)}")
     return notes

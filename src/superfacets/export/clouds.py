@@ -9,9 +9,14 @@ import numpy as np
 
 from .._types import Array, Floats
 from ..errors import MeshError, MissingExtraError, reason_of
+from ..io.attributes import LasFrame
 from ..io.guards import shortened
+from ..mesh.point_cloud import PointCloud
 from .content import Content
 from .text import write_rows
+
+_WITHOUT_WAVES = {4: 1, 5: 3, 9: 6, 10: 8}
+"""Point formats without wave packets, by those with them."""
 
 _LAS_STEPS = 2.0**31 - 2
 """Number of steps between the lowest and the highest coordinate: LAS stores 32-bit integers."""
@@ -28,20 +33,23 @@ def write_csv(file: IO[bytes], content: Content) -> None:
 
 
 def write_las(file: IO[bytes], content: Content) -> None:
-    """Write points as LAS 1.4 or LAZ, with attributes, and labels in a dimension `label`."""
+    """Write points as LAS or LAZ, with attributes, and labels in a dimension `label`.
+
+    Version, point format and steps of coordinates are those of the LAS file that the attributes
+    come from, as far as they hold the points; otherwise LAS 1.4, format 6, or 7 with colors.
+    """
     try:
         import laspy
     except ModuleNotFoundError:
         raise MissingExtraError("a .las or .laz file", "las") from None
     cloud, attributes = content.cells, content.attributes
-    header = laspy.LasHeader(point_format=7 if cloud.colors is not None else 6, version="1.4")
-    low, high = cloud.bounds
-    header.offsets = low
-    header.scales = np.maximum(_round_step((high - low) / _LAS_STEPS), 1e-12)
+    frame = _frame_of(cloud, None if attributes is None else attributes.las)
+    header = laspy.LasHeader(point_format=frame.point_format, version=f"1.{frame.minor}")
+    header.scales, header.offsets = np.array(frame.scales), np.array(frame.offsets)
     las = laspy.LasData(header)
     las.x, las.y, las.z = cloud.points.T
     stored = {} if attributes is None else dict(attributes.vertex)
-    if cloud.colors is not None:
+    if cloud.colors is not None and not {"red", "green", "blue"} <= stored.keys():
         for name, shades in zip(("red", "green", "blue"), cloud.colors.T, strict=True):
             stored[name] = np.rint(shades * 65535).astype(np.uint16)
     if content.labels is not None:
@@ -60,6 +68,23 @@ def write_las(file: IO[bytes], content: Content) -> None:
         reason = shortened(reason_of(error))
         raise MeshError(f"the cloud cannot be written as {content.ending}: {reason}") from None
     file.write(written.getbuffer())
+
+
+def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
+    """The given frame if it holds the points, without waves; else one that suits them."""
+    low, high = cloud.bounds
+    scales = np.maximum(_round_step((high - low) / _LAS_STEPS), 1e-12)
+    usual = LasFrame(4, 7 if cloud.colors is not None else 6, tuple(scales), tuple(low))
+    if given is None:
+        return usual
+    point_format = _WITHOUT_WAVES.get(given.point_format, given.point_format)
+    minor = max(given.minor, 4 if point_format > 5 else 2)
+    with np.errstate(all="ignore"):
+        steps = (cloud.bounds - given.offsets) / given.scales
+    fits = np.all(np.asarray(given.scales) > 0) and np.all(np.abs(steps) < 2.0**31 - 1)
+    if not fits:
+        return usual._replace(minor=minor, point_format=point_format)
+    return LasFrame(minor, point_format, given.scales, given.offsets)
 
 
 def _round_step(least: Floats) -> Floats:

@@ -26,7 +26,7 @@ OWN_NAMES = {
 def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
     """Names of attributes that `write_ply` replaces by labels and colors."""
     return [
-        f"{owner} property {name}"
+        f"{'point' if of_points else owner} property {name}"
         for owner, values in (("vertex", attributes.vertex), ("face", attributes.face))
         for name in values
         if name in OWN_NAMES["face" if of_points else owner]

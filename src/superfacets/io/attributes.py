@@ -6,7 +6,7 @@ import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,15 @@ PLY_TYPES = {
     "f8": "double",
 }
 """PLY's name of each property type, by numpy's type code."""
+
+
+class LasFrame(NamedTuple):
+    """How a LAS file stores points: minor version, point format, and steps of coordinates."""
+
+    minor: int  # of version 1
+    point_format: int
+    scales: tuple[float, float, float]
+    offsets: tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +57,8 @@ class MeshAttributes:
         Descriptions of contents of the file that are not kept: elements other than vertices and
         faces, lists that differ in length from row to row, and properties whose name is repeated or
         is not one word of ASCII.
+    las : LasFrame, optional
+        How the LAS file that was read stores its points; written to LAS files again.
 
     Raises
     ------
@@ -71,6 +82,7 @@ class MeshAttributes:
     face: Mapping[str, Array] = field(default_factory=dict)
     comments: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    las: LasFrame | None = None
 
     def __post_init__(self) -> None:
         for owner in ("vertex", "face"):
@@ -84,7 +96,8 @@ class MeshAttributes:
 
     def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
         """Rebuild copies and pickles by the constructor, which checks the values again."""
-        return MeshAttributes, (dict(self.vertex), dict(self.face), self.comments, self.left_out)
+        vertex, face = dict(self.vertex), dict(self.face)
+        return MeshAttributes, (vertex, face, self.comments, self.left_out, self.las)
 
     def __repr__(self) -> str:
         vertex, face = (", ".join(names) or "none" for names in (self.vertex, self.face))

@@ -147,13 +147,13 @@ def _meaning_of(further: Floats) -> tuple[str, ...]:
 
 
 def _read_las(data: Content) -> CloudFile:
-    columns, stored = read_las(data)
+    columns, stored, frame = read_las(data)
     if {*_COLORS} <= stored.keys():
         columns |= {name: stored[name] for name in _COLORS}
         # Colors have 16 bits, but many programs fill only 8 of them.
         if max(int(stored[name].max(initial=0)) for name in _COLORS) <= 255:
             columns |= {name: stored[name].astype(np.uint8) for name in _COLORS}
-    return _cloud_of(columns, MeshAttributes(vertex=stored))
+    return _cloud_of(columns, MeshAttributes(vertex=stored, las=frame))
 
 
 def _cloud_of(columns: dict[str, Array], attributes: MeshAttributes) -> CloudFile:

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..._types import Array, Bytes
 from ...errors import MeshError, MissingExtraError, reason_of
-from ..attributes import is_word
+from ..attributes import LasFrame, is_word
 from ..guards import Content, counted, shortened
 
 _MOST_COMPRESSED = 1000
@@ -77,18 +77,19 @@ _EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4",
 
 
 class _Header(NamedTuple):
+    minor: int  # of version 1
     n_points: int
     point_format: int
     size: int  # of a point record, in bytes
     begin: int  # offset of the points in the file
     is_compressed: bool
-    scales: tuple[float, ...]
-    offsets: tuple[float, ...]
+    scales: tuple[float, float, float]
+    offsets: tuple[float, float, float]
     records: dict[tuple[bytes, int], bytes]  # variable length records by user and id
 
 
-def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return columns x, y and z, in the units of the file, and all other fields, both by name.
+def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array], LasFrame]:
+    """Return columns x, y and z, in the units of the file, all other fields, and the frame.
 
     Fields have the names that laspy gives them. Waves, and extra dimensions without a name or with
     several numbers, are left out.
@@ -109,7 +110,8 @@ def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array]]:
     for axis, scale, offset in zip("xyz", header.scales, header.offsets, strict=True):
         with np.errstate(over="ignore", invalid="ignore"):  # `PointCloud` refuses infinite results
             points[axis] = columns.pop(axis.upper()) * scale + offset
-    return points, columns
+    frame = LasFrame(header.minor, header.point_format, header.scales, header.offsets)
+    return points, columns, frame
 
 
 def _header_of(data: Content) -> _Header:
@@ -133,7 +135,15 @@ def _header_of(data: Content) -> _Header:
     numbers = struct.unpack_from("<6d", data, 131)
     records = _records(data[header_size:begin], n_records)
     return _Header(
-        n_points, point_format, size, begin, is_compressed, numbers[:3], numbers[3:], records
+        minor,
+        n_points,
+        point_format,
+        size,
+        begin,
+        is_compressed,
+        numbers[:3],
+        numbers[3:],
+        records,
     )
 
 
