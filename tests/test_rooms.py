@@ -113,3 +113,32 @@ def test_labels_go_back_into_a_file_of_splats_with_all_that_it_holds(splats):
     assert np.array_equal(kept["label"], labels)
     assert all(np.array_equal(kept[name], table[:, 3 + i]) for i, name in enumerate(names[3:]))
     assert np.array_equal(sf.read_cloud(out).points, cloud.points)
+
+
+def test_a_viewpoint_tells_the_sides_of_a_cloud(tmp_path):
+    """A room with a ceiling looks like a solid, and the points of the file stay as they are."""
+    points, _ = room(20_000)
+    ceiling = np.random.default_rng(1).random((4000, 3)) * [4, 5, 0] + [0, 0, 2.6]
+    np.save(tmp_path / "room.npy", np.concatenate([points, ceiling]))
+    inside = [2, 2.5, 1.5]
+    result = sf.batch(
+        tmp_path / "room.npy", tmp_path / "out", formats=["npy"], n_segments=40, viewpoint=inside
+    )
+    assert result.n_failed == 0
+    labels = sf.read_labels(tmp_path / "out" / "room.superfacets.npy")
+    cloud = np.load(tmp_path / "room.npy")
+    normals = sf.estimate_normals(cloud, viewpoint=inside)
+    expected = sf.segment(sf.PointCloud(cloud, normals), 40).labels
+    assert np.array_equal(labels, expected)
+    assert not np.array_equal(labels, sf.segment(cloud, 40).labels)
+
+
+def test_a_viewpoint_is_only_for_clouds_without_normals(tmp_path):
+    points, _ = room(1_000)
+    sf.write_mesh(tmp_path / "bear.ply", sf.sample_mesh(3_000))
+    sf.write_mesh(tmp_path / "known.ply", sf.PointCloud(points, points - [2, 2.5, 1]))
+    for name in ("bear.ply", "known.ply"):
+        result = sf.batch(tmp_path / name, tmp_path / "out", viewpoint=[0, 0, 9])
+        assert "a viewpoint is for point clouds without normals" in result.records[0]["error"]
+    with pytest.raises(ValueError, match="viewpoint must be three finite numbers"):
+        sf.batch(tmp_path / "bear.ply", tmp_path / "out", viewpoint=[0, 1])

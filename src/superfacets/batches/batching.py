@@ -110,6 +110,7 @@ def batch(
     label_name: str = "label",
     vertex_labels: bool = False,
     force: bool = False,
+    viewpoint: Sequence[float] | None = None,
     **options: Any,
 ) -> BatchResult:
     """Segment many files, on all cores or on a cluster, and write their labels into a folder.
@@ -155,6 +156,9 @@ def batch(
         Write text instead of binary where a format has both.
     label_name, vertex_labels, force
         As for `write_mesh`.
+    viewpoint : sequence of float, length 3, optional
+        As for `estimate_normals`: a place from which all points were seen, of clouds without
+        normals.
     **options
         As for `segment`, except arrays, `progress` and `on_stage`, which are for one mesh.
 
@@ -203,6 +207,7 @@ def batch(
         drop_attributes=drop_attributes, ascii=ascii, label_name=label_name,
         vertex_labels=vertex_labels,
         force=force,
+        viewpoint=viewpoint,
     )  # fmt: skip
     if scheduler is not None and workers is not None:
         raise ValueError("give scheduler or workers, not both: a scheduler has its own")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,16 +22,19 @@ from .._timing import OnStage, timed
 from .._validate import checked_choice, checked_flag, checked_number, checked_threads
 from ..adapters.convert import as_mesh
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions
+from ..cells.kinds import kind_of
 from ..cells.named_features import features_of
+from ..cells.point_graph import checked_viewpoint, estimate_normals
 from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
 from ..cells.weights import WeightOptions
 from ..clustering.segmentation import Segmentation
-from ..errors import IslandWarning, SliverWarning
+from ..errors import IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
 from ..mesh.denoising import checked_denoise
+from ..mesh.point_cloud import PointCloud
 from ..pipeline import segment
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
@@ -61,6 +64,7 @@ class FileOptions:
     label_name: str = "label"
     vertex_labels: bool = False
     force: bool = False
+    viewpoint: tuple[float, float, float] | None = None  # of clouds without normals
 
     @classmethod
     def checked(
@@ -75,6 +79,7 @@ class FileOptions:
         label_name: str = "label",
         vertex_labels: bool = False,
         force: bool = False,
+        viewpoint: Sequence[float] | None = None,
     ) -> FileOptions:
         """Check the options before a file is read; an error if one is wrong for every mesh."""
         given = {name: value for name, value in keywords.items() if value is not None}
@@ -86,6 +91,7 @@ class FileOptions:
         return cls(
             given, tuple(features), is_subdivided, max_edge, keeps, checked_flag(ascii, "ascii"),
             label_name, checked_flag(vertex_labels, "vertex_labels"), checked_flag(force, "force"),
+            None if viewpoint is None else checked_viewpoint(viewpoint),
         )  # fmt: skip
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
@@ -108,6 +114,7 @@ class FileOptions:
             "label_name": self.label_name,
             "vertex_labels": self.vertex_labels,
             "force": self.force,
+            "viewpoint": self.viewpoint,
         }
 
     @property
@@ -201,10 +208,19 @@ def segment_file(
         mesh = parts.mesh
         of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
         attributes = None if attributes is None else attributes_of_parts(attributes, parts)
-    result = _segmented(mesh, of_cells, options, progress, on_stage)
+    seen = mesh if options.viewpoint is None else _seen_from(options.viewpoint, mesh, threads)
+    result = replace(_segmented(seen, of_cells, options, progress, on_stage), cells=mesh)
     if parts is None:
         return Outcome(mesh, attributes, result)
     return Outcome(mesh, attributes, result, parts.labels_back(result.labels), given)
+
+
+def _seen_from(viewpoint: tuple[float, float, float], cells: Any, n_threads: int) -> PointCloud:
+    """Return a cloud with normals that face a place; a MeshError if cells know their sides."""
+    if not kind_of(cells).are_points or cells.normals is not None:
+        raise MeshError("a viewpoint is for point clouds without normals")
+    normals = estimate_normals(cells, viewpoint=viewpoint, n_threads=n_threads)
+    return PointCloud(cells.points, normals, cells.colors)
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:

@@ -270,10 +270,16 @@ def estimate_normals(
     )
     if viewpoint is None:
         return graph.normals
+    return _turned_to(np.array(checked_viewpoint(viewpoint)), graph)
+
+
+def checked_viewpoint(viewpoint: npt.ArrayLike) -> tuple[float, float, float]:
+    """Return three finite numbers; a ValueError if it is anything else."""
     place = np.asarray(viewpoint, dtype=np.float64)
     if place.shape != (3,) or not np.isfinite(place).all():
         raise ValueError(f"viewpoint must be three finite numbers, got {viewpoint!r}")
-    return _turned_to(place, graph)
+    x, y, z = place.tolist()
+    return x, y, z
 
 
 def _turned_to(place: Floats, graph: PointGraph) -> Floats:

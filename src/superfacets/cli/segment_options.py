@@ -17,6 +17,7 @@ from .options import (
     POSITIVE,
     Count,
     CountOr,
+    Real,
     ascii_option,
     drop_attributes_option,
     force_option,
@@ -157,6 +158,14 @@ _OF_SEGMENT = (
         " faces, points or vertices in IN; may be given several times.",
     ),
     click.option(
+        "--viewpoint",
+        type=Real(),
+        nargs=3,
+        metavar="X Y Z",
+        help="Place from which all points were seen, for clouds without normals: normals that are"
+        " estimated face it.",
+    ),
+    click.option(
         "--feature-weight",
         type=NOT_NEGATIVE,
         help="How much features count, in radii per standard deviation.  [default: 5]",
@@ -203,6 +212,7 @@ def options_of(
     vertex_labels: bool,
     drop_attributes: bool,
     force: bool,
+    viewpoint: tuple[float, float, float] | None,
     **given: Any,
 ) -> FileOptions:
     """Return the given options, completed by those of a preset; an error if they do not fit."""
@@ -228,4 +238,5 @@ def options_of(
         label_name=label_name,
         vertex_labels=vertex_labels,
         force=force,
+        viewpoint=viewpoint,
     )

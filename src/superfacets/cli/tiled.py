@@ -134,6 +134,7 @@ class TileOptions:
         refused = {
             "--features": options.features,
             "--subdivide": options.is_subdivided,
+            "--viewpoint": options.viewpoint,
             "--vertex-labels": options.vertex_labels,
             "--ascii": options.ascii,
             **{name: options.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
