@@ -82,6 +82,7 @@ def splats(tmp_path):
     table = np.zeros((len(points), len(names)), "<f4")
     table[:, :3] = points
     table[:, 6:9] = np.where(points[:, :1] < 0.5, [[1.77, -1.77, -1.77]], [[-1.77, -1.77, 1.77]])
+    table[:, 9] = np.where(points[:, 1] < 0.5, 2.0, -2.0)  # 0.88 and 0.12
     table[:, 10:] = rng.random((len(points), 7))
     lines = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}"]
     lines += [*(f"property float {name}" for name in names), "end_header", ""]
@@ -142,3 +143,16 @@ def test_a_viewpoint_is_only_for_clouds_without_normals(tmp_path):
         assert "a viewpoint is for point clouds without normals" in result.records[0]["error"]
     with pytest.raises(ValueError, match="viewpoint must be three finite numbers"):
         sf.batch(tmp_path / "bear.ply", tmp_path / "out", viewpoint=[0, 1])
+
+
+def test_faint_splats_are_left_out(splats, tmp_path):
+    path, table, _ = splats
+    options = {"formats": ["npy"], "n_segments": 20}
+    sf.batch(path, tmp_path / "out", min_opacity=0.5, **options)
+    labels = sf.read_labels(tmp_path / "out" / "splats.superfacets.npy")
+    assert np.array_equal(labels >= 0, table[:, 9] > 0)
+    np.save(tmp_path / "points.npy", table[:, :3])
+    failed = sf.batch(tmp_path / "points.npy", tmp_path / "other", min_opacity=0.5, **options)
+    assert "there is no opacity of each point" in failed.records[0]["error"]
+    with pytest.raises(ValueError, match="min_opacity"):
+        sf.batch(path, tmp_path / "out", min_opacity=2, **options)

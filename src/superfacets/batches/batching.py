@@ -111,6 +111,7 @@ def batch(
     vertex_labels: bool = False,
     force: bool = False,
     viewpoint: Sequence[float] | None = None,
+    min_opacity: float = 0.0,
     **options: Any,
 ) -> BatchResult:
     """Segment many files, on all cores or on a cluster, and write their labels into a folder.
@@ -159,6 +160,9 @@ def batch(
     viewpoint : sequence of float, length 3, optional
         As for `estimate_normals`: a place from which all points were seen, of clouds without
         normals.
+    min_opacity : float, default 0.0
+        0 to 1: Gaussian splats with less, by the property ``opacity`` (a logit), are left out: they
+        get the label -1.
     **options
         As for `segment`, except arrays, `progress` and `on_stage`, which are for one mesh.
 
@@ -208,6 +212,7 @@ def batch(
         vertex_labels=vertex_labels,
         force=force,
         viewpoint=viewpoint,
+        min_opacity=min_opacity,
     )  # fmt: skip
     if scheduler is not None and workers is not None:
         raise ValueError("give scheduler or workers, not both: a scheduler has its own")

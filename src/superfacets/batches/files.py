@@ -19,7 +19,7 @@ from .._options import (
     SizeOptions,
 )
 from .._timing import OnStage, timed
-from .._validate import checked_choice, checked_flag, checked_number, checked_threads
+from .._validate import checked_choice, checked_flag, checked_number, checked_share, checked_threads
 from ..adapters.convert import as_mesh
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions
 from ..cells.kinds import kind_of
@@ -65,6 +65,7 @@ class FileOptions:
     vertex_labels: bool = False
     force: bool = False
     viewpoint: tuple[float, float, float] | None = None  # of clouds without normals
+    min_opacity: float = 0.0  # of Gaussian splats
 
     @classmethod
     def checked(
@@ -80,6 +81,7 @@ class FileOptions:
         vertex_labels: bool = False,
         force: bool = False,
         viewpoint: Sequence[float] | None = None,
+        min_opacity: float = 0.0,
     ) -> FileOptions:
         """Check the options before a file is read; an error if one is wrong for every mesh."""
         given = {name: value for name, value in keywords.items() if value is not None}
@@ -92,6 +94,7 @@ class FileOptions:
             given, tuple(features), is_subdivided, max_edge, keeps, checked_flag(ascii, "ascii"),
             label_name, checked_flag(vertex_labels, "vertex_labels"), checked_flag(force, "force"),
             None if viewpoint is None else checked_viewpoint(viewpoint),
+            checked_share(min_opacity, "min_opacity"),
         )  # fmt: skip
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
@@ -115,6 +118,7 @@ class FileOptions:
             "vertex_labels": self.vertex_labels,
             "force": self.force,
             "viewpoint": self.viewpoint,
+            "min_opacity": self.min_opacity,
         }
 
     @property
@@ -194,9 +198,12 @@ def segment_file(
     """
     keeps = options.keeps_attributes and holds_attributes
     with timed(timings, "mesh", on_stage):
-        mesh, attributes = load(keeps or bool(options.features))
+        mesh, attributes = load(keeps or bool(options.features) or options.min_opacity > 0)
         threads = checked_threads(options.keywords.get("n_threads"))
         of_cells = {} if constraints is None else constraints(mesh)
+        if options.min_opacity > 0:
+            is_opaque = _opacities(attributes) >= options.min_opacity
+            of_cells["mask"] = is_opaque & of_cells.get("mask", True)
         features = features_of(options.features, mesh, attributes, threads)
         if features is not None:
             of_cells["features"] = features
@@ -213,6 +220,15 @@ def segment_file(
     if parts is None:
         return Outcome(mesh, attributes, result)
     return Outcome(mesh, attributes, result, parts.labels_back(result.labels), given)
+
+
+def _opacities(attributes: MeshAttributes | None) -> npt.NDArray[np.float64]:
+    """Opacity of each Gaussian splat, 0 to 1; a MeshError if the file holds none."""
+    stored = {} if attributes is None else attributes.vertex
+    if "opacity" not in stored or not np.isfinite(stored["opacity"]).all():
+        raise MeshError("min_opacity is for Gaussian splats: there is no opacity of each point")
+    with np.errstate(over="ignore"):  # stored as logits
+        return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
 
 
 def _seen_from(viewpoint: tuple[float, float, float], cells: Any, n_threads: int) -> PointCloud:

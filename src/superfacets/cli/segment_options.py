@@ -166,6 +166,13 @@ _OF_SEGMENT = (
         " estimated face it.",
     ),
     click.option(
+        "--min-opacity",
+        type=Real(0.0, 1.0),
+        default=0.0,
+        metavar="P",
+        help="Leave out Gaussian splats that are less opaque than this, 0 to 1; their label is -1.",
+    ),
+    click.option(
         "--feature-weight",
         type=NOT_NEGATIVE,
         help="How much features count, in radii per standard deviation.  [default: 5]",
@@ -213,6 +220,7 @@ def options_of(
     drop_attributes: bool,
     force: bool,
     viewpoint: tuple[float, float, float] | None,
+    min_opacity: float,
     **given: Any,
 ) -> FileOptions:
     """Return the given options, completed by those of a preset; an error if they do not fit."""
@@ -239,4 +247,5 @@ def options_of(
         vertex_labels=vertex_labels,
         force=force,
         viewpoint=viewpoint,
+        min_opacity=min_opacity,
     )

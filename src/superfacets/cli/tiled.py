@@ -135,6 +135,7 @@ class TileOptions:
             "--features": options.features,
             "--subdivide": options.is_subdivided,
             "--viewpoint": options.viewpoint,
+            "--min-opacity": options.min_opacity,
             "--vertex-labels": options.vertex_labels,
             "--ascii": options.ascii,
             **{name: options.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
