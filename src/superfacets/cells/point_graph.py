@@ -28,9 +28,9 @@ in ten thousand of the six nearest neighbors is farther than 3.3."""
 
 
 OPEN_SHARE = 0.05
-"""Length of the mean normal, weighted by area, from which a cloud is an open surface. Samples of
-closed benchmark models have 0.006 or less, unless their normals are wrong; rooms have 0.2 or more.
-"""
+"""Length of the mean normal, weighted by area, from which a cloud is an open surface. Rooms without
+a ceiling have 0.2 or more. None of 95 closed benchmark models, sampled at 100,000 points, counts as
+open; at 5,000 points 14 do, because normals are wrong in places."""
 
 
 @dataclass(frozen=True, eq=False)
