@@ -10,14 +10,14 @@ namespace superfacets {
 namespace {
 
 struct Member {
-  std::uint64_t key;  // group, then label
+  std::uint64_t key;  // group, then label + 1 without sign: kNoLabel is 0
   double weight;
 
   Member(Cell group, Label label, double w)
-      : key(static_cast<std::uint64_t>(group) << 32 | static_cast<std::uint32_t>(label + 1)),
+      : key(static_cast<std::uint64_t>(group) << 32 | (static_cast<std::uint32_t>(label) + 1U)),
         weight(w) {}
   Cell group() const { return static_cast<Cell>(key >> 32); }
-  Label label() const { return static_cast<Label>(key & 0xffffffffU) - 1; }
+  Label label() const { return static_cast<Label>(static_cast<std::uint32_t>(key) - 1U); }
 };
 
 // Writes the winner of each group of sorted members. Sums are in the order of the members.
