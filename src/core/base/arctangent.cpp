@@ -1,7 +1,5 @@
 #include "base/arctangent.hpp"
 
-#include <cstddef>
-
 #include "base/assert.hpp"
 
 namespace superfacets {

@@ -8,7 +8,7 @@ namespace superfacets {
 
 void exponentials(std::span<const double> x, std::span<double> powers) {
   SUPERFACETS_ASSERT(powers.size() == x.size());
-  std::transform(x.begin(), x.end(), powers.begin(), exponential);
+  std::ranges::transform(x, powers.begin(), exponential);
 }
 
 }  // namespace superfacets

@@ -135,7 +135,7 @@ OrderedGraph graph_in_place(Points positions, Doubles measures, Offsets offsets,
   const auto copied = [](const auto& values) {
     Buffer<std::remove_const_t<typename std::decay_t<decltype(values)>::element_type>> copy(
         values.size());
-    std::copy(values.begin(), values.end(), copy.begin());
+    std::ranges::copy(values, copy.begin());
     return copy;
   };
   Buffer<Arc> arcs(targets.size());

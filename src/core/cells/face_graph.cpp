@@ -9,7 +9,6 @@
 
 #include "base/assert.hpp"
 #include "base/prefetch.hpp"
-#include "base/threads.hpp"
 
 namespace superfacets {
 namespace {
@@ -241,7 +240,7 @@ class SidesOfPart {
   void reserve(std::size_t n_sides) {
     if (sides_.size() >= n_sides) return;
     highs_ = Buffer<Vertex>(n_sides + kReadable);
-    std::fill(highs_.begin(), highs_.end(), 0);
+    std::ranges::fill(highs_, 0);
     sides_ = Buffer<Side>(n_sides);
   }
 
@@ -274,7 +273,7 @@ struct Matches {
 void sort(std::span<std::uint64_t> values) {
   constexpr std::size_t kFew = 24;  // faster without the overhead of std::sort
   if (values.size() > kFew) {
-    std::sort(values.begin(), values.end());
+    std::ranges::sort(values);
     return;
   }
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -427,8 +426,8 @@ class ArcReader {
   void collect_ring(Face face, int side, std::vector<FaceArc>& arcs) const {
     arcs.clear();
     walk_ring(face, side, [&](FaceArc arc) { arcs.push_back(arc); });
-    std::sort(arcs.begin(), arcs.end(),
-              [](const FaceArc& a, const FaceArc& b) { return a.neighbor < b.neighbor; });
+    std::ranges::sort(arcs,
+                      [](const FaceArc& a, const FaceArc& b) { return a.neighbor < b.neighbor; });
   }
 
  private:

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <utility>
 
 namespace superfacets {
 
@@ -152,12 +151,11 @@ void PolygonSurface::sort_large_faces() {
     std::vector<int> sorted(corners.size());
     std::iota(sorted.begin(), sorted.end(), 0);
     SortedCorners& large = large_faces_[face];
-    std::stable_sort(sorted.begin(), sorted.end(),
-                     [&](int a, int b) { return corners[a] < corners[b]; });
+    std::ranges::stable_sort(sorted, [&](int a, int b) { return corners[a] < corners[b]; });
     large.by_vertex = sorted;
     std::iota(sorted.begin(), sorted.end(), 0);
-    std::stable_sort(sorted.begin(), sorted.end(),
-                     [&](int a, int b) { return place_key(corners[a]) < place_key(corners[b]); });
+    std::ranges::stable_sort(
+        sorted, [&](int a, int b) { return place_key(corners[a]) < place_key(corners[b]); });
     large.by_place = std::move(sorted);
   }
 }

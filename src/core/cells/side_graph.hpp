@@ -149,8 +149,8 @@ void write_arcs(const Cells& cells, const SideList& list, const SharedSides& sha
   for (std::int64_t place = cells.first_place(cell); place < cells.first_place(cell + 1); ++place) {
     if (shared.sizes[place] == 0) continue;
     const auto on_side = list.sides.span().subspan(shared.firsts[place], shared.sizes[place]);
-    const auto own = std::find_if(on_side.begin(), on_side.end(),
-                                  [&](const ListedSide& side) { return side.cell == cell; });
+    const auto own =
+        std::ranges::find_if(on_side, [&](const ListedSide& side) { return side.cell == cell; });
     for (const ListedSide& other : on_side) {
       if (other.cell == cell) continue;
       graph.neighbors[arc] = other.cell;

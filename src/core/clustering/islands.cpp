@@ -5,7 +5,6 @@
 #include <mutex>
 #include <numeric>
 #include <tuple>
-#include <vector>
 
 #include "cells/components.hpp"
 #include "spatial/box_tree.hpp"
@@ -51,7 +50,7 @@ class LabeledCells {
   // candidate for other cells of the island, and is replaced by a better one.
   void search(Point target, Place place, Label group, Candidate& best) const {
     // The nearest cell along the curve is usually near in space; boxes farther away are skipped.
-    const auto next = std::lower_bound(places_.begin(), places_.end(), place) - places_.begin();
+    const auto next = std::ranges::lower_bound(places_, place) - places_.begin();
     const auto n = static_cast<std::int64_t>(places_.size());
     compare(target, std::min<std::int64_t>(next, n - 1), group, best);
     compare(target, std::max<std::int64_t>(next - 1, 0), group, best);
@@ -126,8 +125,7 @@ std::vector<Place> unlabeled_places(std::span<const Label> labels, const Compone
   for (Place place = 0; std::cmp_less(place, labels.size()); ++place) {
     if (labels[place] == kNoLabel) places.push_back(place);
   }
-  std::stable_sort(places.begin(), places.end(),
-                   [&](Place a, Place b) { return pieces.of[a] < pieces.of[b]; });
+  std::ranges::stable_sort(places, [&](Place a, Place b) { return pieces.of[a] < pieces.of[b]; });
   return places;
 }
 
@@ -155,7 +153,7 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
 
 // Makes regions of the islands that may join no region.
 void name_islands(const OrderedGraph& graph, const Components& pieces, JoinedIslands& joined) {
-  Label next = *std::max_element(joined.labels.begin(), joined.labels.end()) + 1;
+  Label next = *std::ranges::max_element(joined.labels) + 1;
   std::vector<Label> names(pieces.n_components, kNoLabel);
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
     if (joined.labels[cell] != kNoLabel) continue;
@@ -173,8 +171,8 @@ void name_islands(const OrderedGraph& graph, const Components& pieces, JoinedIsl
 JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> labels,
                            std::span<const Label> groups, ThreadTeam& team) {
   JoinedIslands joined{Buffer<Label>(labels.size()), 0, {}};
-  std::copy(labels.begin(), labels.end(), joined.labels.begin());
-  if (std::find(labels.begin(), labels.end(), kNoLabel) == labels.end()) return joined;
+  std::ranges::copy(labels, joined.labels.begin());
+  if (std::ranges::find(labels, kNoLabel) == labels.end()) return joined;
   Buffer<Label> by_place(labels.size());
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) by_place[graph.place_of[cell]] = labels[cell];
   const Components pieces = find_components(graph, by_place.span());
@@ -184,9 +182,8 @@ JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> lab
   for (const Place place : places) {
     joined.labels[graph.cells[place]] = nearest[pieces.of[place]].label;
   }
-  joined.n_joined = static_cast<Cell>(
-      std::count_if(nearest.begin(), nearest.end(),
-                    [](const Candidate& candidate) { return candidate.label != kNoLabel; }));
+  joined.n_joined = static_cast<Cell>(std::ranges::count_if(
+      nearest, [](const Candidate& candidate) { return candidate.label != kNoLabel; }));
   name_islands(graph, pieces, joined);
   return joined;
 }

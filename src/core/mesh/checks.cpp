@@ -7,7 +7,6 @@
 #include "base/assert.hpp"
 #include "base/box.hpp"
 #include "base/buffer.hpp"
-#include "base/threads.hpp"
 
 namespace superfacets {
 namespace {

@@ -6,7 +6,6 @@
 
 #include "base/assert.hpp"
 #include "base/point_block.hpp"
-#include "base/threads.hpp"
 #include "base/versions.hpp"
 
 namespace superfacets {
@@ -143,7 +142,7 @@ Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
 }
 
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces) {
-  return std::count_if(faces.begin(), faces.end(), [&](const Triangle& face) {
+  return std::ranges::count_if(faces, [&](const Triangle& face) {
     return squared_norm(unit_normal(vertices, face)) == 0.0;
   });
 }

@@ -93,7 +93,7 @@ class EarCutter {
   bool is_ear(std::size_t i) const {
     const Vertex tip[] = {before(i), rest_[i], after(i)};
     if (!(turn(tip[0], tip[1], tip[2]) > 0.0)) return false;
-    return std::none_of(rest_.begin(), rest_.end(), [&](Vertex other) {
+    return std::ranges::none_of(rest_, [&](Vertex other) {
       if (std::find(std::begin(tip), std::end(tip), other) != std::end(tip)) return false;
       return turn(tip[0], tip[1], other) >= 0.0 && turn(tip[1], tip[2], other) >= 0.0 &&
              turn(tip[2], tip[0], other) >= 0.0;

@@ -144,7 +144,7 @@ class LongEdges {
   };
   Points points(Vertex a, Vertex b) const {
     const auto highs = of_vertex(std::min(a, b));
-    const auto place = std::lower_bound(highs.begin(), highs.end(), std::max(a, b));
+    const auto place = std::ranges::lower_bound(highs, std::max(a, b));
     const std::int64_t edge = starts_[std::min(a, b)] + (place - highs.begin());
     return {first_points_[edge], first_points_[edge + 1] - first_points_[edge]};
   }
@@ -174,7 +174,7 @@ class LongEdges {
   // v + 1.
   void file_sides(std::span<const Point> vertices, std::span<const Triangle> faces,
                   const Limit& limit) {
-    std::fill(starts_.begin(), starts_.end(), 0);
+    std::ranges::fill(starts_, 0);
     const auto for_each_long_side = [&](const auto& visit) {
       for (const Triangle& face : faces) {
         for (int side = 0; side < 3; ++side) {
@@ -197,7 +197,7 @@ class LongEdges {
     for (std::size_t low = 0; low + 2 < starts_.size(); ++low) {
       const std::int64_t end = starts_[low + 1];
       const std::span<Vertex> highs = highs_.span().subspan(begin, end - begin);
-      std::sort(highs.begin(), highs.end());
+      std::ranges::sort(highs);
       const auto n_different = std::unique(highs.begin(), highs.end()) - highs.begin();
       std::copy_n(highs.begin(), n_different, highs_.begin() + n_kept);
       starts_[low] = n_kept;
@@ -382,7 +382,7 @@ Subdivision subdivide(std::span<const Point> vertices, std::span<const Triangle>
   const auto n_parts = static_cast<std::size_t>(starts[n_faces]);
   Subdivision parts{Buffer<Point>(first_points[n_faces]), Buffer<Triangle>(n_parts),
                     Buffer<Face>(n_parts), Buffer<std::uint8_t>(n_parts)};
-  std::copy(vertices.begin(), vertices.end(), parts.vertices.begin());
+  std::ranges::copy(vertices, parts.vertices.begin());
   long_edges.write(limit, team, parts.vertices.span());
   const auto cut_faces = [&](std::int64_t begin, std::int64_t end) {
     Cutter cutter(limit, long_edges, parts);

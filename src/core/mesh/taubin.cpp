@@ -18,7 +18,7 @@ Buffer<Point> taubin_smooth(std::span<const Point> vertices, std::span<const std
   SUPERFACETS_ASSERT(offsets.size() == vertices.size() + 1);
   Buffer<Point> now(vertices.size());
   Buffer<Point> next(vertices.size());
-  std::copy(vertices.begin(), vertices.end(), now.begin());
+  std::ranges::copy(vertices, now.begin());
   const auto move = [&](double factor) {
     team.for_each_block(std::ssize(vertices), [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t vertex = begin; vertex < end; ++vertex) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "base/assert.hpp"
-#include "base/threads.hpp"
 
 namespace superfacets {
 namespace {
@@ -80,7 +79,7 @@ VertexGraph build_graph(std::span<const Point> vertices, const Faces& faces,
   const std::size_t n_vertices = representative.size();
   SUPERFACETS_ASSERT(vertices.size() == n_vertices);
   VertexGraph graph{Buffer<std::int64_t>(n_vertices + 1), {}, {}};
-  std::fill(graph.offsets.begin(), graph.offsets.end(), 0);
+  std::ranges::fill(graph.offsets, 0);
   for_each_side(faces, representative, [&](Vertex a, Vertex b) {
     ++graph.offsets[a];
     ++graph.offsets[b];

@@ -14,7 +14,7 @@ class Means {
       : representative_(representative),
         means_(representative.size()),
         n_faces_(representative.size()) {
-    std::fill(means_.begin(), means_.end(), Point{0.0, 0.0, 0.0});
+    std::ranges::fill(means_, Point{0.0, 0.0, 0.0});
   }
 
   void add(std::span<const Vertex> corners, const Point& normal) {

@@ -156,8 +156,7 @@ void HaltedPaths::adopt_orphans(const Expansion& exact, std::vector<Place>& cent
   for (const Doubt& doubt : doubts_) {
     if (doubt.path.label == kNoLabel) orphans.push_back(doubt.place);
   }
-  std::sort(orphans.begin(), orphans.end(),
-            [&](Place a, Place b) { return graph_.cells[a] < graph_.cells[b]; });
+  std::ranges::sort(orphans, [&](Place a, Place b) { return graph_.cells[a] < graph_.cells[b]; });
   for (const Place orphan : orphans) {
     if (doubts_[doubt_of_[orphan]].path.label != kNoLabel) continue;
     const auto label = static_cast<Label>(centers.size());

@@ -108,7 +108,7 @@ std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCos
     crossings.insert(crossings.end(), part.begin(), part.end());
   });
   // Also sorted by arc, so that the order of the sums does not depend on the number of threads.
-  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+  std::ranges::sort(crossings, [](const Crossing& a, const Crossing& b) {
     return std::tie(a.low, a.high, a.arc) < std::tie(b.low, b.high, b.arc);
   });
   std::vector<RegionBorder> borders;

@@ -47,14 +47,13 @@ class Pins {
     if (faces.empty()) return false;
     const Label label = mesh_.labels[faces[0]];
     const bool is_inside =
-        std::all_of(faces.begin(), faces.end(), [&](Face f) { return mesh_.labels[f] == label; });
-    if (std::any_of(faces.begin(), faces.end(), [&](Face f) { return mesh_.is_kept[f] != 0; })) {
+        std::ranges::all_of(faces, [&](Face f) { return mesh_.labels[f] == label; });
+    if (std::ranges::any_of(faces, [&](Face f) { return mesh_.is_kept[f] != 0; })) {
       return true;
     }
     if (is_inside) return false;
-    return faces.size() > kMostFaces || std::any_of(faces.begin(), faces.end(), [&](Face face) {
-             return has_kept_border(vertex, face);
-           });
+    return faces.size() > kMostFaces ||
+           std::ranges::any_of(faces, [&](Face face) { return has_kept_border(vertex, face); });
   }
 
  private:
@@ -98,7 +97,7 @@ class Pins {
   // Whether the edge from a to b is continued by a folded edge at b, nearly straight.
   bool runs_on(Vertex a, Vertex b) const {
     const std::span<const Face> faces = around_.of(b);
-    return faces.size() <= kMostFaces && std::any_of(faces.begin(), faces.end(), [&](Face face) {
+    return faces.size() <= kMostFaces && std::ranges::any_of(faces, [&](Face face) {
              const auto& corners = around_.corners(face).corners;
              return std::any_of(corners, corners + 3,
                                 [&](Vertex c) { return c != a && c != b && continues(a, b, c); });
@@ -132,7 +131,7 @@ FacesAround::FacesAround(const LabeledMesh& mesh, ThreadTeam& team)
     areas_[face] = superfacets::area(mesh.vertices, mesh.faces[face]);
     normals_[face] = unit_normal(mesh.vertices, mesh.faces[face]);
   });
-  std::fill(offsets_.begin(), offsets_.end(), 0);
+  std::ranges::fill(offsets_, 0);
   for (const Triangle& face : corners_) {
     for (const Vertex corner : face.corners) ++offsets_[corner];
   }

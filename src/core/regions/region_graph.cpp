@@ -127,7 +127,7 @@ struct Crossing {
 
 bool leads_to(const Surface& surface, Cell from, Cell to) {
   const std::span<const Cell> neighbors = surface.arcs().neighbors(from);
-  return std::find(neighbors.begin(), neighbors.end(), to) != neighbors.end();
+  return std::ranges::find(neighbors, to) != neighbors.end();
 }
 
 // Collects the arcs that cross borders between regions.
@@ -154,8 +154,8 @@ class CrossingFinder {
  private:
   bool is_at_border(Cell cell) const {
     const std::span<const Cell> neighbors = surface_.arcs().neighbors(cell);
-    return std::any_of(neighbors.begin(), neighbors.end(),
-                       [&](Cell neighbor) { return labels_[neighbor] != labels_[cell]; });
+    return std::ranges::any_of(neighbors,
+                               [&](Cell neighbor) { return labels_[neighbor] != labels_[cell]; });
   }
 
   // Each pair of regions is counted from the lower one, or from the other if there is no reverse
@@ -174,7 +174,7 @@ class CrossingFinder {
     if (neighbors.size() > 1) {
       on_side_.push_back(labels_[cell]);
       for (const Cell neighbor : neighbors) on_side_.push_back(labels_[neighbor]);
-      std::sort(on_side_.begin(), on_side_.end());
+      std::ranges::sort(on_side_);
     }
     for (std::int64_t arc = begin; arc < end; ++arc) {
       const Cell neighbor = surface_.arcs().targets[arc];
@@ -210,7 +210,7 @@ std::vector<Crossing> sorted_crossings(const Surface& surface, std::span<const L
     crossings.insert(crossings.end(), part.begin(), part.end());
   });
   // Also sorted by arc, so that the order of the sums does not depend on the number of threads.
-  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+  std::ranges::sort(crossings, [](const Crossing& a, const Crossing& b) {
     return std::tie(a.low, a.high, a.arc) < std::tie(b.low, b.high, b.arc);
   });
   return crossings;

@@ -44,7 +44,7 @@ Buffer<WeightedEdge> sorted_edges(const VertexEdges& edges, const IsListed& is_l
 
 Buffer<Label> copy_of(std::span<const Label> labels) {
   Buffer<Label> copy(labels.size());
-  std::copy(labels.begin(), labels.end(), copy.begin());
+  std::ranges::copy(labels, copy.begin());
   return copy;
 }
 

@@ -34,8 +34,8 @@ NearestRows nearest_in_part(std::span<const Point> positions,
   std::iota(every.begin(), every.end(), 0);
   const NeighborSearch search(positions, every, team);
   NearestRows found{Buffer<Cell>(n_wanted * n_nearest), Buffer<double>(n_wanted * n_nearest)};
-  std::fill(found.points.begin(), found.points.end(), kNone);
-  std::fill(found.squared.begin(), found.squared.end(), kInfinity);
+  std::ranges::fill(found.points, kNone);
+  std::ranges::fill(found.squared, kInfinity);
   search.for_each_wanted(
       n_nearest, [&](Place place) { return row_of[search.point_at(place)] != kNone; },
       [&](Place place, std::span<const Neighbor> nearest, int) {
@@ -72,7 +72,7 @@ SortedLists sorted_lists(Cell n_cells, std::span<const Cell> sources,
                          std::span<const Place> targets) {
   SUPERFACETS_ASSERT(sources.size() == targets.size() && all_below(sources, n_cells));
   Buffer<std::int64_t> cursors(std::size_t{1} + n_cells);  // starts of lists; when filled, ends
-  std::fill(cursors.begin(), cursors.end(), 0);
+  std::ranges::fill(cursors, 0);
   for (const Cell source : sources) ++cursors[source + 1];
   std::inclusive_scan(cursors.begin(), cursors.end(), cursors.begin());
   Buffer<Place> sorted(targets.size());

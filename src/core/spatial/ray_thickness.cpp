@@ -416,8 +416,7 @@ double deviation_of(std::span<const Length> lengths) {
 // The weighted mean of the lengths, without those farther from the median than the standard
 // deviation. Sorts the lengths.
 double typical_length(std::vector<Length>& lengths) {
-  std::sort(lengths.begin(), lengths.end(),
-            [](const Length& a, const Length& b) { return a.length < b.length; });
+  std::ranges::sort(lengths, [](const Length& a, const Length& b) { return a.length < b.length; });
   const double median = median_of(lengths);
   const double limit = deviation_of(lengths) + 1e-9 * median;  // tolerates rounding errors
   double sum = 0.0;

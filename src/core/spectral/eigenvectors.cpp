@@ -219,17 +219,17 @@ class Subspace {
     const Square turned = product(basis, diagonalize(reduced), false);
     std::vector<std::size_t> order(width_);
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return reduced(a, a) < reduced(b, b); });
+    std::ranges::stable_sort(
+        order, [&](std::size_t a, std::size_t b) { return reduced(a, a) < reduced(b, b); });
     for (std::size_t i = 0; i < width_; ++i) values_[i] = reduced(order[i], order[i]);
     std::vector<double> combined(width_);
     for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
-      std::fill(combined.begin(), combined.end(), 0.0);
+      std::ranges::fill(combined, 0.0);
       for (std::size_t k = 0; k < width_; ++k) {
         const double value = row(cell)[k];
         for (std::size_t i = 0; i < width_; ++i) combined[i] += value * turned(k, order[i]);
       }
-      std::copy(combined.begin(), combined.end(), row(cell).begin());
+      std::ranges::copy(combined, row(cell).begin());
     }
   }
 

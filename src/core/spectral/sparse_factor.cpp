@@ -19,8 +19,7 @@ SparseFactor::SparseFactor(const Arcs& arcs, std::span<const double> conductance
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
       rows[cell].push_back({neighbor, -conductances[arc]});
     }
-    std::sort(rows[cell].begin(), rows[cell].end(),
-              [](const Entry& a, const Entry& b) { return a.cell < b.cell; });
+    std::ranges::sort(rows[cell], [](const Entry& a, const Entry& b) { return a.cell < b.cell; });
     queue.insert({rows[cell].size(), cell});
   }
   Row merged;

@@ -3,7 +3,6 @@
 #include <cstring>
 
 #include "base/assert.hpp"
-#include "base/threads.hpp"
 
 namespace superfacets {
 namespace {
