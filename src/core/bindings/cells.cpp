@@ -2,7 +2,7 @@
 // superfacets/_validate.py ensures their preconditions.
 #include <new>
 
-#include "base/logarithm.hpp"
+#include "base/elementary.hpp"
 #include "bindings/bindings.hpp"
 #include "cells/components.hpp"
 #include "cells/face_graph.hpp"

@@ -5,7 +5,6 @@
 #include "mesh/geometry.hpp"
 #include "mesh/polygons.hpp"
 #include "mesh/subdivision.hpp"
-#include "mesh/taubin.hpp"
 #include "mesh/vertex_graph.hpp"
 #include "mesh/vertex_normals.hpp"
 #include "mesh/weld.hpp"
@@ -20,14 +19,14 @@ Buffer<std::int32_t> narrowed(std::span<const Index> indices, ThreadTeam& team) 
   return narrow;
 }
 
-VertexGraph polygon_vertex_graph(Points vertices, Offsets offsets, Integers corners,
-                                 Integers representative, ThreadTeam& team) {
-  return build_vertex_graph(vertices, Polygons{offsets, corners}, representative, team);
+VertexGraph vertex_graph(Points vertices, Integers corners, Offsets offsets, std::int64_t size,
+                         Integers representative, ThreadTeam& team) {
+  return build_vertex_graph(vertices, {corners, offsets, size}, representative, team);
 }
 
-Buffer<Point> polygon_mean_normals(Points vertices, Offsets offsets, Integers corners,
-                                   Integers representative) {
-  return mean_normals(vertices, Polygons{offsets, corners}, representative);
+Buffer<Point> normals_of_vertices(Points vertices, Integers corners, Offsets offsets,
+                                  std::int64_t size, Integers representative) {
+  return mean_normals(vertices, {corners, offsets, size}, representative);
 }
 
 auto polygon_measures(Points vertices, Offsets offsets, Integers corners, ThreadTeam& team) {
@@ -77,9 +76,6 @@ auto area_vectors_of(Points vertices, Triangles faces, ThreadTeam& team) {
 // Minimum number of faces per thread. It is small, because one long face may become thousands.
 constexpr std::int64_t kMinSubdivided = 256;
 
-using OfTriangles = VertexGraph (*)(Points, Triangles, Integers, ThreadTeam&);
-using NormalsOfTriangles = Buffer<Point> (*)(Points, Triangles, Integers);
-
 }  // namespace
 
 void bind_mesh(nb::module_& module) {
@@ -88,16 +84,12 @@ void bind_mesh(nb::module_& module) {
   module.def("narrow_indices", threaded(&narrowed<std::int32_t>), "indices"_a, "n_threads"_a);
   module.def("check_numbers", threaded(&check_numbers), "numbers"_a, "n_threads"_a);
   module.def("weld_vertices", threaded(&weld_vertices), "vertices"_a, "n_threads"_a);
-  module.def("build_vertex_graph", threaded(OfTriangles{&build_vertex_graph}), "vertices"_a,
-             "faces"_a, "representative"_a, "n_threads"_a);
-  module.def("build_polygon_vertex_graph", threaded(&polygon_vertex_graph), "vertices"_a,
-             "offsets"_a, "corners"_a, "representative"_a, "n_threads"_a);
+  module.def("build_vertex_graph", threaded(&vertex_graph), "vertices"_a, "corners"_a, "offsets"_a,
+             "size"_a, "representative"_a, "n_threads"_a);
   module.def("taubin_smooth", threaded(&taubin_smooth), "vertices"_a, "offsets"_a, "neighbors"_a,
              "n_steps"_a, "n_threads"_a);
-  module.def("mean_normals", serial(NormalsOfTriangles{&mean_normals}), "vertices"_a, "faces"_a,
-             "representative"_a);
-  module.def("polygon_mean_normals", serial(&polygon_mean_normals), "vertices"_a, "offsets"_a,
-             "corners"_a, "representative"_a);
+  module.def("mean_normals", serial(&normals_of_vertices), "vertices"_a, "corners"_a, "offsets"_a,
+             "size"_a, "representative"_a);
   module.def("measure_polygons", threaded(&polygon_measures), "vertices"_a, "offsets"_a,
              "corners"_a, "n_threads"_a);
   module.def("polygon_sliver_area", threaded(&sliver_area_of_polygons), "vertices"_a, "offsets"_a,

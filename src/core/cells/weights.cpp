@@ -6,8 +6,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "base/arctangent.hpp"
 #include "base/buffer.hpp"
+#include "base/elementary.hpp"
 #include "base/point_block.hpp"
 #include "base/prefetch.hpp"
 #include "cells/ridges.hpp"

@@ -42,8 +42,13 @@ class LabeledCells {
       labels_.push_back(labels[place]);
     }
     tree_ = BoxTree(positions_, team);
-    find_lowest();
-    if (!groups_.empty()) find_ranges();
+    lowest_ = tree_.summarize<Cell>(
+        cells_, graph.n_cells(), [](Cell& lowest, Cell cell) { lowest = std::min(lowest, cell); });
+    if (groups.empty()) return;
+    std::vector<Range> ranges;
+    for (const Label group : groups_) ranges.push_back({group, group});
+    ranges_ = tree_.summarize<Range>(
+        ranges, {}, [](Range& range, const Range& other) { range.include(other); });
   }
 
   // Searches the labeled cell nearest to a cell of an island with this group. `best` is the best
@@ -82,31 +87,6 @@ class LabeledCells {
     if (group != kAnyGroup && groups_[i] != group) return;
     const Candidate other{squared_norm(positions_[i] - target), cells_[i], labels_[i]};
     if (other.is_better_than(best)) best = other;
-  }
-
-  void find_lowest() {
-    for (std::size_t level = 0; level < tree_.n_levels(); ++level) {
-      const auto& below = level == 0 ? cells_ : lowest_[level - 1];
-      const std::size_t fan_out = level == 0 ? BoxTree::kLeaf : BoxTree::kFanOut;
-      std::vector<Cell> lowest(tree_.level(level).size(), std::numeric_limits<Cell>::max());
-      for (std::size_t i = 0; i < below.size(); ++i) {
-        lowest[i / fan_out] = std::min(lowest[i / fan_out], below[i]);
-      }
-      lowest_.push_back(std::move(lowest));
-    }
-  }
-
-  void find_ranges() {
-    for (std::size_t level = 0; level < tree_.n_levels(); ++level) {
-      const std::size_t fan_out = level == 0 ? BoxTree::kLeaf : BoxTree::kFanOut;
-      const std::size_t n_below = level == 0 ? groups_.size() : ranges_[level - 1].size();
-      std::vector<Range> ranges(tree_.level(level).size());
-      for (std::size_t i = 0; i < n_below; ++i) {
-        const Range below = level == 0 ? Range{groups_[i], groups_[i]} : ranges_[level - 1][i];
-        ranges[i / fan_out].include(below);
-      }
-      ranges_.push_back(std::move(ranges));
-    }
   }
 
   std::vector<Place> places_;  // ascending

@@ -33,18 +33,19 @@ double longest_squared(std::span<const Point> vertices, std::span<const Vertex> 
   return longest;
 }
 
+// The unit normal in a direction.
+Point normal_along(const Point& direction, std::span<const Point> vertices,
+                   std::span<const Vertex> corners) {
+  // Each triangle of the fan adds its rounding error.
+  const auto n_triangles = static_cast<double>(corners.size() - 2);
+  return unit_normal_along(direction, n_triangles * longest_squared(vertices, corners));
+}
+
 Point mean_corner(std::span<const Point> vertices, std::span<const Vertex> corners) {
   const Point& origin = vertices[corners[0]];  // relative to it, small polygons keep their digits
   Point sum{0.0, 0.0, 0.0};
   for (const Vertex corner : corners) sum = sum + (vertices[corner] - origin);
   return origin + (1.0 / static_cast<double>(corners.size())) * sum;
-}
-
-Point clamped(const Point& p, std::span<const Point> vertices, std::span<const Vertex> corners) {
-  Box box;
-  for (const Vertex corner : corners) box.include(vertices[corner]);
-  return {std::clamp(p.x, box.low.x, box.high.x), std::clamp(p.y, box.low.y, box.high.y),
-          std::clamp(p.z, box.low.z, box.high.z)};
 }
 
 Point centroid_of_fan(std::span<const Point> vertices, std::span<const Vertex> corners,
@@ -58,8 +59,9 @@ Point centroid_of_fan(std::span<const Point> vertices, std::span<const Vertex> c
     moment = moment + weight * (u + v);
     total += weight;
   });
-  const Point center = vertices[corners[0]] + (1.0 / (3.0 * total)) * moment;
-  return clamped(center, vertices, corners);
+  Box box;
+  for (const Vertex corner : corners) box.include(vertices[corner]);
+  return box.clamped(vertices[corners[0]] + (1.0 / (3.0 * total)) * moment);
 }
 
 // Cuts one polygon, seen along its normal, into triangles.
@@ -148,12 +150,13 @@ Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex
   return sum;
 }
 
+Point unit_normal(std::span<const Point> vertices, std::span<const Vertex> corners) {
+  return normal_along(double_area_vector(vertices, corners), vertices, corners);
+}
+
 PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners) {
   const Point direction = double_area_vector(vertices, corners);
-  // Each triangle of the fan adds its rounding error.
-  const auto n_triangles = static_cast<double>(corners.size() - 2);
-  const Point normal =
-      unit_normal_along(direction, n_triangles * longest_squared(vertices, corners));
+  const Point normal = normal_along(direction, vertices, corners);
   return {centroid_of_fan(vertices, corners, normal), 0.5 * norm(direction), normal};
 }
 

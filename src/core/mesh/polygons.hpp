@@ -32,12 +32,15 @@ struct PolygonMeasures {
 // a plane, twice the area times the unit normal, for concave polygons too.
 Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners);
 
+// The normal of a polygon, of length 1, or zero if its area is not larger than rounding errors.
+Point unit_normal(std::span<const Point> vertices, std::span<const Vertex> corners);
+
 // Area, centroid and normal of a polygon. The area is measured in projection along the normal. For
 // a planar polygon it is the area of the fan, with flipped triangles counted as negative. The
 // centroid is the centroid of the fan, with the same signs. It is clamped to the box around the
 // corners, because the centroid of a self-intersecting polygon may be outside. Without a normal,
-// the centroid is the mean of the corners. A polygon has no normal if its area is not larger than
-// rounding errors. For triangles, the results equal those of mesh/geometry.hpp bit for bit.
+// the centroid is the mean of the corners. For triangles, the results equal those of
+// mesh/geometry.hpp bit for bit.
 PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners);
 
 void measure_polygons(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/assert.hpp"
-#include "base/exponential.hpp"
+#include "base/elementary.hpp"
 
 namespace superfacets {
 namespace {

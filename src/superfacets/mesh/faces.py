@@ -48,6 +48,12 @@ class Corners:
         """Number of corners of each cell, (N,); one number if all cells have as many."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
+    @property
+    def lists(self) -> tuple[Ints, Longs, int]:
+        """Vertices, offsets and size for the core: without offsets, or with size 0."""
+        offsets = np.empty(0, np.int64) if self.offsets is None else self.offsets
+        return self.vertices, offsets, self.size or 0
+
     def of(self, cells: npt.NDArray[np.integer]) -> tuple[Ints, Longs]:
         """Return the concatenated corners of some cells, and the offset of each cell in them."""
         if self.offsets is None:
@@ -195,14 +201,11 @@ def sliver_area(
 
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
     """Return the graph of vertices, each position represented by its lowest vertex."""
-    if isinstance(mesh, PolygonMesh):
-        return VertexGraph(
-            *_core.build_polygon_vertex_graph(
-                mesh.vertices, mesh.offsets, mesh.indices, representative, n_threads
-            )
-        )
-    faces = sides_of_tets(mesh) if isinstance(mesh, TetMesh) else mesh.faces
-    return VertexGraph(*_core.build_vertex_graph(mesh.vertices, faces, representative, n_threads))
+    corners = corners_of(mesh)
+    if isinstance(mesh, TetMesh):
+        corners = Corners(sides_of_tets(mesh).reshape(-1), 3)
+    lists = corners.lists
+    return VertexGraph(*_core.build_vertex_graph(mesh.vertices, *lists, representative, n_threads))
 
 
 def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
@@ -212,9 +215,7 @@ def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
     """
     if isinstance(mesh, TetMesh):
         return np.zeros_like(mesh.vertices)
-    if isinstance(mesh, Mesh):
-        return _core.mean_normals(mesh.vertices, mesh.faces, representative)
-    return _core.polygon_mean_normals(mesh.vertices, mesh.offsets, mesh.indices, representative)
+    return _core.mean_normals(mesh.vertices, *corners_of(mesh).lists, representative)
 
 
 def _measure_polygons(mesh: PolygonMesh, n_threads: int) -> tuple[Floats, Floats, Floats]:

@@ -1,6 +1,4 @@
-#include "base/memory.hpp"
-
-#include <new>
+#include "base/buffer.hpp"
 
 #if defined(__linux__)
 #include <sys/mman.h>
