@@ -92,4 +92,11 @@ class Buffer {
   std::size_t size_ = 0;
 };
 
+template <typename T>
+Buffer<T> copy_of(std::span<const T> values) {
+  Buffer<T> copy(values.size());
+  std::ranges::copy(values, copy.begin());
+  return copy;
+}
+
 }  // namespace superfacets

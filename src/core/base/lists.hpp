@@ -6,6 +6,7 @@
 #include <iterator>
 #include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/assert.hpp"
@@ -41,6 +42,38 @@ Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
   // The offset of each list is now its end, which is the offset of the next one.
   std::shift_right(offsets.begin(), offsets.end(), 1);
   offsets[0] = 0;
+  return lists;
+}
+
+// The same on all threads, for few lists: for_each(begin, end, add) does it for elements
+// begin..end-1 of n. Parts of the elements have write cursors of their own, so that the result does
+// not depend on the number of threads.
+template <typename Entry, typename ForEach>
+Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each,
+                   ThreadTeam& team) {
+  const std::int64_t n_parts = 4 * std::int64_t{team.size()};  // to balance the load
+  const auto start_of = [&](std::int64_t part) { return n * part / n_parts; };
+  std::vector<std::vector<std::int64_t>> next(n_parts);  // sizes, then write cursors
+  team.for_each(n_parts, [&](std::int64_t part, int) {
+    std::vector<std::int64_t> sizes(n_lists, 0);
+    for_each(start_of(part), start_of(part + 1),
+             [&](std::int64_t list, const Entry&) { ++sizes[list]; });
+    next[part] = std::move(sizes);
+  });
+  Lists<Entry> lists{Buffer<std::int64_t>(n_lists + 1), {}};
+  std::int64_t total = 0;
+  for (std::int64_t list = 0; list < n_lists; ++list) {
+    lists.offsets[list] = total;
+    for (std::vector<std::int64_t>& of_part : next) total += std::exchange(of_part[list], total);
+  }
+  lists.offsets[n_lists] = total;
+  lists.entries = Buffer<Entry>(total);
+  team.for_each(n_parts, [&](std::int64_t part, int) {
+    std::int64_t* const cursors = next[part].data();
+    for_each(start_of(part), start_of(part + 1), [&](std::int64_t list, const Entry& entry) {
+      lists.entries[cursors[list]++] = entry;
+    });
+  });
   return lists;
 }
 

@@ -150,8 +150,7 @@ void name_islands(const OrderedGraph& graph, const Components& pieces, JoinedIsl
 
 JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> labels,
                            std::span<const Label> groups, ThreadTeam& team) {
-  JoinedIslands joined{Buffer<Label>(labels.size()), 0, {}};
-  std::ranges::copy(labels, joined.labels.begin());
+  JoinedIslands joined{copy_of(labels), 0, {}};
   if (std::ranges::find(labels, kNoLabel) == labels.end()) return joined;
   Buffer<Label> by_place(labels.size());
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) by_place[graph.place_of[cell]] = labels[cell];

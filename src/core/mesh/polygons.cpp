@@ -160,16 +160,18 @@ PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const
   return {centroid_of_fan(vertices, corners, normal), 0.5 * norm(direction), normal};
 }
 
-void measure_polygons(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
-                      std::span<Point> centroids, std::span<double> areas,
-                      std::span<Point> normals) {
+PolygonShapes measure_polygons(std::span<const Point> vertices, const Polygons& faces,
+                               ThreadTeam& team) {
   SUPERFACETS_ASSERT(faces.are_valid());
-  team.for_each_index(faces.n_faces(), [&](Face face) {
-    const PolygonMeasures measures = measure_polygon(vertices, faces[face]);
-    centroids[face] = measures.centroid;
-    areas[face] = measures.area;
-    normals[face] = measures.normal;
+  const std::int64_t n = faces.n_faces();
+  PolygonShapes shapes{Buffer<Point>(n), Buffer<double>(n), Buffer<Point>(n)};
+  team.for_each_index(n, [&](Face face) {
+    const auto [centroid, area, normal] = measure_polygon(vertices, faces[face]);
+    shapes.centroids[face] = centroid;
+    shapes.areas[face] = area;
+    shapes.normals[face] = normal;
   });
+  return shapes;
 }
 
 double polygon_sliver_area(std::span<const Point> vertices, const Polygons& faces,
@@ -188,13 +190,15 @@ double polygon_sliver_area(std::span<const Point> vertices, const Polygons& face
   return sum_of_blocks(faces.n_faces(), add_slivers, team);
 }
 
-void triangulate(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
-                 std::span<Triangle> triangles) {
-  SUPERFACETS_ASSERT(std::ssize(triangles) == std::ssize(faces.corners) - 2 * faces.n_faces());
+Buffer<Triangle> triangulate(std::span<const Point> vertices, const Polygons& faces,
+                             ThreadTeam& team) {
+  Buffer<Triangle> triangles(std::ssize(faces.corners) - 2 * faces.n_faces());
   team.for_each_index(faces.n_faces(), [&](Face face) {
     const std::int64_t first = faces.offsets[face] - 2 * std::int64_t{face};
-    triangulate_one(vertices, faces[face], triangles.subspan(first, faces.n_sides(face) - 2));
+    triangulate_one(vertices, faces[face],
+                    triangles.span().subspan(first, faces.n_sides(face) - 2));
   });
+  return triangles;
 }
 
 }  // namespace superfacets

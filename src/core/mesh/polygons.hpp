@@ -1,6 +1,7 @@
 // Stage 0: faces with any number of corners, and their measures.
 #pragma once
 
+#include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
 
@@ -43,9 +44,14 @@ Point unit_normal(std::span<const Point> vertices, std::span<const Vertex> corne
 // mesh/geometry.hpp bit for bit.
 PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners);
 
-void measure_polygons(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
-                      std::span<Point> centroids, std::span<double> areas,
-                      std::span<Point> normals);
+// Of all faces.
+struct PolygonShapes {
+  Buffer<Point> centroids;
+  Buffer<double> areas;
+  Buffer<Point> normals;
+};
+PolygonShapes measure_polygons(std::span<const Point> vertices, const Polygons& faces,
+                               ThreadTeam& team);
 
 // Like sliver_area of triangles: area of the faces whose longest side or diagonal from corner 0 is
 // longer than min_length, and whose width is less than max_height. The width of a face is the
@@ -60,7 +66,7 @@ double polygon_sliver_area(std::span<const Point> vertices, const Polygons& face
 // no ear, corner 1 is cut off instead. Faces with more than kMostCornersCut corners are cut into
 // their fans.
 inline constexpr int kMostCornersCut = 4096;
-void triangulate(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
-                 std::span<Triangle> triangles);
+Buffer<Triangle> triangulate(std::span<const Point> vertices, const Polygons& faces,
+                             ThreadTeam& team);
 
 }  // namespace superfacets

@@ -51,9 +51,8 @@ VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerList
 Buffer<Point> taubin_smooth(std::span<const Point> vertices, std::span<const std::int64_t> offsets,
                             std::span<const Vertex> neighbors, int n_steps, ThreadTeam& team) {
   SUPERFACETS_ASSERT(offsets.size() == vertices.size() + 1);
-  Buffer<Point> now(vertices.size());
+  Buffer<Point> now = copy_of(vertices);
   Buffer<Point> next(vertices.size());
-  std::ranges::copy(vertices, now.begin());
   const auto move = [&](double factor) {
     team.for_each_index(std::ssize(vertices), [&](std::int64_t vertex) {
       next[vertex] = now[vertex];

@@ -28,12 +28,6 @@ Buffer<WeightedEdge> sorted_edges(const VertexEdges& edges, const IsListed& is_l
   return all;
 }
 
-Buffer<Label> copy_of(std::span<const Label> labels) {
-  Buffer<Label> copy(labels.size());
-  std::ranges::copy(labels, copy.begin());
-  return copy;
-}
-
 std::vector<std::int64_t> sizes_of(std::span<const Label> labels, const LeastSize& size) {
   SUPERFACETS_ASSERT(size.counts.size() == labels.size());
   std::vector<std::int64_t> sizes(size.n_labels);

@@ -24,11 +24,13 @@ constexpr double kSoftening = 0.2;     // radians; the weight of a ray is 1 / (a
 constexpr double kLeastShare = 0.25;   // least fraction of rays that must leave the body
 
 struct Ray {
-  Ray(const Point& start, const Point& direction, double enlarged)
+  Ray(const Point& start, const Point& direction, double by)
       : from(start),
         along(direction),
         inverse{invert(along.x), invert(along.y), invert(along.z)},
-        slack(enlarged) {}
+        slack(by),
+        from_low(start + Point{by, by, by}),
+        from_high(start - Point{by, by, by}) {}
 
   // 1 / x; a large number replaces infinity, whose product with 0 is NaN.
   static double invert(double x) { return 1.0 / (x == 0.0 ? 1e-100 : x); }
@@ -36,7 +38,9 @@ struct Ray {
   Point from;
   Point along;
   Point inverse;
-  double slack;  // by which boxes are enlarged, for rounding
+  double slack;     // by which boxes are enlarged, for rounding
+  Point from_low;   // the start as seen from an enlarged lower bound
+  Point from_high;  // and from an enlarged upper bound
 };
 
 // A lower bound of the distance at which a ray enters a box; NaN if it does not enter within
@@ -44,15 +48,15 @@ struct Ray {
 double entry(const Box& box, const Ray& ray, double limit) {
   double enter = 0.0;
   double leave = limit;
-  const auto clip = [&](double low, double high, double from, double inverse) {
-    const double first = (low - ray.slack - from) * inverse;
-    const double last = (high + ray.slack - from) * inverse;
+  const auto clip = [&](double Point::* axis) {
+    const double first = (box.low.*axis - ray.from_low.*axis) * ray.inverse.*axis;
+    const double last = (box.high.*axis - ray.from_high.*axis) * ray.inverse.*axis;
     enter = std::max(enter, std::min(first, last));
     leave = std::min(leave, std::max(first, last));
   };
-  clip(box.low.x, box.high.x, ray.from.x, ray.inverse.x);
-  clip(box.low.y, box.high.y, ray.from.y, ray.inverse.y);
-  clip(box.low.z, box.high.z, ray.from.z, ray.inverse.z);
+  clip(&Point::x);
+  clip(&Point::y);
+  clip(&Point::z);
   return enter <= leave ? enter : kNaN;
 }
 

@@ -141,9 +141,8 @@ def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
 def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
     """Centroids, shape (F, 3), and areas, shape (F,)."""
     if isinstance(mesh, Mesh):
-        return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
-    centroids, areas, _ = _measure_polygons(mesh, n_threads)
-    return centroids, areas
+        return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)[:2]
+    return _measure_polygons(mesh, n_threads)[:2]
 
 
 def measure_shapes(
@@ -155,7 +154,7 @@ def measure_shapes(
     for each of the core's blocks of faces. For polygons, normals and longest sides are None.
     """
     if isinstance(mesh, Mesh):
-        return _core.measure_shapes(mesh.vertices, mesh.faces, n_threads)
+        return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
     return *measure_faces(mesh, n_threads), None, None
 
 
@@ -304,7 +303,7 @@ def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
     [[1.0, 1.0], [1.0, 4.0], [4.0, 1.0], [2.0, 2.0]]
     """
     triangles, sources = cut_into_triangles(mesh)
-    _, areas = _core.measure_faces(mesh.vertices, triangles, n_threads)
+    areas = _core.measure_faces(mesh.vertices, triangles, n_threads)[1]
     total = float(areas.sum())
     shares = areas / total * n_samples if total > 0 else np.zeros(len(areas))
     n_steps = np.clip(np.rint(np.sqrt(shares)), 1, MAX_STEPS).astype(int)
