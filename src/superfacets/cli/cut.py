@@ -71,7 +71,7 @@ def cut_command(
     formats: tuple[str, ...], labels_named: str, format: str | None, ascii: bool,
     force: bool, n_threads: int | None, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Cut the mesh in the file IN along smooth borders of its regions.
+    """Cut a mesh along smooth borders of its regions.
 
     Borders of regions run in zigzag along edges; here they become smooth curves across faces,
     which are cut there. Borders in creases stay, and closed meshes stay closed.

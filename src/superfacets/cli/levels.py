@@ -114,7 +114,7 @@ def levels_command(
     labels: Path | None, mask: Path | None, barriers: Path | None, *, drop_attributes: bool,
     labels_named: str, is_quiet: bool, as_json: bool, **options: Any,
 ) -> None:  # fmt: skip
-    """Segment the mesh or point cloud in the file IN, and merge regions level by level.
+    """Segment a mesh or point cloud, and merge regions level by level.
 
     Each region of a level is a union of regions of the finer levels. IN may be - for standard
     input.

@@ -18,9 +18,10 @@ from ..export.cells import (
 )
 from ..export.ids import VERTEX_OUTPUTS
 from ..export.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS
-from ..io.atomic import writable_folder
+from ..io.atomic import output_folder
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
+from .failures import print_note
 from .inputs import name_of
 from .options import STANDARD_STREAM, Decorator
 
@@ -57,9 +58,11 @@ def to_option(about: str = "Output format when -o is a folder or omitted") -> De
     return click.option(
         "--to",
         "formats",
+        metavar="FORMAT",
         type=click.Choice(OUTPUT_FORMATS),
         multiple=True,
-        help=f"{about}; may be given several times.  [default: ply; vtu for tetrahedra]",
+        help=f"{about}: {', '.join(OUTPUT_FORMATS)}; may be given several times.  [default: ply;"
+        " vtu for tetrahedra]",
     )
 
 
@@ -144,12 +147,26 @@ def plan_jobs(
         if folders:
             files += [Path(folders[0], name) for name in names(text, endings)]
         elif not outputs and text != STANDARD_STREAM:
-            files += [Path(text).with_name(name) for name in names_of_results(text, endings)]
+            beside = _folder_beside(text)
+            files += [beside / name for name in names_of_results(text, endings)]
         jobs.append(Job(text, tuple(files), stream))
     check_files(jobs, also_read)
     for folder in folders:
-        writable_folder(Path(folder))
+        click.get_current_context().with_resource(output_folder(Path(folder)))
     return jobs
+
+
+def _folder_beside(text: str) -> Path:
+    """The folder of an input; or the current one, with a note, if the input is read-only."""
+    path = Path(text)
+    if not path.exists():  # the run reports it
+        return path.parent
+    can_write = all(
+        os.access(place, os.W_OK) and place.stat().st_mode & 0o222 for place in (path, path.parent)
+    )
+    if not can_write:
+        print_note(f"{text} is read-only: results go to the current folder")
+    return path.parent if can_write else Path()
 
 
 def _is_folder(text: str) -> bool:

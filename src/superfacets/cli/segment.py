@@ -19,7 +19,7 @@ from ..export.cells import FormatOptions
 from ..export.write import check_fit, check_outputs, write_outputs
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
-from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
+from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import (
     check_inputs,
     constraint_options,
@@ -32,7 +32,7 @@ from .options import format_option, labels_named_option, quiet_option
 from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs, to_option
 from .progress import RunBar, TileBar
 from .report import facts_of, notes_of, notes_on_result, summary_of
-from .segment_options import file_options, options_of, segment_options
+from .segment_options import SegmentCommand, file_options, options_of, segment_options
 from .tiled import (
     TileOptions,
     names_by_tiles,
@@ -42,7 +42,7 @@ from .tiled import (
 )
 
 
-@click.command("segment")
+@click.command("segment", cls=SegmentCommand)
 @click.argument(
     "inputs", metavar="IN...", type=click.Path(allow_dash=True), nargs=-1, required=True
 )
@@ -79,7 +79,7 @@ def segment_command(
     as_json: bool,
     **given: Any,
 ) -> None:
-    """Segment the meshes and point clouds in the files IN and write their labels.
+    """Segment meshes and point clouds, and write their labels.
 
     IN may be - for standard input; the result then goes to standard output, unless -o names another
     place. If standard output holds the result, messages go to stderr. If an input fails, the others
@@ -101,10 +101,10 @@ def segment_command(
     form = options.form(endings)
     constraints = partial(constraints_of, mask, barriers, name=labels_named)
     run = _Run(options, format, form, constraints, tiles, is_quiet=is_quiet, as_json=as_json)
-    n_failed = sum(not run.try_job(job, is_one_of_many=len(jobs) > 1) for job in jobs)
-    if n_failed and len(jobs) > 1:
-        print_error(f"{n_failed} of {len(jobs)} files failed")
-    if n_failed:
+    names_of_inputs = [name_of(job.input) for job in jobs]
+    if count_failures(
+        names_of_inputs, lambda i: run.do(jobs[i]), lambda i, m: run.tell(jobs[i], m)
+    ):
         ctx.exit(EXIT_DATA)
 
 
@@ -120,28 +120,13 @@ class _Run:
     is_quiet: bool
     as_json: bool
 
-    def try_job(self, job: Job, *, is_one_of_many: bool) -> bool:
-        """Do one job; if it fails, print why and return False."""
-        name = name_of(job.input)
-        try:
-            self._do(job)
-        except (
-            BrokenPipeError
-        ):  # click then ends the process silently, like other programs in a pipe
-            raise
-        except (*FAILURES, ValueError) as error:
-            if not (is_one_of_many or isinstance(error, FAILURES)):
-                raise  # an option that does not suit the mesh counts as a wrong command line
-            message = message_of(error)
-            if is_one_of_many and name not in message:
-                message = f"{name}: {message}"
-            print_error(message)
-            if self.as_json:
-                self._print(job, json.dumps({"file": job.input, "error": message}))
-            return False
-        return True
+    def tell(self, job: Job, message: str) -> None:
+        """Report a failure to programs, too."""
+        if self.as_json:
+            self._print(job, json.dumps({"file": job.input, "error": message}))
 
-    def _do(self, job: Job) -> None:
+    def do(self, job: Job) -> None:
+        """Do one job, and report it."""
         check_outputs(job.files, force=self.form.force)
         if self.tiles is not None:
             self._do_by_tiles(job, self.tiles)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import warnings
 from pathlib import Path
 
 import click
@@ -66,7 +67,7 @@ def transfer_command(
     target_format: str | None, ascii: bool, drop_attributes: bool, n_threads: int | None,
     force: bool, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.
+    """Carry labels to another mesh or point cloud of the same object.
 
     TARGET must be of the same object, in the same place. Each of its faces or points gets the label
     of the nearest face or point of IN. LABELS are read from .npy, .seg, .txt or labeled .ply or
@@ -84,16 +85,19 @@ def transfer_command(
         keeps = job.holds_attributes and not drop_attributes
         goal, attributes = load_cells_and_attributes(str(target), target_format, keep=keeps)
         check_fit(goal, None, job.endings, form)
-        carried = transfer(cells, given, goal, max_distance=max_distance, n_threads=n_threads)
+        with warnings.catch_warnings(record=True) as caught:  # printed as notes
+            carried = transfer(cells, given, goal, max_distance=max_distance, n_threads=n_threads)
+        far.extend(str(warning.message) for warning in caught)
         return goal, attributes, carried
 
+    far: list[str] = []
     goal, attributes, carried = run_in_background(compute)
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
     n_lost = write_outputs(
         job.files, goal, carried, streams=streams, attributes=attributes, options=form
     )
     if not is_quiet:
-        for note in _notes(job, goal, attributes, n_lost):
+        for note in [*far, *_notes(job, goal, attributes, n_lost)]:
             print_note(note)
     if as_json or not is_quiet:
         _report(job, goal, carried, as_json=as_json)
