@@ -73,8 +73,8 @@ from .report import notes_on_attributes, notes_on_vertices
 def convert_command(
     ctx: click.Context, /, mesh: Path, labels: Path | None, outputs: tuple[str, ...],
     folder: Path | None, segments: Path | None, formats: tuple[str, ...], labels_named: str,
-    format: str | None, ascii: bool, label_name: str, vertex_labels: bool, drop_attributes: bool, force: bool,
-    is_quiet: bool, as_json: bool,
+    format: str | None, ascii: bool, label_name: str, vertex_labels: bool, drop_attributes: bool,
+    force: bool, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Write meshes with their labels in other formats.
 
