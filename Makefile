@@ -88,7 +88,7 @@ blender: ## zip the Blender extension; WHEELS="dist/*.whl" puts wheels of superf
 	$(PYTHON) tools/make-blender-extension dist/superfacets-blender.zip $(WHEELS)
 
 clean: ## remove all that was built
-	rm -rf $(VENV) build dist wheelhouse demo docs/_build docs/api bench.json
+	rm -rf $(VENV) build dist wheelhouse demo docs/_build docs/api docs/help bench.json
 
 $(VENV)/made:
 	@tools/ensure-toolchain $(PYTHON)
