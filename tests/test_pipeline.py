@@ -333,7 +333,7 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         (
             {"weights": "stk"},
             ValueError,
-            "weights must be one of creases, parts, superfacets, stk02, got 'stk'",
+            "weights must be one of parts, creases, superfacets, stk02, got 'stk'",
         ),
         ({"weights": [1.0, 2.0]}, ValueError, "weights must have one value per arc"),
         ({"init": "here"}, ValueError, "init must be one of"),

@@ -338,9 +338,9 @@ class Weight:
 
 WEIGHTS: Mapping[WeightName, Weight] = {
     "parts": Weight(
-        about='like ``"creases"``, with straight steps, paths to cells two or three steps away, and a'
-        " price for steps between parts of the shape, as from a finger to the palm (their distance"
-        ' in the `spectral_embedding`); in volumes like ``"creases"``',
+        about='like ``"creases"``, with straight steps, paths to cells two or three steps away, and'
+        " a price for steps between parts of the shape, as from a finger to the palm (their"
+        ' distance in the `spectral_embedding`); in volumes like ``"creases"``',
         defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
         compute=lambda surface, cells, radius, params: _evened_weights(
             surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
