@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from ..errors import MeshError
 from ..export.cells import FormatOptions
 from ..export.regions import write_regions
 from ..export.scannet import GROUPS
-from ..export.write import ENDING_OF_FORMAT, check_outputs, write_outputs
+from ..export.write import ENDING_OF_FORMAT, check_outputs
 from ..interop.aggregation import regroup_segments
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
@@ -27,7 +26,6 @@ from .interrupts import run_in_background
 from .options import (
     FILE,
     FOLDER,
-    STANDARD_STREAM,
     ascii_option,
     drop_attributes_option,
     force_option,
@@ -153,13 +151,10 @@ class _Run:
                 print_note(note)
         if self.as_json:
             facts = {"file": job.input, **found.facts, "outputs": [*job.names, *parts]}
-            click.echo(json.dumps(facts), err=job.stream is not None)
+            job.print(json.dumps(facts))
         elif not self.is_quiet:
-            names = ["standard output" if name == STANDARD_STREAM else name for name in job.names]
-            if self.folder is not None:
-                names.append(f"{len(parts)} files in {self.folder}")
-            for name in names:
-                click.echo(f"wrote {name}", err=job.stream is not None)
+            names = [*job.written, *([f"{len(parts)} files in {self.folder}"] if parts else [])]
+            job.print("\n".join(f"wrote {name}" for name in names))
 
     def _read(self, job: Job) -> _Found:
         keep = job.holds_attributes and self.keeps_attributes
@@ -171,11 +166,9 @@ class _Run:
 
     def _write(self, job: Job, found: _Found) -> tuple[list[str], int]:
         """Write all files; return paths of region files, and the number of regions lost."""
-        streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-        n_lost = write_outputs(
-            job.files, found.cells, found.labels, streams=streams, attributes=found.attributes,
-            options=self.form,
-        )  # fmt: skip
+        n_lost = job.write(
+            found.cells, found.labels, attributes=found.attributes, options=self.form
+        )
         paths = []
         if self.folder is not None and found.labels is not None:
             paths = write_regions(

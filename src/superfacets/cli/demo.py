@@ -43,6 +43,6 @@ def demo_command(output: Path) -> None:
         result = segment(surface, progress=bar.on_iteration, on_stage=bar.on_stage)
         with timed(timings, "export", bar.on_stage):
             write_outputs([labeled], surface, result.labels)
-    click.echo(summary_of("bear", result, {**result.timings, **timings}, [str(labeled)]))
+    click.echo(f"wrote {labeled}\nbear: {summary_of(result, {**result.timings, **timings})}")
     render(surface, result.labels, output=picture)
     click.echo(f"wrote {picture}")

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,8 +14,9 @@ import click
 from .._timing import timed
 from ..batches.files import FileOptions, Outcome, segment_file
 from ..cells.kinds import kind_of
+from ..clustering.segmentation import Segmentation
 from ..export.cells import FormatOptions
-from ..export.write import check_fit, check_outputs, write_outputs
+from ..export.write import check_fit, check_outputs
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
 from .failures import EXIT_DATA, count_failures, print_note
@@ -123,7 +123,7 @@ class _Run:
     def tell(self, job: Job, message: str) -> None:
         """Report a failure to programs, too."""
         if self.as_json:
-            self._print(job, json.dumps({"file": job.input, "error": message}))
+            job.print(json.dumps({"file": job.input, "error": message}))
 
     def do(self, job: Job) -> None:
         """Do one job, and report it."""
@@ -135,7 +135,10 @@ class _Run:
         with RunBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), tick=bar.draw)
             with timed(timings, "export", bar.on_stage):
-                n_lost = _write(job, outcome, self.form)
+                n_lost = job.write(
+                    outcome.mesh, outcome.result.labels, attributes=outcome.attributes,
+                    options=self.form, listed=outcome.listed, listed_mesh=outcome.listed_mesh,
+                )  # fmt: skip
         result, noun = outcome.result, kind_of(outcome.mesh).noun
         timings = {**result.timings, **timings}
         if not self.is_quiet:
@@ -145,11 +148,7 @@ class _Run:
                 outcome, asked, endings=endings, holds_labels=holds_labels, n_lost=n_lost
             ):
                 print_note(note)
-        if self.as_json:
-            self._print(job, json.dumps(facts_of(job.input, result, timings, job.names, noun)))
-        elif not self.is_quiet:
-            name = Path(job.input).name if job.files or not job.stream else name_of(job.input)
-            self._print(job, summary_of(name, result, timings, job.names, noun))
+        self._report(job, result, timings, noun)
 
     def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:
         with TileBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
@@ -158,15 +157,15 @@ class _Run:
         if not self.is_quiet:
             for note in notes_on_result(result):
                 print_note(note)
-        if self.as_json:
-            self._print(
-                job, json.dumps(facts_of(job.input, result, result.timings, job.names, noun))
-            )
-        elif not self.is_quiet:
-            n_files, folder = len(job.files), job.files[0].parent
-            names = job.names if n_files == 1 else [f"{n_files} files in {folder}"]
-            name = Path(job.input).name
-            self._print(job, summary_of(name, result, result.timings, names, noun))
+        self._report(job, result, result.timings, noun)
+
+    def _report(
+        self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str
+    ) -> None:
+        """Print counts, seconds and files."""
+        text = f"{job.name}: {summary_of(result, timings, noun)}"
+        facts = facts_of(result, timings, noun)
+        job.report(facts, text, as_json=self.as_json, is_quiet=self.is_quiet)
 
     def _compute(self, job: Job, bar: RunBar, timings: dict[str, float]) -> Outcome:
         """Read, subdivide and segment; write nothing."""
@@ -185,22 +184,3 @@ class _Run:
         cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
         check_fit(cells, None, job.endings, self.form)
         return cells, attributes
-
-    def _print(self, job: Job, text: str) -> None:
-        """Print on stdout, or on stderr if stdout holds the result."""
-        click.echo(text, err=job.stream is not None)
-
-
-def _write(job: Job, outcome: Outcome, form: FormatOptions) -> int:
-    """Write all files, and return the number of regions without a vertex in vertex labels."""
-    streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    return write_outputs(
-        job.files,
-        outcome.mesh,
-        outcome.result.labels,
-        streams=streams,
-        attributes=outcome.attributes,
-        options=form,
-        listed=outcome.listed,
-        listed_mesh=outcome.listed_mesh,
-    )
