@@ -46,6 +46,7 @@ from .errors import MeshError as MeshError
 from .errors import MissingExtraError as MissingExtraError
 from .errors import RenderError as RenderError
 from .errors import SliverWarning as SliverWarning
+from .errors import ViewWarning as ViewWarning
 from .export.pyg import write_graphs as write_graphs
 from .export.regions import write_regions as write_regions
 from .export.write import write_labels as write_labels
@@ -59,6 +60,7 @@ from .io.readers.labels import read_labels as read_labels
 from .io.readers.read import read_attributes as read_attributes
 from .io.readers.read import read_cloud as read_cloud
 from .io.readers.read import read_mesh as read_mesh
+from .mesh.pinhole_camera import PinholeCamera as PinholeCamera
 from .mesh.point_cloud import PointCloud as PointCloud
 from .mesh.polygon_mesh import PolygonMesh as PolygonMesh
 from .mesh.polygon_mesh import Triangulation as Triangulation
@@ -80,6 +82,8 @@ from .pipeline import segment as segment
 from .regions.connect import enforce_connectivity as enforce_connectivity
 from .regions.edit import RegionEdit as RegionEdit
 from .regions.hierarchy import Hierarchy as Hierarchy
+from .regions.lifting import LiftedLabels as LiftedLabels
+from .regions.lifting import lift as lift
 from .regions.lines import BorderLines as BorderLines
 from .regions.lines import border_lines as border_lines
 from .regions.lines import find_boundaries as find_boundaries
