@@ -55,7 +55,9 @@ from .interop import segmentator as segmentator
 from .interop.aggregation import RegroupedObject as RegroupedObject
 from .interop.aggregation import regroup_segments as regroup_segments
 from .interop.attach import attach_labels as attach_labels
+from .interop.masks import read_masks as read_masks
 from .io.attributes import MeshAttributes as MeshAttributes
+from .io.readers.cameras import read_cameras as read_cameras
 from .io.readers.labels import read_labels as read_labels
 from .io.readers.read import read_attributes as read_attributes
 from .io.readers.read import read_cloud as read_cloud

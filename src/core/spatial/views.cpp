@@ -137,15 +137,14 @@ class Picture {
   }
 
   void mark_seen(std::span<std::uint8_t> is_seen) const {
-    const auto mark = [&](Face face) {
-      std::atomic_ref<std::uint8_t> flag(is_seen[face]);
-      if (flag.load(std::memory_order_relaxed) == 0) flag.store(1, std::memory_order_relaxed);
-    };
+    const auto flag_of = [&](std::size_t face) { return std::atomic_ref(is_seen[face]); };
     for (std::size_t pixel = 0; pixel < faces_.size(); ++pixel) {
-      if (areas_[pixel] > 0.0) mark(faces_[pixel]);
+      if (areas_[pixel] > 0.0) flag_of(faces_[pixel]).store(1, std::memory_order_relaxed);
     }
     for (std::size_t face = 0; face < triangles_.size(); ++face) {
-      if (is_centroid_seen(static_cast<Face>(face))) mark(static_cast<Face>(face));
+      auto flag = flag_of(face);
+      if (flag.load(std::memory_order_relaxed) == 1) continue;
+      if (is_centroid_seen(static_cast<Face>(face))) flag.store(1, std::memory_order_relaxed);
     }
   }
 
@@ -162,9 +161,23 @@ class Picture {
              positions[triangle.corners[2]]}};
   }
 
+  // Whether all corners are beyond the same side of the picture, or behind the camera. Divisions,
+  // which take most of the time for other triangles, are not needed for that.
+  bool is_outside(const Point (&corners)[3]) const {
+    const auto are_all = [&](const auto& is_beyond) {
+      return is_beyond(corners[0]) && is_beyond(corners[1]) && is_beyond(corners[2]);
+    };
+    const double width = view_.width, height = view_.height;
+    return are_all([](const Point& p) { return p.z <= 0.0; }) ||
+           are_all([](const Point& p) { return p.x < 0.0; }) ||
+           are_all([](const Point& p) { return p.y < 0.0; }) ||
+           are_all([&](const Point& p) { return p.x > width * p.z; }) ||
+           are_all([&](const Point& p) { return p.y > height * p.z; });
+  }
+
   void draw(Face face) {
     const auto [corners] = corners_of(face, projected_.span());
-    if (corners[0].z <= 0.0 && corners[1].z <= 0.0 && corners[2].z <= 0.0) return;
+    if (is_outside(corners)) return;
     const PixelBox box = box_of(corners);
     const std::int32_t left = box.columns.first(), right = box.columns.end(view_.width);
     const std::int32_t top = box.rows.first(), bottom = box.rows.end(view_.height);
@@ -196,9 +209,9 @@ class Picture {
   bool is_centroid_seen(Face face) const {
     const auto [corners] = corners_of(face, projected_.span());
     const Point sum = (corners[0] + corners[1]) + corners[2];
-    if (!(sum.z > 0.0)) return false;
+    if (!(sum.z > 0.0 && sum.x >= 0.0 && sum.y >= 0.0)) return false;
     const double u = sum.x / sum.z, v = sum.y / sum.z;
-    if (!(u >= 0.0 && v >= 0.0 && u < view_.width && v < view_.height)) return false;
+    if (!(u < view_.width && v < view_.height)) return false;
     const std::int64_t pixel =
         static_cast<std::int64_t>(v) * view_.width + static_cast<std::int64_t>(u);
     if (!(areas_[pixel] > 0.0)) return false;

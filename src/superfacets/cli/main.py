@@ -27,6 +27,7 @@ COMMANDS = {
     "regions": "Measure the regions that LABELS of the mesh in the file IN make.",
     "cut": "Cut the mesh in the file IN along smooth borders of its regions.",
     "transfer": "Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.",
+    "lift": "Label regions of the mesh in the file IN by MASKS of images of it.",
     "evaluate": "Print how good LABELS of the mesh in the file IN are.",
     "demo": "Segment the sample mesh of the package.",
     "reproduce": "Repeat the paper's comparison on the benchmark in the folder BENCHMARK.",

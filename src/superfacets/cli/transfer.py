@@ -33,7 +33,7 @@ from .options import (
     threads_option,
 )
 from .outputs import Job, output_option, plan_jobs, to_option
-from .report import notes_on_attributes, notes_on_vertices
+from .report import notes_on_written
 
 
 @click.command("transfer")
@@ -93,18 +93,10 @@ def transfer_command(
         job.files, goal, carried, streams=streams, attributes=attributes, options=form
     )
     if not is_quiet:
-        for note in _notes(job, goal, attributes, n_lost):
+        for note in notes_on_written(goal, attributes, job.endings, n_lost):
             print_note(note)
     if as_json or not is_quiet:
         _report(job, goal, carried, as_json=as_json)
-
-
-def _notes(job: Job, goal: Cells, attributes: MeshAttributes | None, n_lost: int) -> list[str]:
-    """Notes on data that the outputs lack."""
-    notes = notes_on_vertices(n_lost, job.endings)
-    if attributes is not None:
-        notes += notes_on_attributes(attributes, job.endings, of_points=kind_of(goal).are_points)
-    return notes
 
 
 def _report(job: Job, goal: Cells, labels: npt.NDArray[np.int32], *, as_json: bool) -> None:

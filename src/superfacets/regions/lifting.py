@@ -165,11 +165,14 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
 
 def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats]:
     """Label of each region with most votes, -1 for none, and its share of the votes."""
-    labels = np.append(label_of, np.int32(-1))[votes.masks]
-    winners = weighted_majority(votes.regions, labels, votes.areas, n_regions).winners
-    is_won = (labels == winners[votes.regions]) & (labels >= 0)
     total = sums_by_label(votes.regions, votes.areas, n_regions)
-    won = sums_by_label(votes.regions[is_won], votes.areas[is_won], n_regions)
+    is_masked = votes.masks >= 0
+    regions, areas = votes.regions[is_masked], votes.areas[is_masked]
+    labels = label_of[votes.masks[is_masked]]
+    winners = weighted_majority(regions, labels, areas, n_regions).winners
+    winners[2 * sums_by_label(regions, areas, n_regions) < total] = -1
+    is_won = (labels == winners[regions]) & (labels >= 0)
+    won = sums_by_label(regions[is_won], areas[is_won], n_regions)
     return winners, np.divide(won, total, out=np.zeros(n_regions), where=total > 0)
 
 

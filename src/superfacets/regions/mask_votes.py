@@ -17,8 +17,8 @@ from ..cells.sums import sums_by_label
 from ..errors import MeshError, ViewWarning
 from ..io.guards import named_errors
 from ..mesh.faces import cut_into_triangles
+from ..mesh.label_images import NO_MASK, label_image
 from ..mesh.pinhole_camera import PinholeCamera
-from .label_images import NO_MASK, label_image
 
 MOST_PIXELS = 1 << 22
 """Pixels of the images in memory at a time, at some 40 bytes each; more if there are many threads.
