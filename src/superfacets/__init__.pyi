@@ -86,6 +86,7 @@ from .regions.edit import RegionEdit as RegionEdit
 from .regions.hierarchy import Hierarchy as Hierarchy
 from .regions.lifting import LiftedLabels as LiftedLabels
 from .regions.lifting import lift as lift
+from .regions.lifting import project_labels as project_labels
 from .regions.lines import BorderLines as BorderLines
 from .regions.lines import border_lines as border_lines
 from .regions.lines import find_boundaries as find_boundaries

@@ -90,7 +90,7 @@ class MaskGroups {
     for (const Label other : others) {
       const auto [low, high] = std::minmax(group, other);
       const double agreement = agreement_of(rows_[low], rows_[high]);
-      if (agreement > 0.0 && agreement >= least_) queue_.push({agreement, low, high});
+      if (agreement >= least_) queue_.push({agreement, low, high});
     }
   }
 
@@ -112,7 +112,6 @@ class MaskGroups {
         j = j_end;
       }
     }
-    if (least_ < 0.0) return same + least_ * any;
     return any > 0.0 ? same / any : 0.0;
   }
 
@@ -184,7 +183,7 @@ class MaskGroups {
 }  // namespace
 
 Buffer<Label> join_by_masks(const MaskedAreas& seen, double least) {
-  SUPERFACETS_ASSERT(!seen.offsets.empty());
+  SUPERFACETS_ASSERT(least > 0.0 && !seen.offsets.empty());
   SUPERFACETS_ASSERT(std::is_sorted(seen.image_of.begin(), seen.image_of.end()));
   return MaskGroups(seen, least).join_all();
 }

@@ -122,8 +122,8 @@ def lift_command(
         return _Run(cells, attributes, result, len(views), notes)
 
     run = run_in_background(compute)
-    n_labels = len(_labels_of(run.result))
-    names = tuple(map(str, _labels_of(run.result))) if is_consistent else ("object",) * n_labels
+    found = run.result.found.tolist()
+    names = tuple(map(str, found)) if is_consistent else ("object",) * len(found)
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
     n_lost = write_outputs(
         job.files, run.cells, run.result.labels, streams=streams, attributes=run.attributes,
@@ -147,18 +147,13 @@ class _Run:
     notes: list[str]
 
 
-def _labels_of(result: LiftedLabels) -> list[int]:
-    """The labels that occur, ascending."""
-    return sorted({*result.region_labels.tolist()} - {-1})
-
-
 def _report(job: Job, run: _Run, *, as_json: bool) -> None:
     """Print a line for each file written, and a line for the run; or the facts as a JSON object."""
     areas = measures_of(run.cells, 1)
     total = positive_total(areas)
     seen = float(areas[run.result.seen].sum()) / total
     labeled = float(areas[run.result.seen & (run.result.labels >= 0)].sum()) / total
-    n_labels = len(_labels_of(run.result))
+    n_labels = len(run.result.found)
     if as_json:
         values = {"file": job.input, "n_images": run.n_images, "n_labels": n_labels}
         values |= {"seen_area": seen, "labeled_area": labeled, "outputs": job.names}

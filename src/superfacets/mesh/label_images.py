@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from .._types import Array, Bools
+from .._types import Array, Bools, Ints
 from ..errors import MeshError
 
 NO_MASK = 0
 """Id of pixels in no mask."""
 
 
-def label_image(masks: Any, size: tuple[int, int]) -> Array:
+def label_image(masks: Any, size: tuple[int, int]) -> Ints:
     """Return the id of the mask in each pixel, (height, width), 0 for none; a MeshError if wrong.
 
     `masks` are as for `lift`; `size` is width and height of the camera.
@@ -31,14 +31,12 @@ def label_image(masks: Any, size: tuple[int, int]) -> Array:
             f" {array.dtype} of shape {array.shape}"
         )
     _check_size(array.shape[::-1], size)
-    if array.dtype == bool:
-        return array.astype(np.uint8)
-    if array.max() >= 2**31:
+    if array.max(initial=0) >= 2**31:
         raise MeshError(f"ids of masks must be below 2**31, got {array.max()}")
-    return np.maximum(array, NO_MASK)
+    return np.maximum(array, NO_MASK).astype(np.int32)
 
 
-def flattened(stack: Bools) -> Array:
+def flattened(stack: Bools) -> Ints:
     """Ids of masks (n, height, width), 1 to n; where they overlap, of the one with fewest pixels.
 
     Of masks with as many pixels the first counts.

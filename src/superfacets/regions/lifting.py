@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -12,14 +12,20 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Bools, Floats, Ints
-from .._validate import checked_flag, checked_regions, checked_share, checked_threads
+from .._validate import (
+    checked_classes,
+    checked_flag,
+    checked_regions,
+    checked_share,
+    checked_threads,
+)
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.sums import sums_by_label, weighted_majority
 from ..mesh.pinhole_camera import PinholeCamera
-from .mask_votes import Votes, collect_votes
+from .mask_votes import SeenSurface, Votes, collect_votes
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LiftedLabels:
     """Labels of regions from masks of images: the result of `lift`.
 
@@ -39,11 +45,20 @@ class LiftedLabels:
         Whether an image sees the cell, whether in a mask or not.
     """
 
-    labels: Ints = field(repr=False)
+    labels: Ints
     region_labels: Ints
-    scores: Floats = field(repr=False)
-    mask_labels: tuple[dict[int, int], ...] = field(repr=False)
-    seen: Bools = field(repr=False)
+    scores: Floats
+    mask_labels: tuple[dict[int, int], ...]
+    seen: Bools
+
+    @property
+    def found(self) -> Ints:
+        """The labels that regions have, ascending, without -1."""
+        return np.unique(self.region_labels[self.region_labels >= 0])
+
+    def __repr__(self) -> str:
+        n_images, n_regions = len(self.mask_labels), len(self.region_labels)
+        return f"LiftedLabels({len(self.found)} labels, {n_regions} regions, {n_images} images)"
 
 
 def lift(
@@ -59,8 +74,9 @@ def lift(
     """Return labels of regions, and of their cells, that masks of images of a mesh vote for.
 
     Each pixel votes with the area of the surface that it shows, for the mask that it is in, or for
-    none. A region gets the label with most votes. Both sides of a face are visible. Surface that is
-    seen at less than 6 degrees hides what is behind it, but does not vote.
+    none. A region with at least half of its votes for masks gets the label with most of these. Both
+    sides of a face are visible. Surface that is seen at less than 6 degrees hides what is behind
+    it, but does not vote.
 
     Parameters
     ----------
@@ -93,7 +109,7 @@ def lift(
     Warns
     -----
     ViewWarning
-        If a camera sees nothing of the mesh, or if an image has no mask.
+        If an image shows nothing of the mesh, or has no mask.
 
     Raises
     ------
@@ -134,6 +150,52 @@ def lift(
     by_image = _by_image(votes, label_of, len(views))
     of_cells = np.append(winners, np.int32(-1))[labels]
     return LiftedLabels(of_cells, winners, scores, by_image, votes.seen)
+
+
+def project_labels(
+    mesh: MeshLike,
+    labels: npt.ArrayLike,
+    cameras: Sequence[PinholeCamera],
+    *,
+    n_threads: int | None = None,
+) -> list[Ints]:
+    """Return the labels that cameras see, as images: to check poses, or to make masks.
+
+    Parameters
+    ----------
+    mesh, cameras, n_threads
+        As for `lift`.
+    labels : array_like of int, shape (N,)
+        One per cell, 0 and up; -1 for none.
+
+    Returns
+    -------
+    list of ndarray of int32, shape (height, width)
+        For each camera, the label of the nearest cell in each pixel; -1 for no label, or no cell.
+
+    Raises
+    ------
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, or labels or cameras are of the wrong type or number.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh
+    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> pose = [[1, 0, 0, 0.5], [0, -1, 0, 0.5], [0, 0, -1, 1], [0, 0, 0, 1]]  # looks down
+    >>> project_labels(square, [4, 7], [PinholeCamera(pose, (3, 3, 1.5, 1.5), (3, 3))])
+    [array([[7, 7, 4],
+           [7, 4, 4],
+           [4, 4, 4]], dtype=int32)]
+    """
+    cells = as_cells(mesh)
+    given = checked_classes(labels, cells.n_cells, "labels")
+    views = _checked_cameras(cameras)
+    surface = SeenSurface(cells, given, checked_threads(n_threads))
+    return [
+        image.reshape(camera.size[::-1])
+        for (image, _), camera in zip(surface.looked_at(views), views, strict=True)
+    ]
 
 
 def _checked_cameras(cameras: Any) -> list[PinholeCamera]:

@@ -43,7 +43,7 @@ def collect_votes(
 
     Raises a MeshError if there are no votes, or if an image does not fit its camera.
     """
-    surface = _Surface(cells, labels, n_threads)
+    surface = SeenSurface(cells, labels, n_threads)
     images = list(_votes_of_images(surface, masks, cameras))
     _check_images(images, cameras)
     counts = [len(image.ids) for image in images]
@@ -62,26 +62,26 @@ def collect_votes(
     )
 
 
-class _Surface:
-    """The triangles of a mesh and the region of each, for cameras to see."""
+class SeenSurface:
+    """The triangles of a mesh and the label of each, for cameras to see."""
 
     def __init__(self, cells: Any, labels: Ints, n_threads: int) -> None:
         outside = kind_of(cells).outside(cells)
         if outside is None:
             raise TypeError(
-                f"masks cannot be lifted to {kind_of(cells).plural}, because images look through"
-                " them: lift to a mesh, and use transfer"
+                f"{kind_of(cells).plural} have no surface for cameras to see: lift masks to a mesh"
+                " of them, and use transfer"
             )
         self._vertices = outside.mesh.vertices
         self._triangles, sources = cut_into_triangles(outside.mesh)
         owners = np.arange(len(self._triangles)) if sources is None else sources
         self._cells = owners if outside.sources is None else outside.sources[owners]
-        self._regions = np.append(labels[self._cells], np.int32(-1))  # the last: no triangle
+        self._labels = np.append(labels[self._cells], np.int32(-1))  # the last: no triangle
         self._n_threads = n_threads
         self.is_seen = np.zeros(len(labels), bool)
 
     def looked_at(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
-        """Yield, for each camera, the region in each pixel, -1 for none, and its area there."""
+        """Yield, for each camera, the label in each pixel, -1 for none, and its area there."""
         return chain.from_iterable(map(self._looked_at_by, self._batches(cameras)))
 
     def _batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
@@ -101,7 +101,7 @@ class _Surface:
         self.is_seen[self._cells[is_seen.view(bool)]] = True
         ends = np.cumsum(sizes.prod(axis=1, dtype=np.int64))
         for start, end in zip([0, *ends[:-1]], ends, strict=True):
-            yield self._regions[triangles[start:end]], areas[start:end]
+            yield self._labels[triangles[start:end]], areas[start:end]
 
 
 class _ImageVotes(NamedTuple):
@@ -115,7 +115,7 @@ class _ImageVotes(NamedTuple):
 
 
 def _votes_of_images(
-    surface: _Surface, masks: Iterable[Any], cameras: list[PinholeCamera]
+    surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera]
 ) -> Iterator[_ImageVotes]:
     """Yield the votes of each image; a ValueError if there are more or fewer than cameras."""
     given, n_images = iter(masks), 0
@@ -159,10 +159,10 @@ def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> No
         raise MeshError("all masks are empty: ids are 1 and up")
     if not any((image.masks >= 0).any() for image in images):
         raise MeshError("no mask shows a part of the mesh: do masks and cameras belong together?")
-    for found, what in ((blind, "see nothing of the mesh"), (empty, "have no mask")):
+    for found, what in ((blind, "shows nothing of the mesh"), (empty, "has no mask")):
         if found:
-            more = f" and {len(found) - 1} more" if len(found) > 1 else ""
-            warnings.warn(f"{found[0]}{more} {what}", ViewWarning, stacklevel=4)
+            more = f", nor do {len(found) - 1} more" if len(found) > 1 else ""
+            warnings.warn(f"{found[0]} {what}{more}", ViewWarning, stacklevel=4)
 
 
 def _title(place: int, camera: PinholeCamera) -> str:

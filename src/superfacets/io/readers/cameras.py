@@ -62,7 +62,7 @@ def read_cameras(
         If a file is damaged, a pose is no rotation and translation, a camera has distortion, or
         two images have the same name.
     ValueError
-        If `intrinsics` or `size` are missing.
+        If `intrinsics` or `size` are missing for a folder of poses.
     OSError
         If a file cannot be read.
 
@@ -150,7 +150,7 @@ def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
         if "w" in values and "h" in values:
             size = int(values["w"]), int(values["h"])
         if size is None:
-            raise ValueError("w and h are missing in the file: give the size of the images")
+            raise MeshError("w and h are missing in the file: give the size of the images")
         width, height = size
         fx = _focal_length(values, "x", width)
         fy = _focal_length(values, "y", height) or fx
@@ -160,7 +160,9 @@ def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
         name, pose = str(values["file_path"]), np.array(values["transform_matrix"], np.float64)
     except KeyError as error:
         raise MeshError(f"it has no {error.args[0]}") from None
-    except TypeError:
+    except MeshError:
+        raise
+    except (TypeError, ValueError, ArithmeticError):
         raise MeshError("a value is not a number") from None
     return PosedImage(name, pose, (fx, fy, *center), size, "opengl")
 
