@@ -40,6 +40,9 @@ def test_stacks_of_masks_are_read_and_the_smallest_counts(tmp_path):
     assert list(found) == ["sam", "stack"]
     assert found["stack"].tolist() == np.where(part, 2, 1).tolist()
     assert found["sam"].tolist() == np.where(part, 1, 3).tolist()
+    wholes = sf.read_masks(tmp_path, overlap="largest")
+    assert np.unique(wholes["stack"]).tolist() == [1]
+    assert np.unique(wholes["sam"]).tolist() == [3]
 
 
 def test_what_is_wrong_with_masks_is_said_in_a_line(tmp_path):

@@ -85,14 +85,17 @@ def test_masks_come_in_all_the_forms_of_segmenters():
     assert result.labels.tolist() == [-1, 4]
 
 
-def test_where_masks_overlap_the_smallest_counts():
-    whole = np.ones((4, 4), bool)
-    for stack, expected in (
-        ([whole, UPPER == 1], [1, 2]),
-        ([UPPER == 1, whole], [2, 1]),
-        ([UPPER == 1, UPPER == 1, whole], [3, 1]),  # as large: the first
+def test_where_masks_overlap_the_smallest_or_the_largest_counts():
+    whole, part = np.ones((4, 4), bool), UPPER == 1
+    for overlap, stack, expected in (
+        ("smallest", [whole, part], [1, 2]),
+        ("smallest", [part, whole], [2, 1]),
+        ("smallest", [part, part, whole], [3, 1]),  # as large: the first
+        ("largest", [part, whole], [2, 2]),
+        ("largest", [whole, whole, part], [1, 1]),
     ):
-        result = sf.lift(SQUARE, [0, 1], [stack], [above()], consistent_ids=True)
+        given = (SQUARE, [0, 1], [stack], [above()])
+        result = sf.lift(*given, overlap=overlap, consistent_ids=True)
         assert result.labels.tolist() == expected
 
 
@@ -199,6 +202,7 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
         ({"regions": [0, 2]}, ValueError, "label"),
         ({"agreement": 0}, ValueError, "above 0"),
         ({"agreement": 1.5}, ValueError, "agreement must be 0 to 1"),
+        ({"overlap": "first"}, ValueError, "overlap must be one of smallest, largest"),
         ({"consistent_ids": 1}, TypeError, "consistent_ids must be True or False"),
     ],
 )

@@ -7,9 +7,11 @@ import sys
 import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, get_args
 
 import click
 
+from .._types import Ints
 from .._validate import ranked_labels
 from ..cells.kinds import measures_of
 from ..cells.sums import positive_total
@@ -22,6 +24,8 @@ from ..io.guards import counted
 from ..io.readers.cameras import read_cameras
 from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
+from ..mesh.label_images import Overlap
+from ..mesh.pinhole_camera import PinholeCamera
 from ..regions.lifting import LiftedLabels, lift
 from .failures import print_note
 from .inputs import load_cells_and_attributes
@@ -62,6 +66,13 @@ from .report import notes_on_written
     " masks are in the same mask. More gives more and smaller objects.",
 )
 @click.option(
+    "--overlap",
+    type=click.Choice(get_args(Overlap)),
+    default="smallest",
+    show_default=True,
+    help="The mask that counts where masks of an image overlap: of parts, or of wholes.",
+)
+@click.option(
     "--intrinsics",
     type=FILE,
     help="A text file with fx fy cx cy, or a matrix of 3 or 4 rows, if CAMERAS is a folder of"
@@ -83,9 +94,9 @@ from .report import notes_on_written
 @click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
 def lift_command(
     source: Path, labels: Path, masks: Path, cameras: Path, is_consistent: bool, agreement: float,
-    intrinsics: Path | None, outputs: tuple[str, ...], formats: tuple[str, ...], labels_named: str,
-    format: str | None, ascii: bool, drop_attributes: bool, n_threads: int | None, force: bool,
-    is_quiet: bool, as_json: bool,
+    overlap: Any, intrinsics: Path | None, outputs: tuple[str, ...], formats: tuple[str, ...],
+    labels_named: str, format: str | None, ascii: bool, drop_attributes: bool,
+    n_threads: int | None, force: bool, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Label regions of the mesh in the file IN by MASKS of images of it.
 
@@ -105,21 +116,14 @@ def lift_command(
         cells, attributes = load_cells_and_attributes(str(source), format, keep=keeps)
         check_fit(cells, None, job.endings, form)
         regions, _ = ranked_labels(read_labels(labels, cells.n_cells, name=labels_named))
-        ids = read_masks(masks)
+        ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]
         views = read_cameras(cameras, intrinsics=intrinsics, size=size, names=ids)
-        stems = [Path(view.name).stem for view in views]
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always", ViewWarning)
-            result = lift(
-                cells, regions, [ids[stem] for stem in stems], views, consistent_ids=is_consistent,
-                agreement=agreement, n_threads=n_threads,
-            )  # fmt: skip
-        notes = [str(warning.message) for warning in caught]
-        if lacking := sorted(ids.keys() - {*stems}):
-            more = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
-            notes.append(f"{lacking[0]}{more} in {masks} without a camera: left out")
-        return _Run(cells, attributes, result, len(views), notes)
+        result, notes = _lifted(
+            cells, regions, ids, views, consistent_ids=is_consistent, agreement=agreement,
+            n_threads=n_threads,
+        )  # fmt: skip
+        return _Run(cells, attributes, result, notes)
 
     run = run_in_background(compute)
     found = run.result.found.tolist()
@@ -143,8 +147,22 @@ class _Run:
     cells: Cells
     attributes: MeshAttributes | None
     result: LiftedLabels
-    n_images: int
     notes: list[str]
+
+
+def _lifted(
+    cells: Cells, regions: Ints, ids: dict[str, Ints], views: list[PinholeCamera], **options: Any
+) -> tuple[LiftedLabels, list[str]]:
+    """Lift the masks that have a camera; also notes on those that do not count."""
+    stems = [Path(view.name).stem for view in views]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ViewWarning)
+        result = lift(cells, regions, [ids[stem] for stem in stems], views, **options)
+    notes = [str(warning.message) for warning in caught]
+    if lacking := sorted(ids.keys() - {*stems}):
+        more = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
+        notes.append(f"masks without a camera are left out: {lacking[0]}{more}")
+    return result, notes
 
 
 def _report(job: Job, run: _Run, *, as_json: bool) -> None:
@@ -155,13 +173,13 @@ def _report(job: Job, run: _Run, *, as_json: bool) -> None:
     labeled = float(areas[run.result.seen & (run.result.labels >= 0)].sum()) / total
     n_labels = len(run.result.found)
     if as_json:
-        values = {"file": job.input, "n_images": run.n_images, "n_labels": n_labels}
+        values = {"file": job.input, "n_images": len(run.result.mask_labels), "n_labels": n_labels}
         values |= {"seen_area": seen, "labeled_area": labeled, "outputs": job.names}
         click.echo(json.dumps(values), err=job.stream is not None)
         return
     lines = [f"wrote {path}" for path in job.files]
     facts = (
-        f"{Path(job.input).name}: {counted(run.n_images, 'image')} see {seen:.1%} of the area,"
+        f"{Path(job.input).name}: {counted(len(run.result.mask_labels), 'image')} see {seen:.1%} of the area,"
         f" {counted(n_labels, 'label')} cover {labeled:.1%}"
     )
     click.echo("\n".join([*lines, facts]), err=job.stream is not None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,16 +13,19 @@ from ..errors import MeshError
 NO_MASK = 0
 """Id of pixels in no mask."""
 
+Overlap = Literal["smallest", "largest"]
+"""The mask that counts where masks of an image overlap, by its number of pixels."""
 
-def label_image(masks: Any, size: tuple[int, int]) -> Ints:
+
+def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:
     """Return the id of the mask in each pixel, (height, width), 0 for none; a MeshError if wrong.
 
-    `masks` are as for `lift`; `size` is width and height of the camera.
+    `masks` and `overlap` are as for `lift`; `size` is width and height of the camera.
     """
     array = _as_array(masks, size)
     if array.dtype == bool and array.ndim == 3:
         _check_size(array.shape[:0:-1], size)
-        return flattened(array)
+        return flattened(array, overlap)
     if array.dtype.kind not in "biu":
         raise MeshError(f"masks must be integers or bools, got {array.dtype}")
     if array.ndim != 2:
@@ -36,14 +39,12 @@ def label_image(masks: Any, size: tuple[int, int]) -> Ints:
     return np.maximum(array, NO_MASK).astype(np.int32)
 
 
-def flattened(stack: Bools) -> Ints:
-    """Ids of masks (n, height, width), 1 to n; where they overlap, of the one with fewest pixels.
-
-    Of masks with as many pixels the first counts.
-    """
+def flattened(stack: Bools, overlap: Overlap) -> Ints:
+    """Ids of masks (n, height, width), 1 to n; of equally large masks the first counts."""
     ids = np.zeros(stack.shape[1:], np.int32)
     sizes = np.count_nonzero(stack, axis=(1, 2))
-    for place in np.lexsort((np.arange(len(stack)), sizes))[::-1].tolist():
+    ranks = sizes if overlap == "smallest" else -sizes
+    for place in np.argsort(ranks, kind="stable")[::-1].tolist():
         ids[stack[place]] = place + 1
     return ids
 

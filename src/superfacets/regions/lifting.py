@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import Bools, Floats, Ints
 from .._validate import (
+    checked_choice,
     checked_classes,
     checked_flag,
     checked_regions,
@@ -21,6 +22,7 @@ from .._validate import (
 )
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.sums import sums_by_label, weighted_majority
+from ..mesh.label_images import Overlap
 from ..mesh.pinhole_camera import PinholeCamera
 from .mask_votes import SeenSurface, Votes, collect_votes
 
@@ -69,6 +71,7 @@ def lift(
     *,
     consistent_ids: bool = False,
     agreement: float = 0.5,
+    overlap: Overlap = "smallest",
     n_threads: int | None = None,
 ) -> LiftedLabels:
     """Return labels of regions, and of their cells, that masks of images of a mesh vote for.
@@ -87,8 +90,8 @@ def lift(
         0..K-1, each at least once; -1 for cells in no region.
     masks : iterable, one item per camera
         Ids by pixel, integers of shape (height, width): 1 and up; 0 and below is no mask. Or masks
-        as bools, (n, height, width), with ids 1 to n; where masks overlap, the one with fewest
-        pixels counts. Or a list of these, or of the dictionaries that SAM's mask generator returns.
+        as bools, (n, height, width), with ids 1 to n. Or a list of these, or of the dictionaries
+        that SAM's mask generator returns.
     cameras : sequence of PinholeCamera
         From `read_cameras`, or made from poses.
     consistent_ids : bool, default False
@@ -99,6 +102,9 @@ def lift(
     agreement : float, default 0.5
         Chance, above 0 up to 1, that two points of the same object that an image sees in masks are
         in the same mask, for ids that are not consistent. More gives more and smaller objects.
+    overlap : {"smallest", "largest"}
+        The mask that counts where masks given as bools overlap, by its number of pixels: parts, or
+        wholes. Of equally large masks the first.
     n_threads : int, optional
         As for `segment`. The result does not depend on it.
 
@@ -141,7 +147,9 @@ def lift(
     least = checked_share(agreement, "agreement")
     if least == 0:
         raise ValueError("agreement must be above 0: at 0 all regions are one object")
-    votes = collect_votes(cells, labels, masks, views, checked_threads(n_threads))
+    checked_choice(overlap, "overlap", get_args(Overlap))
+    surface = SeenSurface(cells, labels, checked_threads(n_threads))
+    votes = collect_votes(surface, masks, views, overlap)
     label_of = votes.ids if is_consistent else _objects_of_masks(votes, n_regions, least)
     winners, scores = _elect(votes, label_of, n_regions)
     if not is_consistent:

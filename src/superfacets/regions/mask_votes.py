@@ -17,7 +17,7 @@ from ..cells.sums import sums_by_label
 from ..errors import MeshError, ViewWarning
 from ..io.guards import named_errors
 from ..mesh.faces import cut_into_triangles
-from ..mesh.label_images import NO_MASK, label_image
+from ..mesh.label_images import NO_MASK, Overlap, label_image
 from ..mesh.pinhole_camera import PinholeCamera
 
 MOST_PIXELS = 1 << 22
@@ -34,32 +34,6 @@ class Votes(NamedTuple):
     image_of: Ints  # (M,) image of each mask, ascending
     ids: Ints  # (M,) id of each mask in its image, 1 and up
     seen: Bools  # (N,) whether an image sees the cell
-
-
-def collect_votes(
-    cells: Any, labels: Ints, masks: Iterable[Any], cameras: list[PinholeCamera], n_threads: int
-) -> Votes:
-    """Return the votes of all images for the regions in `labels`, and warn of images without.
-
-    Raises a MeshError if there are no votes, or if an image does not fit its camera.
-    """
-    surface = SeenSurface(cells, labels, n_threads)
-    images = list(_votes_of_images(surface, masks, cameras))
-    _check_images(images, cameras)
-    counts = [len(image.ids) for image in images]
-    firsts = np.cumsum([0, *counts])
-    numbers = [
-        np.where(image.masks < 0, -1, image.masks + first)
-        for image, first in zip(images, firsts, strict=False)
-    ]
-    return Votes(
-        np.concatenate(numbers).astype(np.int32),
-        np.concatenate([image.regions for image in images]),
-        np.concatenate([image.areas for image in images]),
-        np.repeat(np.arange(len(images), dtype=np.int32), counts),
-        np.concatenate([image.ids for image in images]).astype(np.int32),
-        surface.is_seen,
-    )
 
 
 class SeenSurface:
@@ -104,6 +78,31 @@ class SeenSurface:
             yield self._labels[triangles[start:end]], areas[start:end]
 
 
+def collect_votes(
+    surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
+) -> Votes:
+    """Return the votes of all images for the labels of a surface, and warn of images without.
+
+    Raises a MeshError if there are no votes, or if an image does not fit its camera.
+    """
+    images = list(_votes_of_images(surface, masks, cameras, overlap))
+    _check_images(images, cameras)
+    counts = [len(image.ids) for image in images]
+    firsts = np.cumsum([0, *counts])
+    numbers = [
+        np.where(image.masks < 0, -1, image.masks + first)
+        for image, first in zip(images, firsts, strict=False)
+    ]
+    return Votes(
+        np.concatenate(numbers).astype(np.int32),
+        np.concatenate([image.regions for image in images]),
+        np.concatenate([image.areas for image in images]),
+        np.repeat(np.arange(len(images), dtype=np.int32), counts),
+        np.concatenate([image.ids for image in images]).astype(np.int32),
+        surface.is_seen,
+    )
+
+
 class _ImageVotes(NamedTuple):
     """Votes of one image."""
 
@@ -115,14 +114,14 @@ class _ImageVotes(NamedTuple):
 
 
 def _votes_of_images(
-    surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera]
+    surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
 ) -> Iterator[_ImageVotes]:
     """Yield the votes of each image; a ValueError if there are more or fewer than cameras."""
     given, n_images = iter(masks), 0
     for (regions, areas), image in zip(surface.looked_at(cameras), given, strict=False):
         camera = cameras[n_images]
         with named_errors(_title(n_images, camera)):
-            ids = label_image(image, camera.size).ravel()
+            ids = label_image(image, camera.size, overlap).ravel()
         yield _votes_of(ids, regions, areas)
         n_images += 1
     n_masked = n_images + sum(1 for _ in given)
