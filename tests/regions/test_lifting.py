@@ -247,7 +247,6 @@ def test_cameras_that_see_nothing_are_named():
         ({"intrinsics": [[5, 1, 2], [0, 5, 2], [0, 0, 1]]}, ValueError, "a skew of 1"),
         ({"size": 640}, TypeError, "width and height"),
         ({"size": (640, 0)}, ValueError, "size must be at least 1"),
-        ({"axes": "blender"}, ValueError, "axes must be one of opencv, opengl"),
     ],
 )
 def test_wrong_cameras_are_refused(values, error, words):
@@ -258,7 +257,7 @@ def test_wrong_cameras_are_refused(values, error, words):
 
 def test_cameras_take_matrices_and_axes_of_opengl():
     matrix = [[5, 0, 2], [0, 6, 3], [0, 0, 1]]
-    camera = sf.PinholeCamera(np.eye(4)[:3], matrix, [4, 6], axes="opengl")
+    camera = sf.PinholeCamera.of_opengl(np.eye(4)[:3], matrix, [4, 6])
     assert camera.intrinsics.tolist() == [5, 6, 2, 3]
     assert camera.pose.tolist() == np.diag([1, -1, -1, 1]).tolist()
     assert camera.size == (4, 6)

@@ -171,15 +171,15 @@ def _report(job: Job, run: _Run, *, as_json: bool) -> None:
     total = positive_total(areas)
     seen = float(areas[run.result.seen].sum()) / total
     labeled = float(areas[run.result.seen & (run.result.labels >= 0)].sum()) / total
-    n_labels = len(run.result.found)
+    n_images, n_labels = len(run.result.mask_labels), len(run.result.found)
     if as_json:
-        values = {"file": job.input, "n_images": len(run.result.mask_labels), "n_labels": n_labels}
+        values = {"file": job.input, "n_images": n_images, "n_labels": n_labels}
         values |= {"seen_area": seen, "labeled_area": labeled, "outputs": job.names}
         click.echo(json.dumps(values), err=job.stream is not None)
         return
     lines = [f"wrote {path}" for path in job.files]
     facts = (
-        f"{Path(job.input).name}: {counted(len(run.result.mask_labels), 'image')} see {seen:.1%} of the area,"
+        f"{Path(job.input).name}: {counted(n_images, 'image')} see {seen:.1%} of the area,"
         f" {counted(n_labels, 'label')} cover {labeled:.1%}"
     )
     click.echo("\n".join([*lines, facts]), err=job.stream is not None)

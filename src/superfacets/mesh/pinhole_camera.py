@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, InitVar, dataclass
-from typing import Literal, get_args
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from .._types import Floats
-from .._validate import checked_choice, checked_image_size, checked_intrinsics, checked_pose, freeze
-
-Axes = Literal["opencv", "opengl"]
+from .._validate import checked_image_size, checked_intrinsics, checked_pose, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +21,9 @@ class PinholeCamera:
     ----------
     pose : array_like, shape (4, 4) or (3, 4)
         Camera to world, in the frame and the unit of the mesh: the columns are the directions of
-        the axes of the camera, and its position. A rotation and a translation, without scale. If
-        only world to camera is known, pass ``np.linalg.inv`` of it.
+        the axes of the camera, right, down and forward (as in OpenCV, COLMAP and ScanNet), and its
+        position. A rotation and a translation, without scale. If only world to camera is known,
+        pass ``np.linalg.inv`` of it.
     intrinsics : array_like, shape (4,), (3, 3) or (4, 4)
         Focal lengths and principal point in pixels: fx, fy, cx, cy, or the usual matrix of these.
         The center of the pixel in the corner is at (0.5, 0.5), as in COLMAP.
@@ -33,14 +31,10 @@ class PinholeCamera:
         Width and height of the image in pixels.
     name : str, default ""
         Name of the image, for messages.
-    axes : {"opencv", "opengl"}
-        Axes of the camera: right, down and forward (OpenCV, COLMAP, ScanNet), or right, up and back
-        (OpenGL, Blender, NeRF).
 
     Attributes
     ----------
     pose : ndarray of float64, shape (4, 4)
-        With the axes of OpenCV.
     intrinsics : ndarray of float64, shape (4,)
         fx, fy, cx, cy.
 
@@ -63,15 +57,20 @@ class PinholeCamera:
     intrinsics: npt.NDArray[np.float64]
     size: tuple[int, int]
     name: str = ""
-    _: KW_ONLY
-    axes: InitVar[Axes] = "opencv"
 
-    def __post_init__(self, axes: Axes) -> None:
-        pose = checked_pose(self.pose)
-        if checked_choice(axes, "axes", get_args(Axes)) == "opengl":
-            pose[:3, 1:3] *= -1
-        freeze(self, pose=pose, intrinsics=checked_intrinsics(self.intrinsics))
+    def __post_init__(self) -> None:
+        pose, intrinsics = checked_pose(self.pose), checked_intrinsics(self.intrinsics)
+        freeze(self, pose=pose, intrinsics=intrinsics)
         object.__setattr__(self, "size", checked_image_size(self.size))
+
+    @classmethod
+    def of_opengl(
+        cls, pose: npt.ArrayLike, intrinsics: npt.ArrayLike, size: tuple[int, int], name: str = ""
+    ) -> PinholeCamera:
+        """Return a camera whose axes are right, up and back, as in OpenGL, Blender and NeRF."""
+        turned = checked_pose(pose)
+        turned[:3, 1:3] *= -1
+        return cls(turned, checked_intrinsics(intrinsics), size, name)
 
     @property
     def projection(self) -> Floats:

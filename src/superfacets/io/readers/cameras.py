@@ -89,7 +89,8 @@ def read_cameras(
         if name.stem in cameras:
             raise MeshError(f"{path}: two images are named {name.stem}")
         try:
-            cameras[name.stem] = PinholeCamera(*image[1:4], name.name, axes=image.axes)
+            make = PinholeCamera.of_opengl if image.is_opengl else PinholeCamera
+            cameras[name.stem] = make(image.pose, image.intrinsics, image.size, name.name)
         except (ValueError, TypeError) as error:
             raise MeshError(f"{path}: image {image.name}: {error}") from None
     if not cameras:
@@ -164,7 +165,7 @@ def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
         raise
     except (TypeError, ValueError, ArithmeticError):
         raise MeshError("a value is not a number") from None
-    return PosedImage(name, pose, (fx, fy, *center), size, "opengl")
+    return PosedImage(name, pose, (fx, fy, *center), size, True)
 
 
 def _focal_length(values: dict[str, Any], axis: str, n_pixels: int) -> float | None:

@@ -52,7 +52,7 @@ class PosedImage(NamedTuple):
     pose: Any
     intrinsics: Any
     size: Any
-    axes: Any = "opencv"
+    is_opengl: bool = False
 
 
 def is_colmap(folder: Path) -> bool:
