@@ -90,7 +90,7 @@ def test_images_that_do_not_vote_are_noted(run, folder):
     assert status == 0
     assert out.startswith("wrote a.npy\ncube.ply: 7 images see")
     assert err == (
-        "superfacets: note: image 3 (3.jpg) has no mask\n"
+        "superfacets: note: there is no mask in image 3 (3.jpg)\n"
         "superfacets: note: masks without a camera are left out: other\n"
     )
 

@@ -223,11 +223,13 @@ def test_cameras_that_see_nothing_are_named():
     with pytest.warns(sf.ViewWarning) as caught:
         result = sf.lift(SQUARE, [0, 1], masks, cameras, consistent_ids=True)
     assert [str(one.message) for one in caught] == [
-        "image 1 (b.png) shows nothing of the mesh",
-        "image 2 (c.png) has no mask",
+        "nothing of the mesh is seen in image 1 (b.png)",
+        "there is no mask in image 2 (c.png)",
     ]
     assert caught[0].filename == __file__
     assert result.labels.tolist() == [-1, 1]
+    with pytest.warns(sf.ViewWarning, match=r"is seen in image 1 \(b.png\) and 1 more"):
+        sf.lift(SQUARE, [0, 1], 3 * [UPPER], [above(), away, away])
     with pytest.raises(sf.MeshError, match="no mask shows a part of the mesh"):
         sf.lift(SQUARE, [0, 1], [0 * UPPER, UPPER], [above(), away])
 

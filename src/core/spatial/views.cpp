@@ -29,8 +29,11 @@ Point projected(const View& view, const Point& p) {
 // A triangle in homogeneous pixel coordinates, seen by rays.
 class Target {
  public:
-  Target(const Point& a, const Point& b, const Point& c)
-      : sides_{cross(b, c), cross(c, a), cross(a, b)}, volume_(dot(a, sides_[0])) {
+  Target(const Point& a, const Point& b, const Point& c) {
+    sides_[0] = cross(b, c);
+    sides_[1] = cross(c, a);
+    sides_[2] = cross(a, b);
+    volume_ = dot(a, sides_[0]);
     if (volume_ < 0.0) {
       for (Point& side : sides_) side = -1.0 * side;
       volume_ = -volume_;
@@ -45,7 +48,7 @@ class Target {
     const double of_a = height(sides_[0], u, v);
     const double of_b = height(sides_[1], u, v);
     const double of_c = height(sides_[2], u, v);
-    if (!(of_a >= 0.0 && of_b >= 0.0 && of_c >= 0.0)) return kMissed;
+    if (of_a < 0.0 || of_b < 0.0 || of_c < 0.0) return kMissed;
     return volume_ / ((of_a + of_b) + of_c);  // infinite for a ray along the plane
   }
 
@@ -56,8 +59,8 @@ class Target {
     return side.x * u + (side.y * v + side.z);
   }
 
-  Point sides_[3];
-  double volume_;
+  Point sides_[3] = {};
+  double volume_ = 0.0;
 };
 
 // Pixels whose centers are in a range of positions.
@@ -209,9 +212,10 @@ class Picture {
   bool is_centroid_seen(Face face) const {
     const auto [corners] = corners_of(face, projected_.span());
     const Point sum = (corners[0] + corners[1]) + corners[2];
-    if (!(sum.z > 0.0 && sum.x >= 0.0 && sum.y >= 0.0)) return false;
+    if (sum.z <= 0.0 || sum.x < 0.0 || sum.y < 0.0) return false;  // saves most divisions
     const double u = sum.x / sum.z, v = sum.y / sum.z;
-    if (!(u < view_.width && v < view_.height)) return false;
+    const bool is_inside = u < view_.width && v < view_.height;  // not if one is NaN
+    if (!is_inside) return false;
     const std::int64_t pixel =
         static_cast<std::int64_t>(v) * view_.width + static_cast<std::int64_t>(u);
     if (!(areas_[pixel] > 0.0)) return false;

@@ -20,9 +20,11 @@ from ..mesh.faces import cut_into_triangles
 from ..mesh.label_images import NO_MASK, Overlap, label_image
 from ..mesh.pinhole_camera import PinholeCamera
 
-MOST_PIXELS = 1 << 22
-"""Pixels of the images in memory at a time, at some 40 bytes each; more if there are many threads.
-"""
+MOST_PIXELS = 1 << 23
+"""Pixels of the images in memory at a time, at some 30 bytes each."""
+
+LEAST_IMAGES = 8
+"""Images in memory at a time for as many threads, however large they are."""
 
 
 class Votes(NamedTuple):
@@ -60,7 +62,7 @@ class SeenSurface:
 
     def _batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
         largest = max(width * height for width, height in (camera.size for camera in cameras))
-        step = max(self._n_threads, MOST_PIXELS // largest)
+        step = max(min(self._n_threads, LEAST_IMAGES), MOST_PIXELS // largest)
         return (cameras[start : start + step] for start in range(0, len(cameras), step))
 
     def _looked_at_by(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
@@ -158,10 +160,10 @@ def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> No
         raise MeshError("all masks are empty: ids are 1 and up")
     if not any((image.masks >= 0).any() for image in images):
         raise MeshError("no mask shows a part of the mesh: do masks and cameras belong together?")
-    for found, what in ((blind, "shows nothing of the mesh"), (empty, "has no mask")):
+    for found, what in ((blind, "nothing of the mesh is seen"), (empty, "there is no mask")):
         if found:
-            more = f", nor do {len(found) - 1} more" if len(found) > 1 else ""
-            warnings.warn(f"{found[0]} {what}{more}", ViewWarning, stacklevel=4)
+            more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+            warnings.warn(f"{what} in {found[0]}{more}", ViewWarning, stacklevel=4)
 
 
 def _title(place: int, camera: PinholeCamera) -> str:
