@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +15,7 @@ from ..cells.kinds import measures_of
 from ..cells.sums import positive_total
 from ..errors import ViewWarning
 from ..export.cells import FormatOptions
-from ..export.write import check_fit, check_outputs, write_outputs
+from ..export.write import check_fit, check_outputs
 from ..interop.masks import read_masks
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
@@ -98,7 +96,7 @@ def lift_command(
     labels_named: str, format: str | None, ascii: bool, drop_attributes: bool,
     n_threads: int | None, force: bool, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Label regions of the mesh in the file IN by MASKS of images of it.
+    """Label regions of a mesh by masks of photos.
 
     LABELS are the regions: a file as segment writes it; a labeled IN may be given twice. MASKS is a
     folder with a .png, .npy or folder of .png for each image, named as the image is. CAMERAS is a
@@ -128,16 +126,16 @@ def lift_command(
     run = run_in_background(compute)
     found = run.result.found.tolist()
     names = tuple(map(str, found)) if is_consistent else ("object",) * len(found)
-    streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    n_lost = write_outputs(
-        job.files, run.cells, run.result.labels, streams=streams, attributes=run.attributes,
+    n_lost = job.write(
+        run.cells,
+        run.result.labels,
+        attributes=run.attributes,
         options=replace(form, classes=names),
-    )  # fmt: skip
+    )
     if not is_quiet:
         for note in run.notes + notes_on_written(run.cells, run.attributes, job.endings, n_lost):
             print_note(note)
-    if as_json or not is_quiet:
-        _report(job, run, as_json=as_json)
+    _report(job, run, as_json=as_json, is_quiet=is_quiet)
 
 
 @dataclass(frozen=True)
@@ -165,21 +163,17 @@ def _lifted(
     return result, notes
 
 
-def _report(job: Job, run: _Run, *, as_json: bool) -> None:
-    """Print a line for each file written, and a line for the run; or the facts as a JSON object."""
+def _report(job: Job, run: _Run, *, as_json: bool, is_quiet: bool) -> None:
+    """Print counts and shares of the area, and files."""
     areas = measures_of(run.cells, 1)
     total = positive_total(areas)
     seen = float(areas[run.result.seen].sum()) / total
     labeled = float(areas[run.result.seen & (run.result.labels >= 0)].sum()) / total
     n_images, n_labels = len(run.result.mask_labels), len(run.result.found)
-    if as_json:
-        values = {"file": job.input, "n_images": n_images, "n_labels": n_labels}
-        values |= {"seen_area": seen, "labeled_area": labeled, "outputs": job.names}
-        click.echo(json.dumps(values), err=job.stream is not None)
-        return
-    lines = [f"wrote {path}" for path in job.files]
-    facts = (
-        f"{Path(job.input).name}: {counted(n_images, 'image')} see {seen:.1%} of the area,"
+    facts = {"n_images": n_images, "n_labels": n_labels}
+    text = (
+        f"{job.name}: {counted(n_images, 'image')} see {seen:.1%} of the area,"
         f" {counted(n_labels, 'label')} cover {labeled:.1%}"
     )
-    click.echo("\n".join([*lines, facts]), err=job.stream is not None)
+    shares = {"seen_area": seen, "labeled_area": labeled}
+    job.report(facts | shares, text, as_json=as_json, is_quiet=is_quiet)
