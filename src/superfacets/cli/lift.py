@@ -96,7 +96,7 @@ def lift_command(
     labels_named: str, format: str | None, ascii: bool, drop_attributes: bool,
     n_threads: int | None, force: bool, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Label regions of a mesh by masks of photos.
+    """Label regions of a mesh by masks of images.
 
     LABELS are the regions: a file as segment writes it; a labeled IN may be given twice. MASKS is a
     folder with a .png, .npy or folder of .png for each image, named as the image is. CAMERAS is a
