@@ -113,9 +113,9 @@ def test_regions_and_cells_are_painted_and_undone(client):
     client.done("paint", **{"class": 0}, cells=encoded(some))
     back = client.done("undo")
     assert np.array_equal(decoded(back["cells"]), some)
-    assert decoded(back["classes"], "<u2").tolist() == [2] * 4
+    assert decoded(back["paint"]).tolist() == [2] * 4
     again = client.done("redo")
-    assert decoded(again["classes"], "<u2").tolist() == [0] * 4
+    assert decoded(again["paint"]).tolist() == [0] * 4
     client.done("undo")
     client.done("undo")
     answer = client.post("undo")

@@ -18,7 +18,9 @@ from typing import Any
 from ..io.atomic import lock_file, open_own
 
 FORMAT = "superfacets studio"
-VERSION = 1
+VERSION = 2
+READABLE = (1, VERSION)
+"""Versions of work files that can be opened; 1 has no objects."""
 
 _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
 """First bytes of every work file."""
@@ -80,7 +82,7 @@ class Journal:
             if isinstance(error, ValueError) and not isinstance(error, JournalError):
                 raise JournalError(str(error)) from None
             raise
-        if journal.header.get("version") != VERSION:
+        if journal.header.get("version") not in READABLE:
             journal.close()
             raise JournalError(f"{path}: was written by a later version of superfacets")
         return journal

@@ -9,10 +9,12 @@ from urllib.parse import quote
 import numpy as np
 from starlette.responses import Response
 
+from .._validate import checked_flag
 from ..cells.kinds import kind_of
 from ..pictures.camera import View
 from ..pictures.colors import PALETTE
 from ..pictures.page.shape import shape_of, view_facts
+from .classes import checked_object
 from .coding import base64_of, bytes_from, cells_from, packet
 from .document import Document
 from .exports import export, export_bytes, formats_of
@@ -57,18 +59,20 @@ def counts_of(document: Document) -> Body:
             "progress": document.progress,
             "can_undo": bool(document.history.undo_stack),
             "can_redo": bool(document.history.redo_stack),
+            "object_names": list(document.state.object_names),
+            "is_reviewed": document.state.is_reviewed,
         }
 
 
 def _moved(document: Document, step: Callable[[], list[Change]]) -> Body:
-    """Effect of an undo or a redo: changed cells with their classes, the revision, the classes."""
+    """Effect of an undo or a redo: changed cells with their paint, the revision, the classes."""
     with document.lock:
         changes = step()
         cells = np.unique(np.concatenate([change.cells(document.n_cells) for change in changes]))
         return {
             "kind": changes[-1].kind,
             "cells": base64_of(cells.astype(np.uint32)),
-            "classes": base64_of(document.state.classes[cells]),
+            "paint": base64_of(document.state.paint[cells]),
             "revision": document.revision.number,
             "n_regions": document.revision.n_regions,
             "parameters": document.state.partition.parameters,
@@ -77,9 +81,9 @@ def _moved(document: Document, step: Callable[[], list[Change]]) -> Body:
         }
 
 
-def _read_classes(document: Document, query: Body) -> bytes:
+def _read_paint(document: Document, query: Body) -> bytes:
     with document.lock:
-        return document.state.classes.astype("<u2").tobytes()
+        return document.state.paint.astype("<u4").tobytes()
 
 
 def _read_labels(document: Document, query: Body) -> bytes:
@@ -129,17 +133,17 @@ def _read_export(document: Document, query: Body) -> Response:
 
 
 READS: dict[str, Operation] = {
-    "classes": _read_classes,
     "export": _read_export,
     "labels": _read_labels,
     "mesh": _read_mesh,
+    "paint": _read_paint,
     "regions": _read_regions,
     "state": _state,
 }
 
 
 def _paint(document: Document, body: Body) -> Body:
-    number = _whole(body.get("class"), "class")
+    number, place = _whole(body.get("class"), "class"), checked_object(body.get("object", 0))
     stroke = body.get("stroke")
     if stroke is not None and not (isinstance(stroke, str) and len(stroke) <= MAX_STROKE):
         raise ValueError(f"stroke must be a text of up to {MAX_STROKE} characters")
@@ -150,7 +154,7 @@ def _paint(document: Document, body: Body) -> Body:
     else:
         cells = cells_from(body.get("cells"), document.n_cells)
     with document.lock:
-        change = document.paint(cells, number, stroke)
+        change = document.paint(cells, number, stroke, objects=place)
         return {"changed": 0 if change is None else change.after.n, **counts_of(document)}
 
 
@@ -159,6 +163,25 @@ def _similar(document: Document, body: Body) -> Body:
     graph = revision.graph(document.segmenter.surface)
     region = _whole(body.get("region"), "region")
     return {"regions": similar_regions(graph, region, body.get("tolerance", 0.1))}
+
+
+def _split_object(document: Document, body: Body) -> Body:
+    with document.lock:
+        number, place = _whole(body.get("class"), "class"), checked_object(body.get("object"))
+        return {"objects": document.split_object(number, place), **counts_of(document)}
+
+
+def _name_object(document: Document, body: Body) -> Body:
+    with document.lock:
+        number, place = _whole(body.get("class"), "class"), checked_object(body.get("object"))
+        document.name_object(number, place, body.get("name"))
+        return counts_of(document)
+
+
+def _review(document: Document, body: Body) -> Body:
+    with document.lock:
+        document.review(checked_flag(body.get("reviewed"), "reviewed"))
+        return counts_of(document)
 
 
 def _set_classes(document: Document, body: Body) -> Body:
@@ -208,6 +231,9 @@ OPERATIONS: dict[str, Operation] = {
     "similar": _similar,
     "classes": _set_classes,
     "split": _split,
+    "split-object": _split_object,
+    "name-object": _name_object,
+    "review": _review,
     "export": _export,
     "import": _import,
 }
