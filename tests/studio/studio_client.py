@@ -70,10 +70,10 @@ class Client:
     def get(self, name, file=0, **query):
         return self.http.get(f"/api/files/{file}/{name}", params=query)
 
-    def post(self, name, file=0, **body):
+    def post(self, name, file=0, /, **body):
         return self.http.post(f"/api/files/{file}/{name}", json=body)
 
-    def done(self, name, file=0, **body):
+    def done(self, name, file=0, /, **body):
         """What an operation answers that goes well."""
         answer = self.post(name, file, **body)
         assert answer.status_code == 200, answer.text

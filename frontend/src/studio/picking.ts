@@ -41,9 +41,14 @@ export class Picker {
 
   /** Position of a cell in the picture; null if it is outside. */
   placeOf(cell: number): Place | null {
-    const { camera, canvas } = this.drawing;
     const middle = this.mesh.middleOf(cell);
-    const shares = middle && camera.placeOf(middle);
+    return middle && this.placeIn(middle);
+  }
+
+  /** Position in the picture of a place of the mesh; null if it is outside. */
+  placeIn(place: Vector): Place | null {
+    const { camera, canvas } = this.drawing;
+    const shares = camera.placeOf(place);
     return shares && { x: shares[0] * canvas.clientWidth, y: shares[1] * canvas.clientHeight };
   }
 }

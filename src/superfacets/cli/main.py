@@ -24,6 +24,7 @@ COMMANDS = {
     "render": "Draw a shaded picture of the mesh or point cloud in the file IN.",
     "view": "Write a page to look at the mesh or point cloud in the file IN.",
     "studio": "Label the mesh or point cloud in the file IN, or those of a FOLDER, in a browser.",
+    "agree": "Compare the work of two people on the mesh in the file IN, and merge it.",
     "regions": "Measure the regions that LABELS of the mesh in the file IN make.",
     "cut": "Cut the mesh in the file IN along smooth borders of its regions.",
     "transfer": "Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.",

@@ -68,7 +68,7 @@ def new_class(number: int, name: str | None = None) -> dict[str, Any]:
         "color": _COLORS[(number - 1) % len(_COLORS)],
         "key": str(number) if number < 10 else "",
     }
-    is_stuff = entry["name"].strip().casefold() in _STUFF
+    is_stuff = str(entry["name"]).strip().casefold() in _STUFF
     return {**entry, "stuff": True} if is_stuff else entry
 
 

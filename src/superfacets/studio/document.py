@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -15,14 +16,18 @@ import numpy.typing as npt
 from .. import _core
 from .._validate import checked_threads
 from ..cells.kinds import measures_of
+from ..io.atomic import atomic_outputs
 from ..mesh.cells import Cells
+from .agreement import Side, Theirs, agreement, read_theirs
 from .classes import (
     INSTANCES,
     MAX_CLASS,
     MAX_OBJECT,
     ClassList,
     checked_class_list,
+    class_of,
     default_classes,
+    object_of,
     paint_of,
     with_missing,
     with_object_name,
@@ -64,6 +69,7 @@ class Document:
     notes: list[str] = field(default_factory=list)
     revisions: Revisions = field(default_factory=Revisions)
     revision: Revision = field(init=False)
+    theirs: Theirs | None = None  # work that this one is compared with
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     def __post_init__(self) -> None:
@@ -301,6 +307,46 @@ class Document:
                 self._commit(Change("objects", self.state.object_names, names, stroke))
             return change
 
+    def compare(self, name: str, data: bytes) -> None:
+        """Compare with somebody else's work file, of this name and content.
+
+        Raises JournalError if it is no work file, or about another mesh.
+        """
+        with self.lock:
+            self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
+
+    def agreement(self) -> dict[str, Any]:
+        """How far both works agree, see `agreement.agreement`; ValueError without a comparison."""
+        return agreement(self.state, self._compared(), self.areas)
+
+    def differing(self) -> CellNumbers:
+        """Cells that both works have given a class, but not the same class and object."""
+        with self.lock:
+            return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
+
+    def accept(self, cells: CellNumbers, side: Side) -> Change | None:
+        """Settle cells that differ, of those given: take theirs, or keep mine.
+
+        Taking theirs also takes what I have given no class.
+        """
+        with self.lock:
+            theirs = self._compared()
+            if side == "mine":
+                theirs.paint[cells] = self.state.paint[cells]
+                return None
+            stroke = f"theirs {self.history.seq + 1}"
+            known = {entry["id"] for entry in self.class_list}
+            new = [entry for entry in theirs.class_list if entry["id"] not in known]
+            self.set_classes([*self.class_list, *new], stroke)
+            taken = cells[theirs.paint[cells] > 0]
+            paint = theirs.paint[taken]
+            return self.paint(taken, class_of(paint), stroke, objects=object_of(paint))
+
+    def _compared(self) -> Theirs:
+        if self.theirs is None:
+            raise ValueError("there is no work to compare with: read another work file first")
+        return self.theirs
+
     def set_classes(self, value: object, stroke: str | None = None) -> None:
         """Replace the list of classes.
 
@@ -376,3 +422,31 @@ class Document:
                 n_regions += 1
         self.revision = self.revisions.add(partition, labels, n_regions)
         return self.revision
+
+
+def merged_work(
+    path: Path, mine: Path, theirs: Path, output: Path | None = None, *, prefer_theirs: bool = False
+) -> dict[str, Any]:
+    """Compare two work files of a mesh, and return how far they agree, see `agreement`.
+
+    With `output`, the merged work is written there: mine, and in one more step what only they have
+    labeled, and with `prefer_theirs` also that on which both differ.
+
+    Raises MeshError, JournalError or OSError if a file cannot be read or written.
+    """
+    with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+        copy = Path(folder, mine.name)
+        copy.write_bytes(mine.read_bytes())
+        document = Document.open(path, copy)
+        try:
+            document.compare(theirs.name, theirs.read_bytes())
+            found = document.agreement()
+            paint = document.state.paint
+            wanted = paint != document._compared().paint if prefer_theirs else paint == 0
+            document.accept(np.flatnonzero(wanted).astype(np.uint32), "theirs")
+        finally:
+            document.close()
+        if output is not None:
+            with atomic_outputs([output]) as (temporary,):
+                temporary.write_bytes(copy.read_bytes())
+    return found

@@ -138,6 +138,19 @@ class Journal:
             self._fault = f"{self.path}: cannot be written any more: start the studio anew"
 
 
+def parsed_work(path: Path, data: bytes) -> Journal:
+    """The lines of a work file from its content; it is not opened, and cannot be written.
+
+    Raises JournalError if it is no work file, or damaged before its last line.
+    """
+    if not data.startswith(_BEGIN):
+        raise JournalError(f"{path}: is no work file of superfacets studio")
+    lines, size, notes = _read_lines(path, data)
+    if not lines or lines[0].get("version") not in READABLE:
+        raise JournalError(f"{path}: was written by a later version of superfacets")
+    return Journal(path, lines[0], lines[1:], notes, -1, size)
+
+
 def summary(path: Path) -> tuple[Line, Line] | None:
     """The first and the last whole line of a work file, which is not locked.
 

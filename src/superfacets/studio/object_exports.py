@@ -121,7 +121,7 @@ def _write_arrays(document: Document, temporary: Path, path: Path) -> None:
         "names": np.array([one.name for one in objects], np.str_),
     }
     with temporary.open("wb") as file:
-        np.savez_compressed(file, **arrays)
+        np.savez_compressed(file, allow_pickle=False, **arrays)
 
 
 def _write_table(document: Document, temporary: Path, path: Path) -> None:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 from urllib.parse import quote
 
 import numpy as np
 from starlette.responses import Response
 
-from .._validate import checked_flag
+from .._validate import checked_choice, checked_flag
 from ..cells.kinds import kind_of
 from ..pictures.camera import View
 from ..pictures.colors import PALETTE
 from ..pictures.page.shape import shape_of, view_facts
+from .agreement import Side
 from .classes import checked_object
 from .coding import base64_of, bytes_from, cells_from, packet
 from .document import Document
@@ -178,6 +179,36 @@ def _name_object(document: Document, body: Body) -> Body:
         return counts_of(document)
 
 
+def _compare(document: Document, body: Body) -> Body:
+    """The comparison with a given work file, or with the one given last."""
+    files = _files(body) if "files" in body else {}
+    if len(files) > 1:
+        raise ValueError("a comparison is with one work file")
+    for name, data in files.items():
+        document.compare(name, data)
+    return _compared(document)
+
+
+def _accept(document: Document, body: Body) -> Body:
+    cells = cells_from(body.get("cells"), document.n_cells)
+    side = checked_choice(str(body.get("side")), "side", ("mine", "theirs"))
+    document.accept(cells, cast(Side, side))
+    return _compared(document)
+
+
+def _compared(document: Document) -> Body:
+    with document.lock:
+        if document.theirs is None:
+            return {"agreement": None, "differs": "", "bare": "", **counts_of(document)}
+        is_bare = (document.state.paint == 0) & (document.theirs.paint > 0)
+        return {
+            "agreement": document.agreement(),
+            "differs": base64_of(document.differing()),
+            "bare": base64_of(np.flatnonzero(is_bare).astype(np.uint32)),
+            **counts_of(document),
+        }
+
+
 def _review(document: Document, body: Body) -> Body:
     with document.lock:
         document.review(checked_flag(body.get("reviewed"), "reviewed"))
@@ -213,15 +244,19 @@ def _export(document: Document, body: Body) -> Body:
 
 
 def _import(document: Document, body: Body) -> Body:
-    given = body.get("files")
-    if not isinstance(given, list) or not all(isinstance(file, dict) for file in given):
-        raise ValueError("files must be a list of objects with a name and data")
-    files = {str(file.get("name")): bytes_from(file.get("data")) for file in given}
-    imported = read_import(files, document.cells, document.class_list)
+    imported = read_import(_files(body), document.cells, document.class_list)
     with document.lock:
         change = document.take(imported)
         changed = 0 if change is None else change.after.n
         return {"changed": changed, "classes": list(document.class_list), **counts_of(document)}
+
+
+def _files(body: Body) -> dict[str, bytes]:
+    """Content of files sent by a client, by name."""
+    given = body.get("files")
+    if not isinstance(given, list) or not all(isinstance(file, dict) for file in given):
+        raise ValueError("files must be a list of objects with a name and data")
+    return {str(file.get("name")): bytes_from(file.get("data")) for file in given}
 
 
 OPERATIONS: dict[str, Operation] = {
@@ -233,6 +268,8 @@ OPERATIONS: dict[str, Operation] = {
     "split": _split,
     "split-object": _split_object,
     "name-object": _name_object,
+    "compare": _compare,
+    "accept": _accept,
     "review": _review,
     "export": _export,
     "import": _import,

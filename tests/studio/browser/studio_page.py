@@ -99,6 +99,8 @@ class Tab:
 
     def ready(self):
         self.until(READY)
+        if self.locator("#welcome").is_visible():
+            self.locator("#welcome-close").click()
         return self
 
     def settled(self):
@@ -116,7 +118,7 @@ class Tab:
             desk.clearSelection();
             desk.showAll();
             desk.drawing.camera.home();
-            desk.choose(1);
+            desk.choose(1, 1);
         }""")
         self.press("Escape")
         self.away()
