@@ -8,7 +8,7 @@ const NAMES: Record<string, string> = {
   cells: "Class per cell",
   objects: "Objects",
   vertices: "Class per vertex",
-  instances: "Class × 1000 + object per vertex",
+  instances: "instance_gt per vertex",
   regions: "Regions",
   region_classes: "Class per region",
 };
