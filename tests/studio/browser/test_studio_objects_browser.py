@@ -8,7 +8,7 @@ import superfacets as sf
 from superfacets import Mesh, write_mesh
 from superfacets.studio.document import Document
 
-CHAIR = 1
+CHAIR, FLOOR = 1000, 2000
 
 
 def box(center, size, n):
@@ -57,7 +57,7 @@ def real_room(data_dir, tmp_path):
     mesh = sf.submesh(Mesh(room["vertices"].astype(float), room["faces"]), is_near * 1, 1).mesh
     write_mesh(tmp_path / "room.ply", mesh)
     truth = np.select([instances == 4, instances == 5], [1, 2], 0)[is_near]
-    return tmp_path / "room.ply", truth, 40
+    return tmp_path / "room.ply", truth, 24
 
 
 @pytest.fixture(params=["made", "real"])
@@ -66,40 +66,45 @@ def room(request):
 
 
 class Annotator:
-    """Labels the objects 1 and 2 with mouse and keys, and knows which regions are of which."""
+    """Labels two chairs and the floor with mouse and keys, and knows which regions are of which."""
 
     def __init__(self, tab, truth):
-        self.tab, self.truth, self.labels = tab, truth, tab.labels()
+        self.tab, self.labels = tab, tab.labels()
         table = np.zeros((self.labels.max() + 1, 3), int)
         np.add.at(table, (self.labels, truth), 1)
-        self.object_of_region = table.argmax(axis=1)
+        self.instance_of_region = np.array([FLOOR, CHAIR + 1, CHAIR + 2])[table.argmax(axis=1)]
 
     def label(self):
-        """Click what is seen; the regions behind are visited one by one by the keyboard."""
+        """Click what is seen, class by class; S goes to the regions behind, one by one."""
         tab = self.tab
-        tab.press(str(CHAIR))
-        for number in (1, 2):
-            if number == 2:
-                tab.press("o")
-                tab.wait_for_status("2 is new")
-            for region, x, y in tab.spots(None):
-                if self.object_of_region[region] == number:
+        seen = tab.spots(None)
+        for number, keys in ((FLOOR, "2"), (CHAIR + 1, "1"), (CHAIR + 2, "o")):
+            tab.press(keys)
+            if number == FLOOR:
+                tab.page.get_by_label("class 2 has objects").click()  # no longer
+                tab.settled()
+            for region, x, y in seen:
+                if self.instance_of_region[region] == number:
                     tab.click(x, y)
         tab.locator("#canvas").focus()
-        for _ in range(len(self.object_of_region)):
-            tab.press("n")
-            region = tab.evaluate("studio.cursor()")
-            number = self.object_of_region[region]
-            if number and not tab.classes()[self.labels == region].any():
-                tab.locator(f"input[name=object][value='{number << 16 | CHAIR}']").click()
-                tab.locator("#canvas").focus()
-                tab.press("Enter")
+        tab.press("s")
+        while "Every region" not in tab.status:
+            self.choose(self.instance_of_region[tab.evaluate("studio.cursor()")])
+            tab.press("Enter", "s")
         tab.settled()
+
+    def choose(self, instance):
+        """Choose a class by its key, or an object in its list."""
+        number, place = divmod(int(instance), 1000)
+        if place:
+            self.tab.locator(f"input[name=object][value='{place << 16 | number}']").click()
+            self.tab.locator("#canvas").focus()
+        else:
+            self.tab.press(str(number))
 
     @property
     def expected(self):
-        numbers = self.object_of_region[self.labels]
-        return np.where(numbers > 0, 1000 * CHAIR + numbers, 0)
+        return self.instance_of_region[self.labels]
 
 
 def test_two_chairs_of_one_class_become_two_objects(room, serve, open_tab, tmp_path):
@@ -109,7 +114,7 @@ def test_two_chairs_of_one_class_become_two_objects(room, serve, open_tab, tmp_p
     annotator = Annotator(tab, truth)
     annotator.label()
     expected = annotator.expected
-    assert np.mean(expected == np.where(truth > 0, 1000 * CHAIR + truth, 0)) > 0.9
+    assert np.mean(expected == np.where(truth > 0, CHAIR + truth, FLOOR)) > 0.9
     np.testing.assert_array_equal(server.instances(), expected)
 
     tab.page.keyboard.press("Control+s")
@@ -117,7 +122,7 @@ def test_two_chairs_of_one_class_become_two_objects(room, serve, open_tab, tmp_p
     assert "Saved" in tab.locator("#saved").text_content()
     tab.press("Control+z")
     tab.wait_for_status("Undone")
-    assert np.count_nonzero(server.instances()) < np.count_nonzero(expected)
+    assert (server.instances() == 0).any()
     tab.press("Control+Shift+Z")
     tab.wait_for_status("again")
     server.kill()
@@ -134,7 +139,9 @@ def test_two_chairs_of_one_class_become_two_objects(room, serve, open_tab, tmp_p
     check_vertices(path, written, expected)
 
     merge(tab, path, tmp_path, expected)
-    np.testing.assert_array_equal(server.instances() % 1000 > 0, expected > 0)
+    assert np.count_nonzero(server.instances() == CHAIR + 2) > np.count_nonzero(
+        expected == CHAIR + 2
+    )
 
 
 def check_vertices(path, written, expected):
@@ -146,7 +153,7 @@ def check_vertices(path, written, expected):
     is_inside = lowest == highest
     assert is_inside.mean() > 0.8
     np.testing.assert_array_equal(written[is_inside], lowest[is_inside])
-    assert set(np.unique(written)) == {0, 1001, 1002}
+    assert set(np.unique(written)) == {FLOOR, CHAIR + 1, CHAIR + 2}
 
 
 def merge(tab, path, folder, expected):
@@ -155,11 +162,11 @@ def merge(tab, path, folder, expected):
     document = Document.open(path, work)
     for number in (1001, 1002):
         cells = np.flatnonzero(expected == number).astype(np.uint32)
-        document.paint(cells, CHAIR, objects=number - 1000)
+        document.paint(cells, 1, objects=number - CHAIR)
     labels = tab.labels()
     region = labels[np.flatnonzero(expected == 1001)[0]]
-    document.paint(np.flatnonzero(labels == region).astype(np.uint32), CHAIR, objects=2)
-    theirs = document.instances.copy()
+    document.paint(np.flatnonzero(labels == region).astype(np.uint32), 1, objects=2)
+    theirs = np.where(expected == FLOOR, FLOOR, document.instances)
     document.close()
     tab.locator("#compare").set_input_files(work)
     tab.page.wait_for_selector("#comparison:not([hidden])")
@@ -169,7 +176,7 @@ def merge(tab, path, folder, expected):
     tab.wait_for_status("Theirs is taken")
     paint = np.array(tab.evaluate("[...studio.desk.session.paints.of]"))
     np.testing.assert_array_equal((paint & 0xFFFF) * 1000 + (paint >> 16), theirs)
-    assert tab.page.get_by_text("Next difference").is_disabled()
+    assert tab.page.get_by_role("button", name="Next difference").is_disabled()
 
 
 def test_sections_locks_and_schemes(studio):
@@ -199,7 +206,7 @@ def test_sections_locks_and_schemes(studio):
     tab.page.mouse.up()
     assert seen(tab) != high
     tab.press("c")
-    assert len(seen(tab)) == n_seen
+    assert len(seen(tab)) > 0.95 * n_seen  # a smooth picture shows some more cells
     before = tab.evaluate("JSON.stringify(studio.desk.drawing.camera.eye)")
     tab.drag((4, 60), (80, 90))
     assert tab.evaluate("JSON.stringify(studio.desk.drawing.camera.eye)") != before
