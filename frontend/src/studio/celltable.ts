@@ -1,6 +1,7 @@
 // Class, object and marks of each cell, as a texture.
 
 import { type Gpu, Table } from "../shared/gl";
+import { classOf, objectOf } from "./labeling";
 
 export const MARK_RED = 1; // cells of the red stroke in split mode
 export const MARK_BLUE = 2;
@@ -26,13 +27,14 @@ export class CellTable {
     this.table.fill("rgba8ui", new Uint8Array(4 * nCells));
   }
 
-  /** Set the paint of the given cells, or of all. */
-  setPaint(paint: Uint32Array, cells: Uint32Array | null): void {
+  /** Set the paint of the given cells, or of all; classes that are stuff show no objects. */
+  setPaint(paint: Uint32Array, cells: Uint32Array | null, stuff: ReadonlySet<number>): void {
     const { texels } = this.table;
     const set = (cell: number): void => {
       texels[4 * cell] = paint[cell] & 255;
       texels[4 * cell + 1] = (paint[cell] >> 8) & 255;
-      texels[4 * cell + 3] = (paint[cell] >> 16) & 255; // enough to tell neighbors apart
+      const object = stuff.has(classOf(paint[cell])) ? 0 : objectOf(paint[cell]);
+      texels[4 * cell + 3] = object && 1 + ((object - 1) % 255); // enough to tell neighbors apart
       this.table.touch(cell);
     };
     if (cells) cells.forEach(set);

@@ -26,6 +26,7 @@ export class Desk {
   readonly events = new Events<Kinds>();
   picker!: Picker;
   currentPaint = 0;
+  private stuff: ReadonlySet<number> = new Set(); // classes without objects
   cursor = -1; // region of the keyboard's cursor; -1 for none
   hoveredCell = -1;
   tolerance = 0.15; // tolerance of the operation "similar", 0 to 1
@@ -40,7 +41,7 @@ export class Desk {
     events.on("regions", () => this.takeRegions());
     events.on("classes", (classes) => this.takeClasses(classes));
     events.on("cells", (cells) => {
-      drawing.cells.setPaint(session.paints.of, cells);
+      drawing.cells.setPaint(session.paints.of, cells, this.stuff);
       drawing.redraw();
     });
   }
@@ -64,6 +65,8 @@ export class Desk {
 
   private takeClasses(classes: ClassEntry[]): void {
     this.drawing.setClassColors(new Map(classes.map(({ id, color }) => [id, parseColor(color)])));
+    this.stuff = new Set(classes.filter((one) => one.stuff).map(({ id }) => id));
+    this.session.events.emit("cells", null);
     const entry = classes.find(({ id }) => id === classOf(this.currentPaint)) ?? classes[0];
     this.choose(entry?.id ?? 0);
   }
@@ -76,7 +79,7 @@ export class Desk {
   }
 
   isStuff(id: number): boolean {
-    return !id || this.session.state.classes.some((entry) => entry.id === id && entry.stuff === true);
+    return !id || this.stuff.has(id);
   }
 
   private usualObject(id: number): number {

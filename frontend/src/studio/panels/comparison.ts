@@ -1,7 +1,7 @@
 // Comparison with somebody else's work: how far both agree, and whose class and object regions get.
 
 import { fromBase64, toBase64 } from "../../shared/arrays";
-import { make, part, percent } from "../../shared/dom";
+import { make, part } from "../../shared/dom";
 import { MARK_DIFFERS } from "../celltable";
 import type { Agreement, CompareReply } from "../contract";
 import type { Desk } from "../desk";
@@ -50,7 +50,7 @@ export class Comparison {
     ]);
     const head = make("tr", {}, make("th", {}, "Class, object"), make("th", { title: "Area of both / area of one of both" }, "IoU"));
     this.box.replaceChildren(
-      make("p", {}, `${name}: ${percent(share)} of the area that both labeled is the same.`),
+      make("p", {}, `${name}: ${(100 * share).toFixed(1)} % of the area that both labeled is the same.`),
       make("table", {}, head, ...rows),
       make("div", { class: "row" },
         this.button("Next difference", "Go to the region with the largest difference (D)", this.differing, () => this.next()),
