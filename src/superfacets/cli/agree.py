@@ -31,9 +31,9 @@ from .options import FILE
 def agree_command(
     mesh: Path, mine: Path, theirs: Path, output: Path | None, prefer: str, as_json: bool
 ) -> None:
-    """Compare two people's work files, MINE and THEIRS, of the mesh or point cloud in the file IN.
+    """Compare two people's work in the studio, and merge it.
 
-    Prints the share of the area on which both agree, and the IoU of each class and object. Classes
+    MINE and THEIRS are work files of the mesh or point cloud in the file IN. Prints the share of the area on which both agree, and the IoU of each class and object. Classes
     are matched by name, and objects by the area they share. What only one has labeled is in the
     merged work, too.
     """
