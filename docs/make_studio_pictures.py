@@ -1,6 +1,7 @@
 """Take the pictures of the studio anew: ``python docs/make_studio_pictures.py DATA``.
 
-DATA is a folder with ``meshes/bunny.ply``, ``psb/off`` and ``rooms``. Playwright and Chromium are needed.
+DATA is a folder with ``meshes/bunny.ply``, ``psb/off`` and ``rooms``. Playwright and Chromium are
+needed.
 """
 
 import shutil
@@ -55,7 +56,7 @@ def wait(page: Page) -> None:
 
 def name_classes(page: Page) -> None:
     for number, name in enumerate(NAMES):
-        page.locator("input[aria-label^='Name of']").nth(number).fill(name)
+        page.locator(".class input[aria-label^='Name of']").nth(number).fill(name)
         page.keyboard.press("Enter")
         page.wait_for_timeout(500)
 
@@ -124,7 +125,9 @@ def storage(data: Path, place: Path) -> Path:
     document = Document.open(path, None, 300, default_classes(names))
     labels, objects = document.revision.labels, room["instances"][room["faces"]][:, 1]
     classes = room["classes"].astype(int) + 1
-    winners = [np.bincount(objects[labels == region]).argmax() for region in range(labels.max() + 1)]
+    winners = [
+        np.bincount(objects[labels == region]).argmax() for region in range(labels.max() + 1)
+    ]
     for one in set(winners) - {LEFT_OUT}:
         cells = np.flatnonzero(np.isin(labels, np.flatnonzero(np.equal(winners, one))))
         number = np.count_nonzero(classes[:one] == classes[one]) + 1

@@ -1,6 +1,7 @@
 """Keep the pictures of the documentation small: ``python docs/shrink_images.py``.
 
-PNG pictures of more than 150 KB get a palette of 256 colors; if that is not enough, they are halved.
+Pictures in PNG of more than 150 KB get a palette of 256 colors; if that is not enough, they are
+halved.
 Pictures of pages, with their smooth shades and small text, are WebP files in all their colors.
 """
 

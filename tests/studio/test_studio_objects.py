@@ -198,6 +198,7 @@ def test_objects_are_written_as_coco_has_them_and_read_back_exactly(client):
     furnished.set_classes(CLASSES)
     for region, number, place in ((3, 1, 1), (4, 1, 2), (5, 2, 1), (6, 3, 0), (7, 1, 0)):
         furnished.paint(furnished.revision.cells_of(region), number, objects=place)
+    furnished.paint(furnished.revision.cells_of(9), 1, objects=7)  # numbers with a gap
     furnished.name_object(1, 2, "by the door")
     name, data = export_bytes(furnished, "objects", "json")
     assert name == "sheet.objects.json"
@@ -216,7 +217,7 @@ def test_objects_are_written_as_coco_has_them_and_read_back_exactly(client):
     furnished.paint(np.arange(furnished.n_cells, dtype=np.uint32), 0)
     client.done("import", files=[{"name": name, "data": superfacets.studio.coding.base64_of(data)}])
     assert np.array_equal(furnished.state.paint, before)
-    assert furnished.name_of(1, 2) == "by the door"
+    assert furnished.state.object_names == ({"class": 1, "object": 2, "name": "by the door"},)
     client.done("undo")
     assert not furnished.state.paint.any()
 

@@ -141,6 +141,12 @@ export class Drawing {
     if (before[0] !== this.hovered || before[1] !== this.cursor) this.redraw();
   }
 
+  /** Whether the clip box cuts off a place. */
+  isCut(place: Vector): boolean {
+    const { clip } = this;
+    return clip !== null && place.some((value, k) => value < clip.low[k] || value > clip.high[k]);
+  }
+
   setBorders(on: boolean): void {
     this.hasBorders = on;
     this.redraw();

@@ -36,7 +36,8 @@ export class Picker {
     const radius = (pixels * camera.distanceTo(middle)) / camera.pixelsOf(canvas.clientHeight);
     const facing = mesh.normalOf(cell);
     const found = [...this.surroundings.within(middle, radius).add(cell)];
-    return found.filter((other) => !drawing.cells.isHidden(other) && dot(mesh.normalOf(other), facing) >= 0);
+    const isSeen = (other: number): boolean => !drawing.cells.isHidden(other) && !drawing.isCut(mesh.middleOf(other) ?? middle);
+    return found.filter((other) => isSeen(other) && dot(mesh.normalOf(other), facing) >= 0);
   }
 
   /** Position of a cell in the picture; null if it is outside. */

@@ -33,9 +33,9 @@ def agree_command(
 ) -> None:
     """Compare two people's work in the studio, and merge it.
 
-    MINE and THEIRS are work files of the mesh or point cloud in the file IN. Prints the share of the area on which both agree, and the IoU of each class and object. Classes
-    are matched by name, and objects by the area they share. What only one has labeled is in the
-    merged work, too.
+    MINE and THEIRS are work files of the mesh or point cloud in the file IN. Prints the share of
+    the area on which both agree, and the IoU of each class and object. Classes are matched by name,
+    and objects by the area they share. What only one has labeled is in the merged work, too.
     """
     if not all(find_spec(name) for name in ("scipy", "starlette", "uvicorn")):
         raise MissingExtraError("the studio", "studio")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 import tempfile
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -168,8 +168,8 @@ def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
             raise MeshError(f"an annotation is of {runs.sum()} cells, and the mesh has {n_cells}")
         is_in = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
         name = names[int(annotation["category_id"])]
-        has_object = not annotation.get("iscrowd", 0)
-        gathered.add(name, is_in, str(annotation.get("name", "")), has_object=has_object)
+        wanted = 0 if annotation.get("iscrowd", 0) else annotation.get("object")
+        gathered.add(name, is_in, str(annotation.get("name", "")), wanted)
     return gathered.imported()
 
 
@@ -180,15 +180,18 @@ class _Gathered:
         self._known = known
         self._number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(known)}
         self._stuff = {entry["id"] for entry in known if entry.get("stuff")}
-        self._n_objects: Counter[int] = Counter()
+        self._places: dict[int, set[int]] = {}  # objects of each class
         self._classes = np.zeros(n_cells, np.int64)
         self._objects = np.zeros(n_cells, np.int64)
         self._names: dict[tuple[int, int], str] = {}
 
     def add(
-        self, name: str, is_in: npt.NDArray[np.bool_], own_name: str, *, has_object: bool = True
+        self, name: str, is_in: npt.NDArray[np.bool_], own_name: str, wanted: object = None
     ) -> None:
-        """Give cells a class, which may be new, and an object, unless the class is stuff."""
+        """Give cells a class, which may be new, and an object, unless the class is stuff.
+
+        The object gets the wanted number if that is free, and else the next; 0 is no object.
+        """
         number = self._number_of.get(name.casefold())
         if number is None:
             number = max((entry["id"] for entry in self._known), default=0) + 1
@@ -197,14 +200,17 @@ class _Gathered:
             if self._known[-1].get("stuff"):
                 self._stuff.add(number)
         self._classes[is_in], self._objects[is_in] = number, 0
-        if not has_object or number in self._stuff:
+        if wanted == 0 or number in self._stuff:
             return
-        self._n_objects[number] += 1
-        place = self._n_objects[number]
+        taken = self._places.setdefault(number, set())
+        is_usable = type(wanted) is int and 0 < wanted <= MAX_OBJECT and wanted not in taken
+        place = cast(int, wanted) if is_usable else max(taken, default=0) + 1
         if place > MAX_OBJECT:
             raise MeshError(f"{name} has more than {MAX_OBJECT} objects")
+        taken.add(place)
         self._objects[is_in] = place
-        if own_name.strip():
+        is_usual = re.fullmatch(re.escape(name) + r"( \d+)?", own_name.strip(), re.IGNORECASE)
+        if own_name.strip() and not is_usual:
             self._names[number, place] = own_name
 
     def imported(self) -> Imported:

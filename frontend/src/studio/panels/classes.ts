@@ -153,11 +153,13 @@ export class ClassesPanel {
   }
 
   private fillObjects(wanted: (readonly [number, number[]])[]): void {
+    const hadFocus = document.activeElement?.matches("input[name=object]");
     for (const paint of this.shares.keys()) if (objectOf(paint)) this.shares.delete(paint);
     for (const [id, objects] of wanted) {
       const rows = objects.flatMap((object) => this.objectRows(id, object, objects));
       this.lists.get(id)?.replaceChildren(...rows);
     }
+    if (hadFocus) this.box.querySelector<HTMLInputElement>("input[name=object]:checked")?.focus();
   }
 
   private objectRows(id: number, object: number, all: number[]): HTMLDivElement[] {
