@@ -7,7 +7,7 @@
 namespace superfacets {
 namespace {
 
-// Less than every squared distance; stored for centers.
+// Less than every squared distance, and less than kIsCenter: where the search for a maximum begins.
 constexpr double kBelowAll = -2.0;
 
 // Nodes of this level hold 2^11 cells, about ten microseconds of work. They are updated on several
