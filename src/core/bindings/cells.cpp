@@ -405,7 +405,8 @@ void bind_graphs(nb::module_& module) {
       .def("__init__", &make_placed_cells, "positions"_a, "measures"_a, "n_threads"_a);
   nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph")
       .def("__init__", &make_ordered_graph, "cells"_a, "offsets"_a, "neighbors"_a, "lengths"_a,
-           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0)
+           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0,
+           "Moves the arrays of `cells` into the graph: `cells` is empty afterwards.")
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
