@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._core import Clustering, CoarseGraph, OrderedGraph
+from .._core import Clustering, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
-from .._types import Ints
+from .._types import Array, Ints
 from .graphs import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions_of
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
@@ -67,11 +67,10 @@ class Iteration:
 
         `centers` are cells of the graph that the last one was made of.
         """
-        paths = (clustering.lengths(), clustering.labels())
+        paths: tuple[Array, Ints] = (clustering.lengths(), clustering.labels())
         while coarse:
             start = time.perf_counter()
             level = coarse.pop()
-            assert isinstance(level, CoarseGraph)  # tiles have no straight steps
             with timed(self.timings, "classify"):
                 paths = level.spread(*paths, centers, self.options.n_threads)
             seconds = time.perf_counter() - start
@@ -93,7 +92,7 @@ class Iteration:
         is_first = not self.levels
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay)
         if is_first and self.options.relocate:
-            assert isinstance(clustering, Clustering)  # tiles do not relocate
+            assert isinstance(clustering, Clustering)  # tiles have coarse cells first
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -39,6 +39,17 @@ class SmoothOptions(NamedTuple):
     max_distance: float = MAX_DISTANCE  # in r
     max_chain: int = MAX_CHAIN
     stiffness: float = 0.0  # in 1 / r
+
+    def limits(self, radius: float) -> tuple[Any, ...]:
+        """Return arguments of the kernels, for regions of this radius.
+
+        These are the distance, the chain, the number of sweeps, the stiffness, and the roundness.
+        """
+        stiffness = self.stiffness / radius
+        roundness = ROUNDNESS * stiffness / radius / radius
+        if not math.isfinite(roundness):  # regions this small are single cells
+            stiffness = roundness = 0.0
+        return self.max_distance * radius, self.max_chain, MAX_SWEEPS, stiffness, roundness
 
 
 OF_PARTS = SmoothOptions(max_distance=2.75, max_chain=16, stiffness=1.5)
@@ -140,18 +151,5 @@ def smooth_borders(
 
 def straighten(costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOptions) -> Ints:
     """Return smoothed labels; arguments are checked."""
-    stiffness = options.stiffness / costs.radius
-    roundness = ROUNDNESS * stiffness / costs.radius / costs.radius
-    if not math.isfinite(roundness):  # regions this small are single cells
-        stiffness = roundness = 0.0
-    return _core.smooth_borders(
-        *costs.args,
-        labels,
-        fixed,
-        options.max_distance * costs.radius,
-        options.max_chain,
-        MAX_SWEEPS,
-        stiffness,
-        roundness,
-        costs.surface.n_threads,
-    )
+    limits = options.limits(costs.radius)
+    return _core.smooth_borders(*costs.args, labels, fixed, *limits, costs.surface.n_threads)

@@ -15,14 +15,17 @@ from .._options import CleanupOptions, Islands, LoopOptions, Progress, SizeOptio
 from .._timing import OnStage, timed
 from .._validate import checked_choice, checked_count, checked_flag
 from ..cells.cell_graph import box_diagonal
+from ..cells.parts import PART_CREASE_SCALE, SPARE
 from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
+from ..clustering.graphs import AnyGraph, can_be_coarse, has_small_regions
 from ..clustering.loop import coarsened, segment_cells
 from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
 from ..errors import SliverWarning
 from ..io.atomic import StrPath
-from ..pipeline import Options, sliver_advice, stages_in_order, warn_of_islands
+from ..pipeline import Options, price_parts, sliver_advice, stages_in_order, warn_of_islands
+from ..regions.smooth import OF_PARTS
 from .borders import BorderRule, straighten_tiled
 from .cloud_normals import has_open_cloud
 from .cloud_tiles import make_cloud_tiles
@@ -32,8 +35,8 @@ from .mesh_tiles import make_mesh_tiles
 from .opening import TiledSource, open_pieces
 from .scratch import check_room, scratch_folder
 from .store import TileStore, find_cells
-from .tile_arcs import WeightRule, find_arcs
-from .tiled_graph import TiledGraph
+from .tile_arcs import ArcFacts, WeightRule, find_arcs
+from .tiled_graph import TiledCoarseGraph, TiledGraph
 
 TILE_SIZE = 1 << 18
 """Default number of cells of a tile."""
@@ -54,9 +57,8 @@ ADDRESSES_OF_THREAD = 150 << 20
 KEPT_HEAP = 1 << 28
 """Freed bytes that stay in the heap for the arrays of the next tile."""
 
-_WEIGHTS = ("creases", "superfacets")
-"""``"parts"`` is excluded: it needs rays through the whole mesh. So is ``"stk02"``, which is for
-comparing methods on small meshes."""
+_WEIGHTS = ("parts", "creases", "superfacets")
+"""``"stk02"`` is excluded: it is for comparing methods on small meshes."""
 
 
 def segment_tiled(
@@ -67,9 +69,10 @@ def segment_tiled(
     alpha: float | None = None,
     eta_convex: float | None = None,
     ridges: float | None = None,
-    weights: WeightName = "creases",
+    weights: WeightName = "parts",
     max_num_iter: int = 50,
     tol: float = 0.02,
+    relocate: bool | None = None,
     islands: Islands = "keep",
     smooth: bool = True,
     weld: bool = True,
@@ -84,7 +87,7 @@ def segment_tiled(
     on_stage: OnStage | None = None,
     on_tile: OnDone | None = None,
 ) -> Segmentation:
-    """Segment a mesh or point cloud larger than memory, as ``segment(weights="creases")`` does.
+    """Segment a mesh or point cloud larger than memory, as `segment` does.
 
     The faces (or points) are sorted along a space-filling curve on disk, and cut into tiles. Coarse
     cells are made tile by tile; the loop runs on their graph in memory; the faces are labeled tile
@@ -97,9 +100,11 @@ def segment_tiled(
         A file; a folder of files, either meshes that share vertices by position, or clouds; or
         arrays, which may be memory maps. Faces, or points, are numbered through all files of a
         folder, in the order of their names.
-    n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, islands, smooth, weld
+    n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, relocate, islands, smooth
         As for `segment`.
-    weights : {"creases", "superfacets"}
+    weld
+        As for `segment`.
+    weights : {"parts", "creases", "superfacets"}
         As for `segment`.
     tile_size : int, default 262144
         Faces or points of a tile, rounded up to a multiple of 4096. Labels do not depend on it.
@@ -155,8 +160,8 @@ def segment_tiled(
     Memory use is the sum of `cache`, about 500 bytes per face of a tile for each thread, 10 bytes
     per face of the mesh for the graph of coarse cells, 4 for the labels (8 for labels of points),
     and the faces around borders. The graph of all faces is in memory, 150 bytes a face, if regions
-    have less than about a hundred faces, or if the loop runs on all faces (``tol=0``,
-    ``max_num_iter`` 0 or 1).
+    have less than about 200 faces (100 with other weights than ``"parts"``), or if the loop runs on
+    all faces (``tol=0``, ``max_num_iter`` 0 or 1).
 
     Expansions do not halt (`radius_factor` of `segment`), and seeds are the farthest from each
     other by path length (``init="geodesic"``).
@@ -167,11 +172,13 @@ def segment_tiled(
     >>> from superfacets import sample_mesh, segment
     >>> mesh = sample_mesh(20_000)
     >>> tiled = segment_tiled(mesh, 20, tile_size=8192)
-    >>> np.array_equal(tiled.labels, segment(mesh, 20, weights="creases").labels)
+    >>> np.array_equal(tiled.labels, segment(mesh, 20).labels)
     True
     """
     checked_choice(weights, "weights", _WEIGHTS)  # not an array
-    loop = LoopOptions.checked(max_num_iter, tol, None, islands, n_threads, progress, on_stage)
+    loop = LoopOptions.checked(
+        max_num_iter, tol, None, islands, n_threads, progress, on_stage, relocate=relocate
+    )
     options = Options(
         checked_flag(weld, "weld"),
         "geodesic",
@@ -265,31 +272,68 @@ def _run(
 
 def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> Segmentation:
     """Run stages 2 to 5 on a graph of tiles."""
-    store, run, loop = graph.store, graph.run, options.loop
-    diagonal = box_diagonal(store.bounds)
+    store, diagonal = graph.store, box_diagonal(graph.store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
-    has_prices = options.cleanup.smooth and options.weights.has_other_unit
-    rule = WeightRule(size.radius, options.weights, has_prices, graph.n_threads)
-    with timed(timings, "weights", loop.on_stage):
-        facts = find_arcs(store, rule, run)
+    plan = Plan(None, size, options.size, "geodesic")
+    has_parts = options.weights.has_parts and size.radius > 0.0
+    if options.loop.relocate is None:
+        options = replace(options, loop=replace(options.loop, relocate=has_parts))
+    facts = _weigh(graph, plan, options, timings)
     share = min(facts.sliver_area / store.total_measure, 1.0) if store.total_measure > 0 else 0.0
     note = sliver_note(share, sliver_advice(size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=4)
-    plan = Plan(None, size, options.size, "geodesic")
-    levels = coarsened(graph, plan, loop, timings)
-    result = segment_cells(graph, levels, store.bounds, plan, loop)
+    if has_parts:
+        graph = replace(graph, straight_unit=facts.unit * diagonal)
+    result, borders = _cluster(graph, plan, options, timings)
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
-        with timed(timings, "regions", loop.on_stage):
-            unit = facts.border_unit if has_prices else facts.unit
-            name = "border_lengths" if has_prices else "lengths"
-            borders = BorderRule(name, unit, size.radius or diagonal, loop.n_threads)
-            straighten_tiled(store, borders, result.labels, result.centers, run)
+        with timed(timings, "regions", options.loop.on_stage):
+            if options.weights.has_other_unit:
+                borders = replace(borders, lengths="border_lengths", unit=facts.border_unit)
+            else:
+                borders = replace(borders, unit=facts.unit)
+            straighten_tiled(store, borders, result.labels, result.centers, graph.run)
     if store.kind == "points":
         result = _in_input_order(store, result)
     timings, params = stages_in_order(timings | result.timings), options.params(result)
     return replace(result, sliver_share=share, timings=timings, params=params)
+
+
+def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]) -> ArcFacts:
+    """Stages 1 and 2: write the arcs of all tiles with their lengths."""
+    has_prices = options.cleanup.smooth and options.weights.has_other_unit
+    spare = SPARE if options.weights.has_parts and plan.size.radius > 0.0 else 1.0
+    rule = WeightRule(plan.size.radius, options.weights, has_prices, graph.n_threads, spare)
+    with timed(timings, "weights", options.loop.on_stage):
+        return find_arcs(graph.store, rule, graph.run)
+
+
+def _cluster(
+    graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]
+) -> tuple[Segmentation, BorderRule]:
+    """Stages 3 and 4; the rule for borders has units of its own."""
+    loop, size, bounds = options.loop, plan.size, graph.store.bounds
+    scale = size.radius or box_diagonal(bounds)
+    borders = BorderRule("lengths", 0.0, scale, loop.n_threads)
+    if not graph.straight_unit:
+        levels = coarsened(graph, plan, loop, timings)
+        return segment_cells(graph, levels, bounds, plan, loop), borders
+    # If the loop runs on all cells, these get arcs to cells farther away, which tiles do not have.
+    is_coarse = can_be_coarse(graph.is_symmetric, plan, loop)
+    is_coarse = is_coarse and not has_small_regions(graph, size.n_segments)
+    cells: AnyGraph = graph if is_coarse else graph.gathered(loop.n_threads)
+    levels = coarsened(cells, plan, loop, timings)
+    if cells is graph and levels.on_all:
+        cells = graph.gathered(loop.n_threads)
+    with timed(timings, "weights"):
+        parts = price_parts(cells, levels, options.weights, size, loop.n_threads)
+    finest = next(iter(levels.coarse), None)
+    borders = replace(
+        borders, crease_scale=PART_CREASE_SCALE, smoothing=OF_PARTS, parts=parts,
+        firsts=finest.firsts if isinstance(finest, TiledCoarseGraph) else None,
+    )  # fmt: skip
+    return segment_cells(cells, levels, bounds, plan, loop, graph.join_loose_pieces), borders
 
 
 def _in_input_order(store: TileStore, result: Segmentation) -> Segmentation:

@@ -34,6 +34,7 @@ class WeightRule:
     options: WeightOptions
     has_prices: bool  # whether borders need default weights as well, called prices
     n_threads: int
+    spare: float = 1.0  # unit of lengths, in multiples of the usual one
     is_turned: bool = False  # whether normals point inwards, and must be flipped
     evened: float = 0.0  # see `evened_share`
 
@@ -41,7 +42,7 @@ class WeightRule:
     def has_hollows(self) -> bool:
         """Whether weights depend on how hollow the shape is."""
         params = self.options.params
-        return bool(params["weights"] == "creases" and params["alpha"])
+        return bool(params["weights"] in ("creases", "parts") and params["alpha"])
 
 
 class ArcFacts(NamedTuple):
@@ -89,7 +90,7 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
             turn, inside = sum(some.turn for some in sums), enclosed(volume, diagonal)
             evened = evened_share(turn, inside, store.total_measure, diagonal)
             sums = weighed(replace(rule, evened=evened)) if evened else sums
-    unit = _core.unit_of_lengths(sum(some.weights for some in sums))
+    unit = rule.spare * _core.unit_of_lengths(sum(some.weights for some in sums))
     border_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
     run.all(_round_tile, store, store.n_tiles, (unit, border_unit), rule.n_threads)
     return ArcFacts(unit, border_unit, sum(some.sliver_area for some in sums))
