@@ -291,9 +291,9 @@ class _Band:
         costs, cells = rule.costs(self.store, self.part), self.part.columns["cells"]
         at = np.minimum(np.searchsorted(cells, centers), len(cells) - 1)
         fixed = at[cells[at] == centers].astype(np.int32)
-        limits = (*rule.smoothing.limits(costs.radius), rule.n_threads)
         edge = np.flatnonzero(self._is_at_edge()).astype(np.int32)
-        moved, examined = _core.smooth_part(*costs.args, labels, fixed, *limits, edge, *sums)
+        args = rule.smoothing.args(costs, labels, fixed)
+        moved, examined = _core.smooth_part(*args, edge, *sums)
         return moved, self._at_ends_of(examined)
 
     def _at_ends_of(self, cells: Ints) -> Ints | Longs:
