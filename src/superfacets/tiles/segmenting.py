@@ -24,16 +24,18 @@ from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
 from ..errors import SliverWarning
 from ..io.atomic import StrPath
+from ..mesh.denoising import Denoise, checked_denoise
 from ..pipeline import Options, price_parts, sliver_advice, stages_in_order, warn_of_islands
 from ..regions.smooth import OF_PARTS
 from .borders import BorderRule, straighten_tiled
 from .cloud_normals import has_open_cloud
 from .cloud_tiles import make_cloud_tiles
+from .denoising import make_denoised_tiles
 from .label_files import label_files, ranges_of, save_labels
-from .mapping import OnDone, open_run
+from .mapping import OnDone, Run, open_run
 from .mesh_tiles import make_mesh_tiles
-from .opening import TiledSource, open_pieces
-from .scratch import check_room, scratch_folder
+from .opening import Pieces, TiledSource, open_pieces
+from .scratch import Scratch, check_room, scratch_folder
 from .store import TileStore, find_cells
 from .tile_arcs import ArcFacts, WeightRule, find_arcs
 from .tiled_graph import TiledCoarseGraph, TiledGraph
@@ -75,6 +77,7 @@ def segment_tiled(
     relocate: bool | None = None,
     islands: Islands = "keep",
     smooth: bool = True,
+    denoise: Denoise = None,
     weld: bool = True,
     tile_size: int = TILE_SIZE,
     scratch: StrPath | None = None,
@@ -102,7 +105,7 @@ def segment_tiled(
         folder, in the order of their names.
     n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, relocate, islands, smooth
         As for `segment`.
-    weld
+    denoise, weld
         As for `segment`.
     weights : {"parts", "creases", "superfacets"}
         As for `segment`.
@@ -186,6 +189,7 @@ def segment_tiled(
         WeightOptions.checked(weights, alpha, eta_convex, ridges),
         loop,
         CleanupOptions.checked(smooth, False, 0.0, islands),
+        denoise=checked_denoise(denoise),
     )
     place = Place.checked(source, tile_size, scratch, cache, out, workers, scheduler)
     with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # threads and heap are kept for all stages
@@ -252,15 +256,11 @@ def _run(
         with timed(timings, "tiles", options.loop.on_stage):
             pieces = open_pieces(source, scratch, for_workers=place.is_remote)
             ranges = ranges_of(pieces, len(place.files))
-            is_cloud, size = pieces.corners is None, place.tile_size
+            is_cloud = pieces.corners is None
             n_bytes = BYTES_PER_POINT if is_cloud else BYTES_PER_FACE
             check_room(place.scratch, n_bytes * pieces.n_cells)
-            if is_cloud:
-                store = make_cloud_tiles(pieces, scratch, size, run=run, n_threads=n_threads)
-            else:
-                store = make_mesh_tiles(
-                    pieces, scratch, size, welds=options.weld, run=run, n_threads=n_threads
-                )
+            made = pieces, scratch, place.tile_size
+            store, options = _make_tiles(made, options, run, n_threads)
         if is_cloud and pieces.normals is None and has_open_cloud(store, run):
             options = replace(options, weights=options.weights.counting_both_turns())
         graph = TiledGraph(store, run, n_threads, is_parallel)
@@ -268,6 +268,24 @@ def _run(
         if place.files:
             save_labels(place.files, ranges, result.labels)
     return result
+
+
+def _make_tiles(
+    made: tuple[Pieces, Scratch, int], options: Options, run: Run, n_threads: int
+) -> tuple[TileStore, Options]:
+    """Stages 0 and 1: write all cells as tiles; `made` has the cells, the folder, and the size."""
+    is_cloud = made[0].corners is None
+    if is_cloud and options.denoise is not None:
+        raise ValueError("denoise needs a mesh of faces, not points")
+    if is_cloud:
+        return make_cloud_tiles(*made, run=run, n_threads=n_threads), options
+    welds = options.weld
+    if options.denoise is None:
+        return make_mesh_tiles(*made, welds=welds, run=run, n_threads=n_threads), options
+    store, n_steps = make_denoised_tiles(
+        *made, options.denoise, welds=welds, run=run, n_threads=n_threads
+    )
+    return store, replace(options, denoise=n_steps)
 
 
 def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> Segmentation:
