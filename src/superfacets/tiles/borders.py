@@ -11,7 +11,7 @@ from .. import _core
 from .._types import Array, Bools, Bytes, Floats, Ints, Longs
 from ..cells.parts import PartPrices
 from ..regions.edit import CREASE_SCALE, BorderCosts
-from ..regions.smooth import SmoothOptions
+from ..regions.smooth import MAX_CHAIN, SmoothOptions
 from .arrays import is_among, rows
 from .mapping import Run
 from .part import Part, surface_of, with_neighbors
@@ -20,6 +20,9 @@ from .store import TileStore, find_cells
 STEPS = {"triangles": 14, "polygons": 10, "points": 8}
 """Width of the first band: number of cells along arcs from a border to the band's outer edge.
 Triangles need two steps for the distance between two vertices."""
+
+MORE_STEPS = 2
+"""Further steps where chains of more than `MAX_CHAIN` cells move at once."""
 
 MOST_STEPS = 160
 
@@ -77,7 +80,8 @@ def straighten_tiled(
     sums = np.empty(0), np.empty((0, 3))
     if rule.smoothing.stiffness:
         sums = region_sums(store, labels, len(centers), run)
-    marks = _Marks(store, run)
+    n_more = MORE_STEPS if rule.smoothing.max_chain > MAX_CHAIN else 0
+    marks = _Marks(store, run, STEPS[store.kind] + n_more)
     marks.begin(labels)
     while True:
         band = _Band.gathered(store, rule, run)
@@ -143,10 +147,10 @@ class _Marks:
     The array ``steps`` of a tile has the marks of its cells, then those of its ghosts.
     """
 
-    def __init__(self, store: TileStore, run: Run) -> None:
+    def __init__(self, store: TileStore, run: Run, n_steps: int) -> None:
         self._store = store
         self._run = run
-        self._n_steps = STEPS[store.kind]
+        self._n_steps = n_steps
         self._known: dict[int, Bytes] = {}  # marks of the ghosts of each tile
 
     def begin(self, labels: Ints) -> None:

@@ -37,7 +37,7 @@ def make_cloud_tiles(
     run.all(_cut_off, store, store.n_tiles)
     store.remove_from_all("found", "squared", "all_areas")
     if wants_normals:
-        turn_normals(store)
+        turn_normals(store, pieces.viewpoint)
     tiles = range(store.n_tiles)
     leaving = run.all(_write_leaving, store, store.n_tiles)
     jobs: list[Job] = [

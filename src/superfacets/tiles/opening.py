@@ -15,6 +15,7 @@ from .._types import Array, Longs
 from .._validate import checked_normals, exact_doubles
 from ..adapters.convert import as_cells, as_mesh
 from ..cells.kinds import kind_of
+from ..cells.point_graph import Viewpoint
 from ..errors import MeshError
 from ..io.guards import check_regular
 from ..io.readers.clouds import holds_cloud
@@ -57,6 +58,7 @@ class Pieces:
     corners: Rows | None = None  # (F, 3) vertices of each triangle; with offsets, (C,)
     offsets: Rows | None = None  # (F + 1,) first corner of each polygon, and the end of the last
     normals: Rows | None = None  # (N, 3) of points, of length 1 or 0
+    viewpoint: Viewpoint | None = None  # place that estimated normals face
 
     @property
     def n_cells(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,13 +17,14 @@ from .._timing import OnStage, timed
 from .._validate import checked_choice, checked_count, checked_flag
 from ..cells.cell_graph import box_diagonal
 from ..cells.parts import PART_CREASE_SCALE, SPARE
+from ..cells.point_graph import Viewpoint, checked_viewpoint
 from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
 from ..clustering.graphs import AnyGraph, can_be_coarse, has_small_regions
 from ..clustering.loop import coarsened, segment_cells
 from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
-from ..errors import SliverWarning
+from ..errors import MeshError, SliverWarning
 from ..io.atomic import StrPath
 from ..mesh.denoising import Denoise, checked_denoise
 from ..pipeline import Options, price_parts, sliver_advice, stages_in_order, warn_of_islands
@@ -78,6 +80,7 @@ def segment_tiled(
     islands: Islands = "keep",
     smooth: bool = True,
     denoise: Denoise = None,
+    viewpoint: Sequence[float] | None = None,
     weld: bool = True,
     tile_size: int = TILE_SIZE,
     scratch: StrPath | None = None,
@@ -107,6 +110,9 @@ def segment_tiled(
         As for `segment`.
     denoise, weld
         As for `segment`.
+    viewpoint : sequence of float, length 3, optional
+        Place from which all points of a cloud without normals were seen: estimated normals face
+        it, as those of `estimate_normals`.
     weights : {"parts", "creases", "superfacets"}
         As for `segment`.
     tile_size : int, default 262144
@@ -192,8 +198,9 @@ def segment_tiled(
         denoise=checked_denoise(denoise),
     )
     place = Place.checked(source, tile_size, scratch, cache, out, workers, scheduler)
+    seen_from = None if viewpoint is None else checked_viewpoint(viewpoint)
     with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # threads and heap are kept for all stages
-        return _run(source, options, place, on_tile)
+        return _run(source, options, place, on_tile, seen_from)
 
 
 @dataclass(frozen=True)
@@ -241,8 +248,9 @@ class Place:
 
 
 def _run(
-    source: TiledSource, options: Options, place: Place, on_tile: OnDone | None
-) -> Segmentation:
+    source: TiledSource, options: Options, place: Place, on_tile: OnDone | None,
+    viewpoint: Viewpoint | None,
+) -> Segmentation:  # fmt: skip
     """Run all stages."""
     timings: dict[str, float] = {}
     at_once = place.tiles_at_once(options.loop)
@@ -255,13 +263,15 @@ def _run(
     ):
         with timed(timings, "tiles", options.loop.on_stage):
             pieces = open_pieces(source, scratch, for_workers=place.is_remote)
+            pieces = replace(pieces, viewpoint=viewpoint)
             ranges = ranges_of(pieces, len(place.files))
             is_cloud = pieces.corners is None
             n_bytes = BYTES_PER_POINT if is_cloud else BYTES_PER_FACE
             check_room(place.scratch, n_bytes * pieces.n_cells)
             made = pieces, scratch, place.tile_size
             store, options = _make_tiles(made, options, run, n_threads)
-        if is_cloud and pieces.normals is None and has_open_cloud(store, run):
+        are_guessed = is_cloud and pieces.normals is None and viewpoint is None
+        if are_guessed and has_open_cloud(store, run):
             options = replace(options, weights=options.weights.counting_both_turns())
         graph = TiledGraph(store, run, n_threads, is_parallel)
         result = _segment(graph, options, timings)
@@ -274,9 +284,11 @@ def _make_tiles(
     made: tuple[Pieces, Scratch, int], options: Options, run: Run, n_threads: int
 ) -> tuple[TileStore, Options]:
     """Stages 0 and 1: write all cells as tiles; `made` has the cells, the folder, and the size."""
-    is_cloud = made[0].corners is None
+    pieces, is_cloud = made[0], made[0].corners is None
     if is_cloud and options.denoise is not None:
         raise ValueError("denoise needs a mesh of faces, not points")
+    if pieces.viewpoint is not None and (not is_cloud or pieces.normals is not None):
+        raise MeshError("a viewpoint is for point clouds without normals")
     if is_cloud:
         return make_cloud_tiles(*made, run=run, n_threads=n_threads), options
     welds = options.weld
