@@ -73,7 +73,7 @@ _OF_SEGMENT = (
         type=click.Choice(tuple(WEIGHTS)),
         help="Lengths of steps: with a price for creases that does not depend on resolution, with"
         " one for steps between the parts of a shape as well, those of the paper, or those of"
-        " Shlafman, Tal and Katz.  [default: parts; creases with --tiled]",
+        " Shlafman, Tal and Katz.  [default: parts]",
     ),
     click.option(
         "--init",

@@ -64,8 +64,6 @@ _OPTIONS = (
 _NOT_OF_TILES = {
     "--paper": "radius_factor",
     "--init": "init",
-    "--relocate": "relocate",
-    "--denoise": "denoise",
     "--connect": "enforce_connectivity",
     "--min-size": "min_size",
     "--feature-weight": "feature_weight",
@@ -134,7 +132,6 @@ class TileOptions:
         refused = {
             "--features": options.features,
             "--subdivide": options.is_subdivided,
-            "--viewpoint": options.viewpoint,
             "--min-opacity": options.min_opacity,
             "--vertex-labels": options.vertex_labels,
             "--ascii": options.ascii,
@@ -143,8 +140,6 @@ class TileOptions:
         }
         if refused["--init"] == "geodesic":  # tiles know no other placement of centers
             del refused["--init"]
-        if options.keywords.get("weights") == "parts":
-            raise click.UsageError("parts (--weights parts, --parts) do not go with --tiled")
         for name, value in refused.items():
             if value:
                 raise click.UsageError(f"{name} does not go with --tiled")
@@ -208,6 +203,7 @@ def _segmented(
         progress=bar.on_iteration,
         on_stage=bar.on_stage,
         on_tile=bar.on_tile,
+        viewpoint=options.viewpoint,
         **tiles.keywords,
         **keywords,
     )

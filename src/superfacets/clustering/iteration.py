@@ -58,16 +58,18 @@ class Iteration:
             clustering = self._run_level(graph, centers, must_stay=not levels.on_all)
             return clustering.labels(), clustering.centers()
         assert isinstance(clustering, Clustering)
-        return self._spread([*coarse, level], clustering, centers)
+        paths = clustering.lengths(), clustering.labels()
+        coarse.append(level)
+        del level, clustering  # each graph is freed after its use
+        return self._spread(coarse, paths, centers)
 
     def _spread(
-        self, coarse: list[CoarseCells], clustering: Clustering, centers: Ints
+        self, coarse: list[CoarseCells], paths: tuple[Array, Ints], centers: Ints
     ) -> tuple[Ints, Ints]:
         """Label all cells by paths on the last of these graphs, which are rounder than on cells.
 
-        `centers` are cells of the graph that the last one was made of.
+        `centers` are cells of the graph that the last one was made of. The list is emptied.
         """
-        paths: tuple[Array, Ints] = (clustering.lengths(), clustering.labels())
         while coarse:
             start = time.perf_counter()
             level = coarse.pop()

@@ -141,7 +141,7 @@ class TiledGraph:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class TiledCoarseGraph:
     """Replaces `_core.CoarseGraph` in the loop."""
 
@@ -164,7 +164,11 @@ class TiledCoarseGraph:
     def spread(
         self, lengths: Array, labels: Ints, centers: Ints, n_threads: int
     ) -> tuple[Array, Ints]:
-        """Return the labels of all cells by paths over coarse cells; lengths stay on the disk."""
+        """Return the labels of all cells by paths over coarse cells; lengths stay on the disk.
+
+        The graph is freed: it is not needed any more.
+        """
+        del self.graph
         store, waiting = self.fine.store, {}
         for tile, (begin, end) in enumerate(itertools.pairwise(self.firsts.tolist())):
             at = np.flatnonzero(labels[begin:end] >= 0)
