@@ -266,7 +266,7 @@ def compare_command(mesh: Path, n_segments: int, repeats: int) -> None:
 
         def run(name: str) -> None:
             command = [sys.executable, "-P", "-m", "superfacets", "segment", str(mesh), "-q"]
-            command += ["-n", str(n_segments), "--weights", "creases", "-o", str(files[name])]
+            command += ["-n", str(n_segments), "-o", str(files[name])]
             command += ["--tiled"] if name == "tiles" else []
             subprocess.run(command, check=True)
 
