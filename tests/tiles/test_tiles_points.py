@@ -12,7 +12,7 @@ from superfacets.errors import IslandWarning
 from superfacets.tiles import borders, cloud_normals
 from superfacets.tiles.cloud_order import in_halves
 from superfacets.tiles.part import Part
-from superfacets.tiles.scratch import scratch_folder
+from superfacets.workers.scratch import scratch_folder
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
 

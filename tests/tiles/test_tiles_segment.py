@@ -26,8 +26,8 @@ from superfacets.mesh.faces import measure_faces
 from superfacets.mesh.triangle_mesh import split_in_four
 from superfacets.tiles import borders, tiled_graph
 from superfacets.tiles.arrays import rows
-from superfacets.tiles.scratch import scratch_folder
 from superfacets.tiles.tile_arcs import WeightRule, find_arcs
+from superfacets.workers.scratch import scratch_folder
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::superfacets.IslandWarning"),

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs
+from .._types import Array, Floats, Ints, Longs, Viewpoint
 from .._validate import check_spread, checked_count, checked_number, checked_threads
 from ..adapters.convert import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import ArcMeasures, Arcs, CellGraph
 from .surface import Surface
 from .weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
-
-Viewpoint: TypeAlias = tuple[float, float, float]
-"""Place from which all points were seen."""
 
 N_NEIGHBORS = 6
 """Nearest neighbors that arcs lead to. With arcs back, a point has seven on average."""

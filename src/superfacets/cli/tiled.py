@@ -155,7 +155,7 @@ class TileOptions:
 
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
     """Names of the results in a folder; for a folder of files, one name per file."""
-    from ..tiles.label_files import label_names
+    from ..export.label_files import label_names
 
     if Path(text).is_dir():
         with contextlib.suppress(OSError):  # the run reports any error
@@ -182,7 +182,7 @@ def segment_by_tiles(
 
 def noun_of_tiled(path: Path) -> str:
     """Noun for a cell of a file, or of a folder of files."""
-    from ..tiles.opening import holds_points
+    from ..io.readers.pieces import holds_points
 
     return "point" if holds_points(path) else "face"
 

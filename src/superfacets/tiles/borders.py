@@ -9,11 +9,11 @@ import numpy as np
 
 from .. import _core
 from .._types import Array, Bools, Bytes, Floats, Ints, Longs
+from ..batches.mapping import Run
 from ..cells.parts import PartPrices
 from ..regions.edit import CREASE_SCALE, BorderCosts
 from ..regions.smooth import MAX_CHAIN, SmoothOptions
 from .arrays import is_among, rows
-from .mapping import Run
 from .part import Part, surface_of, with_neighbors
 from .store import TileStore, find_cells
 

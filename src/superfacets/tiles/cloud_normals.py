@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from .._types import Array, Bools, Floats, Ints, Longs
+from .._types import Array, Bools, Floats, Ints, Longs, Viewpoint
 from .._validate import checked_normals
-from ..cells.point_graph import Viewpoint, facing_areas, is_open
+from ..batches.mapping import Run
+from ..cells.point_graph import facing_areas, is_open
 from .cloud_order import NOT_COPIED
-from .mapping import Run
 from .part import Part
 from .store import TileStore
 

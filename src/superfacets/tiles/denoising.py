@@ -10,17 +10,17 @@ import numpy as np
 
 from .. import _core
 from .._types import Array, Bools, Floats, Longs
+from ..batches.mapping import Run
+from ..io.readers.pieces import Pieces
 from ..io.tables import Rows, take_rows
 from ..mesh.denoising import AUTO_STEPS, NOISE_LIMIT, estimated_noise, noise_products
 from ..mesh.faces import FaceMesh, VertexGraph, corners_in_a_row, mesh_like, vertex_graph
+from ..workers.scratch import Scratch
 from .arrays import index_in
 from .chunks import BlockRows, Chunks
 from .halos import OF_FACES, faces_with_halo, find_halos
-from .mapping import Run
 from .mesh_tiles import mesh_chunks, tiles_of_chunks
-from .opening import Pieces
 from .part import Part
-from .scratch import Scratch
 from .store import TileStore
 
 

@@ -9,13 +9,13 @@ import numpy as np
 from .. import _core
 from .._types import Array, Floats, Ints
 from .._validate import check_extent, raise_index_error
+from ..batches.mapping import Run
+from ..io.readers.pieces import Pieces
 from ..io.tables import take_rows
+from ..workers.scratch import Scratch
 from .arrays import box_of, compacted, joined_boxes
 from .chunks import Chunks, find_cuts, read_cut
-from .mapping import Run
-from .opening import Pieces
 from .part import Lists, Part
-from .scratch import Scratch
 from .store import Kind, TileStore, tile_starts
 
 BLOCK = 4096

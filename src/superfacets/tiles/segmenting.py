@@ -14,10 +14,12 @@ from .. import _core
 from .._memory import address_limit, memory_of_process
 from .._options import CleanupOptions, Islands, LoopOptions, Progress, SizeOptions
 from .._timing import OnStage, timed
+from .._types import Viewpoint
 from .._validate import checked_choice, checked_count, checked_flag
+from ..batches.mapping import OnDone, Run, open_run
 from ..cells.cell_graph import box_diagonal
 from ..cells.parts import PART_CREASE_SCALE, SPARE
-from ..cells.point_graph import Viewpoint, checked_viewpoint
+from ..cells.point_graph import checked_viewpoint
 from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
 from ..clustering.graphs import AnyGraph, can_be_coarse, has_small_regions
@@ -25,19 +27,19 @@ from ..clustering.loop import coarsened, segment_cells
 from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
 from ..errors import MeshError, SliverWarning
+from ..export.label_files import label_files, ranges_of, save_labels
 from ..io.atomic import StrPath
+from ..io.readers.pieces import Pieces
 from ..mesh.denoising import Denoise, checked_denoise
 from ..pipeline import Options, price_parts, sliver_advice, stages_in_order, warn_of_islands
 from ..regions.smooth import OF_PARTS
+from ..workers.scratch import Scratch, check_room, scratch_folder
 from .borders import BorderRule, straighten_tiled
 from .cloud_normals import has_open_cloud
 from .cloud_tiles import make_cloud_tiles
 from .denoising import make_denoised_tiles
-from .label_files import label_files, ranges_of, save_labels
-from .mapping import OnDone, Run, open_run
 from .mesh_tiles import make_mesh_tiles
-from .opening import Pieces, TiledSource, open_pieces
-from .scratch import Scratch, check_room, scratch_folder
+from .opening import TiledSource, open_pieces
 from .store import TileStore, find_cells
 from .tile_arcs import ArcFacts, WeightRule, find_arcs
 from .tiled_graph import TiledCoarseGraph, TiledGraph

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
+from ..batches.mapping import Run
 from ..cells.cell_graph import box_diagonal
 from ..cells.kinds import kind_of
 from ..cells.size import area_of_slivers
@@ -18,7 +19,6 @@ from ..cells.weights import WeightOptions, arc_weights, creases_and_turn, crease
 from ..mesh.faces import signed_volume
 from .arrays import rows
 from .halos import OF_FACES, faces_with_halo, find_halos, points_with_halo
-from .mapping import Run
 from .part import Part, in_order_of_cells, surface_of
 from .store import TileStore
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs, Singles
+from ..batches.mapping import Run
 from .arrays import rows
-from .mapping import Run
 from .part import Lists, Part
 from .store import TileStore, find_cells
 
