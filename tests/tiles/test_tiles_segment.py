@@ -368,7 +368,6 @@ def test_a_band_that_is_too_narrow_grows(bear, tmp_path, monkeypatch):
             sizes.append(len(self.part))
             return super().straightened(*args)
 
-    monkeypatch.setattr(borders, "MORE_STEPS", 0)
     monkeypatch.setattr(borders, "STEPS", {"triangles": 1})
     monkeypatch.setattr(borders, "_Band", Band)
     found = segment_tiled(bear, 300, tile_size=4096, scratch=tmp_path)
@@ -380,7 +379,6 @@ def test_a_band_that_is_too_narrow_grows(bear, tmp_path, monkeypatch):
 @pytest.mark.parametrize("seed", range(3))
 def test_a_narrow_band_grows_over_holes(tmp_path, monkeypatch, seed):
     """Faces that share a vertex may be far apart along arcs, and each may lack a neighbor."""
-    monkeypatch.setattr(borders, "MORE_STEPS", 0)
     monkeypatch.setattr(borders, "STEPS", {"triangles": 2})
     monkeypatch.setattr(borders, "MOST_STEPS", 4)
     sheet = bumpy_sheet(48, seed)
@@ -391,7 +389,6 @@ def test_a_narrow_band_grows_over_holes(tmp_path, monkeypatch, seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_cells_that_may_not_move_at_the_rim_of_the_band(tmp_path, monkeypatch, seed):
-    monkeypatch.setattr(borders, "MORE_STEPS", 0)
     monkeypatch.setattr(borders, "STEPS", {"triangles": 2})
     check(bumpy_sheet(50, seed), 12, tmp_path, tile_sizes=(4096,))
 

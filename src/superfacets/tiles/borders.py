@@ -12,7 +12,7 @@ from .._types import Array, Bools, Bytes, Floats, Ints, Longs
 from ..batches.mapping import Run
 from ..cells.parts import PartPrices
 from ..regions.edit import CREASE_SCALE, BorderCosts
-from ..regions.smooth import MAX_CHAIN, SmoothOptions
+from ..regions.smooth import SmoothOptions
 from .arrays import is_among, rows
 from .part import Part, surface_of, with_neighbors
 from .store import TileStore, find_cells
@@ -20,9 +20,6 @@ from .store import TileStore, find_cells
 STEPS = {"triangles": 14, "polygons": 10, "points": 8}
 """Width of the first band: number of cells along arcs from a border to the band's outer edge.
 Triangles need two steps for the distance between two vertices."""
-
-MORE_STEPS = 2
-"""Further steps where chains of more than `MAX_CHAIN` cells move at once."""
 
 MOST_STEPS = 160
 
@@ -51,9 +48,12 @@ class BorderRule:
     firsts: Longs | None = None  # the first coarse cell of each tile
 
     def costs(self, store: TileStore, part: Part) -> BorderCosts:
-        """Return the costs of borders between cells with ``neighbors``."""
+        """Return the costs of borders between cells with ``neighbors``.
+
+        The ``lengths`` of the part are taken out of it, to save memory.
+        """
         surface = surface_of(store, part, self.n_threads)
-        lengths = part.lists["arcs"].entries["lengths"]
+        lengths = part.lists["arcs"].entries.pop("lengths")
         if self.parts is not None:
             parts, cells = self.parts, part.columns["cells"]
             if self.firsts is not None:
@@ -80,8 +80,7 @@ def straighten_tiled(
     sums = np.empty(0), np.empty((0, 3))
     if rule.smoothing.stiffness:
         sums = region_sums(store, labels, len(centers), run)
-    n_more = MORE_STEPS if rule.smoothing.max_chain > MAX_CHAIN else 0
-    marks = _Marks(store, run, STEPS[store.kind] + n_more)
+    marks = _Marks(store, run)
     marks.begin(labels)
     while True:
         band = _Band.gathered(store, rule, run)
@@ -147,10 +146,10 @@ class _Marks:
     The array ``steps`` of a tile has the marks of its cells, then those of its ghosts.
     """
 
-    def __init__(self, store: TileStore, run: Run, n_steps: int) -> None:
+    def __init__(self, store: TileStore, run: Run) -> None:
         self._store = store
         self._run = run
-        self._n_steps = n_steps
+        self._n_steps = STEPS[store.kind]
         self._known: dict[int, Bytes] = {}  # marks of the ghosts of each tile
 
     def begin(self, labels: Ints) -> None:
