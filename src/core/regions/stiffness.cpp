@@ -38,7 +38,7 @@ RegionSums sums_of_regions(const Surface& surface, std::span<const Label> labels
     blocks[begin / kBlock] = std::move(runs);
   };
   team.for_each_block(surface.n_cells(), collect, kBlock);
-  const Label n_regions = *std::max_element(labels.begin(), labels.end()) + 1;
+  const Label n_regions = *std::ranges::max_element(labels) + 1;
   RegionSums sums{std::vector<double>(n_regions, 0.0),
                   std::vector<Point>(n_regions, Point{0.0, 0.0, 0.0})};
   for (const std::vector<Run>& runs : blocks) {
