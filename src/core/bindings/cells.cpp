@@ -130,11 +130,11 @@ auto positions_of(const OrderedGraph& graph, Integers cells) {
 
 // Builds a graph of cells and arcs that are already sorted along the curve.
 OrderedGraph graph_in_place(Points positions, Doubles measures, Offsets offsets, Integers targets,
-                            Floats lengths, ThreadTeam& team) {
+                            Floats lengths, double straight_unit, ThreadTeam& team) {
   Buffer<Arc> arcs(targets.size());
   for (std::size_t arc = 0; arc < targets.size(); ++arc) arcs[arc] = {targets[arc], lengths[arc]};
   return {PlacedCells(copy_of(positions), copy_of(measures), team), copy_of(offsets),
-          std::move(arcs)};
+          std::move(arcs), straight_unit};
 }
 
 PolygonGraph polygon_graph(Offsets offsets, Integers corners, Integers representative,
@@ -421,7 +421,7 @@ void bind_graphs(nb::module_& module) {
            }))
       .def("positions_of", serial(&positions_of), "cells"_a);
   module.def("graph_in_place", threaded(&graph_in_place), "positions"_a, "measures"_a, "offsets"_a,
-             "targets"_a, "lengths"_a, "n_threads"_a);
+             "targets"_a, "lengths"_a, "straight_unit"_a, "n_threads"_a);
   module.def("build_face_graph", threaded(&build_face_graph), "faces"_a, "representative"_a,
              "n_threads"_a);
   module.def("build_polygon_graph", threaded(&polygon_graph), "offsets"_a, "corners"_a,
