@@ -10,6 +10,7 @@
 #include "regions/merge_tree.hpp"
 #include "regions/region_graph.hpp"
 #include "regions/rings.hpp"
+#include "regions/shared_masks.hpp"
 #include "regions/smooth.hpp"
 #include "regions/vertex_labels.hpp"
 
@@ -123,6 +124,11 @@ Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
   return numbers;
 }
 
+Buffer<Label> joined_by_masks(Offsets offsets, Integers masks, Doubles areas, Integers image_of,
+                              double least) {
+  return join_by_masks({offsets, masks, areas, image_of}, least);
+}
+
 }  // namespace
 
 void bind_regions(nb::module_& module) {
@@ -157,6 +163,8 @@ void bind_regions(nb::module_& module) {
   module.def("merge_small_regions", serial(&small_regions_merged), "offsets"_a, "neighbors"_a,
              "positions"_a, "normals"_a, "labels"_a, "counts"_a, "n_labels"_a, "least"_a);
   module.def("find_bridges", serial(&bridges_between), "cells"_a, "ranks"_a, "n_components"_a);
+  module.def("join_by_masks", serial(&joined_by_masks), "offsets"_a, "masks"_a, "areas"_a,
+             "image_of"_a, "least"_a);
   module.def("merge_tree", serial(&tree_of_merges), "areas"_a, "positions"_a, "features"_a, "low"_a,
              "high"_a, "lengths"_a, "costs"_a, "crease_weight"_a, "dimension"_a);
 }
