@@ -207,8 +207,8 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
         ({"masks": [[UPPER == 1, UPPER[:2] == 1]]}, sf.MeshError, "differ in size"),
         ({"masks": [np.zeros((4, 4), int)]}, sf.MeshError, "all masks are empty"),
         ({"masks": [[]]}, sf.MeshError, "all masks are empty"),
-        ({"masks": []}, ValueError, "0 images and 1 cameras"),
-        ({"masks": [UPPER, UPPER]}, ValueError, "2 images and 1 cameras"),
+        ({"masks": []}, ValueError, "masks of 0 images for 1 cameras"),
+        ({"masks": [UPPER, UPPER]}, ValueError, "more images than 1, one per"),
         ({"cameras": []}, ValueError, "no cameras"),
         ({"cameras": [np.eye(4)]}, TypeError, r"cameras\[0\] must be a PinholeCamera, got ndarray"),
         (

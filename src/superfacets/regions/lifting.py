@@ -28,8 +28,8 @@ from ..mesh.pinhole_camera import PinholeCamera
 from .mask_votes import SeenSurface, Votes, collect_votes
 
 MOST_PAIRS = 500_000_000
-"""Largest sum, over all masks, of the squares of their numbers of regions. Finding objects takes two
-minutes then; 100 images of a room in 10,000 regions have a tenth of it."""
+"""Largest sum, over all masks, of the squares of their numbers of regions. Objects take two minutes
+then; 100 images of a room in 10,000 regions have a tenth of it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
