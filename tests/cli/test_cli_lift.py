@@ -9,6 +9,7 @@ from command_line import files_in
 from looking import camera_at, masks_of
 
 import superfacets as sf
+from superfacets.studio.imports import read_import
 
 Image = pytest.importorskip("PIL.Image", reason="Pillow is not installed")
 
@@ -83,6 +84,20 @@ def test_poses_of_their_own_and_facts_as_json(run, folder):
     status, _, err = run(*LIFT[:-1], "poses")
     assert (status, err.count("\n")) == (2, 1)
     assert "intrinsics and size are needed" in err
+
+
+@pytest.mark.parametrize(
+    ("option", "names", "objects"),
+    [((), ["object"], [1, 2]), (("--consistent-ids",), ["1", "2"], [1])],
+)
+def test_the_studio_imports_objects(run, folder, option, names, objects):
+    files = ("a.npy", "a.aggregation.json")
+    assert run(*LIFT, "-o", files[0], "-o", files[1], *option)[0] == 0
+    content = {name: (folder / name).read_bytes() for name in files}
+    found = read_import(content, sf.read_mesh("cube.ply"), ())
+    assert found.cells.tolist() == list(range(12))
+    assert np.unique(found.objects).tolist() == objects
+    assert [entry["name"] for entry in found.class_list] == names
 
 
 def test_masks_that_show_no_region_much_give_no_labels(run, folder):
