@@ -130,11 +130,11 @@ auto positions_of(const OrderedGraph& graph, Integers cells) {
 
 // Builds a graph of cells and arcs that are already sorted along the curve.
 OrderedGraph graph_in_place(Points positions, Doubles measures, Offsets offsets, Integers targets,
-                            Floats lengths, ThreadTeam& team) {
+                            Floats lengths, double straight_unit, ThreadTeam& team) {
   Buffer<Arc> arcs(targets.size());
   for (std::size_t arc = 0; arc < targets.size(); ++arc) arcs[arc] = {targets[arc], lengths[arc]};
   return {PlacedCells(copy_of(positions), copy_of(measures), team), copy_of(offsets),
-          std::move(arcs)};
+          std::move(arcs), straight_unit};
 }
 
 PolygonGraph polygon_graph(Offsets offsets, Integers corners, Integers representative,
@@ -408,7 +408,8 @@ void bind_graphs(nb::module_& module) {
       .def("__init__", &make_placed_cells, "positions"_a, "measures"_a, "n_threads"_a);
   nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph")
       .def("__init__", &make_ordered_graph, "cells"_a, "offsets"_a, "neighbors"_a, "lengths"_a,
-           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0)
+           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0,
+           "Moves the arrays of `cells` into the graph: `cells` is empty afterwards.")
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
@@ -423,7 +424,7 @@ void bind_graphs(nb::module_& module) {
            }))
       .def("positions_of", serial(&positions_of), "cells"_a);
   module.def("graph_in_place", threaded(&graph_in_place), "positions"_a, "measures"_a, "offsets"_a,
-             "targets"_a, "lengths"_a, "n_threads"_a);
+             "targets"_a, "lengths"_a, "straight_unit"_a, "n_threads"_a);
   module.def("build_face_graph", threaded(&build_face_graph), "faces"_a, "representative"_a,
              "n_threads"_a);
   module.def("build_polygon_graph", threaded(&polygon_graph), "offsets"_a, "corners"_a,
