@@ -60,9 +60,12 @@ TileCells divide_tile(const OrderedGraph& tile, Place n_own, Place cell_size, Th
 }
 
 TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cell> coarse,
-                      std::span<const float> lengths, ThreadTeam& team) {
+                      std::span<const float> lengths, std::span<const Point> positions,
+                      ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(coarse.size(), tile.n_cells()) &&
                      lengths.size() == coarse.size());
+  const bool is_straight = tile.straight_unit > 0.0;
+  const CrossingLengths crossing{tile, lengths, is_straight ? positions : std::span<const Point>()};
   std::vector<RangeArcs> parts(n_ranges(n_own));
   team.for_each(std::ssize(parts), [&](std::int64_t range, int) {
     const auto [begin, end] = places_of_range(range, n_own);
@@ -70,7 +73,7 @@ TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cel
         std::minmax_element(coarse.begin() + begin, coarse.begin() + end);
     const auto n_cells = static_cast<std::size_t>(*highest - *lowest) + 1;
     const auto coarse_of = [&](Place place) { return coarse[place]; };
-    parts[range] = connect_range({begin, end}, {*lowest, n_cells}, coarse_of, {tile, lengths, {}});
+    parts[range] = connect_range({begin, end}, {*lowest, n_cells}, coarse_of, crossing);
   });
   TileArcs joined{{0}, {}};
   for (const RangeArcs& part : parts) {
