@@ -137,8 +137,7 @@ def levels_command(
     cells, attributes, nested = run_in_background(compute)
     _write(plan, cells, attributes, nested)
     if attributes is not None and not is_quiet:
-        is_cloud = kind_of(cells).are_points
-        for note in notes_on_attributes(attributes, job.endings, of_points=is_cloud):
+        for note in notes_on_attributes(attributes, job.endings, cells):
             print_note(note)
     if as_json or not is_quiet:
         _report(job, cells, nested, as_json=as_json)

@@ -103,7 +103,7 @@ def _notes(job: Job, goal: Cells, attributes: MeshAttributes | None, n_lost: int
     """Notes on data that the outputs lack."""
     notes = notes_on_vertices(n_lost, job.endings)
     if attributes is not None:
-        notes += notes_on_attributes(attributes, job.endings, of_points=kind_of(goal).are_points)
+        notes += notes_on_attributes(attributes, job.endings, goal)
     return notes
 
 
