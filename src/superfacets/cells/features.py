@@ -141,9 +141,7 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
     raise ValueError(f"there are {len(table)} features for {n_cells} cells{vertices}")
 
 
-def _scales(
-    table: Floats, measures: Floats, groups: tuple[tuple[int, float], ...]
-) -> Floats:
+def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ...]) -> Floats:
     """Inverse standard deviation of each group of columns, weighted by area; 0 for a constant.
 
     The deviation of a group is the root mean square of those of its columns. If no cell has an

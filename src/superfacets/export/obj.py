@@ -16,7 +16,6 @@ from .content import Content
 from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
 from .textures import library_lines, material_names
 
-
 NO_MATERIAL = "no_material"
 """Material of faces that have none, behind faces that have one."""
 
@@ -105,7 +104,9 @@ def _lines_of(
     sizes = np.diff(offsets)
     kinds = sizes
     if pairs is not None:
-        of_corners = pairs[0][np.repeat(pairs[1][faces] - offsets[:-1], sizes) + np.arange(len(corners))]
+        of_corners = pairs[0][
+            np.repeat(pairs[1][faces] - offsets[:-1], sizes) + np.arange(len(corners))
+        ]
         is_whole = np.minimum.reduceat(of_corners, offsets[:-1]) >= 0
         kinds = np.where(is_whole, sizes, -sizes)
     for kind in np.unique(kinds).tolist():

@@ -123,7 +123,8 @@ def library_lines(texture: Texture, path: Path | None) -> bytes:
     """The lines ``mtllib`` of an OBJ file; MTL file and images are written beside it if needed."""
     placer = Placer(path)
     known = [placer.relative(library) for library in texture.libraries]
-    if known and None not in known:
+    # Readers disagree about the folder of images in an MTL file of another folder than the OBJ.
+    if known and all(name is not None and "/" not in name for name in known):
         names = [name for name in known if name is not None]
     elif path is not None and texture.materials:
         names = [f"{path.stem}.mtl"]

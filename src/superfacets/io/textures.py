@@ -50,7 +50,9 @@ _MAGIC = {
     "tiff": re.compile(rb"II\*\0|MM\0\*"),
     "ktx2": re.compile(rb"\xabKTX 20\xbb\r\n\x1a\n"),
     # No color map or one of 256 entries, and a known type of image: TGA has no word of its own.
-    "tga": re.compile(rb".(\0[\x02\x03\x0a\x0b]\0\0\0\0\0|\x01[\x01\x09]....[\x18\x20])", re.DOTALL),
+    "tga": re.compile(
+        rb".(\0[\x02\x03\x0a\x0b]\0\0\0\0\0|\x01[\x01\x09]....[\x18\x20])", re.DOTALL
+    ),
 }
 """First bytes of the kinds of images, the most certain first."""
 
@@ -168,8 +170,8 @@ def import_pillow(module: str, task: str = "reading of textures", extra: str = "
 class MaterialSource:
     """A material as its file describes it, to be written to a file of the same format.
 
-    In `text`, ``\\0n\\0`` stands for the name of image n in MTL, and ``"index": n`` for texture n
-    in the JSON of glTF.
+    In the text of MTL, a number between zero bytes stands for the name of an image; in the JSON of
+    glTF, ``index`` is the number of an image and a sampler.
     """
 
     format: str  # "mtl" or "gltf"
@@ -274,7 +276,8 @@ class Texture:
     def __repr__(self) -> str:
         counts = [len(self.materials), len(self.images)]
         materials, images = (
-            f"{n} {noun}{'s' * (n != 1)}" for n, noun in zip(counts, ("material", "image"), strict=True)
+            f"{n} {noun}{'s' * (n != 1)}"
+            for n, noun in zip(counts, ("material", "image"), strict=True)
         )
         return f"Texture({len(self.coordinates)} coordinates; {materials}, {images})"
 
@@ -333,4 +336,3 @@ def problems_of(images: Sequence[TextureImage]) -> list[str]:
     """Descriptions of the images that there are not, each once."""
     found = [f"image {image._shown}, which {image.problem}" for image in images if image.problem]
     return list(dict.fromkeys(found))
-

@@ -197,6 +197,7 @@ def triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
 
 
 def positions_of(primitive: dict[str, Any], index: int) -> int:
+    """The accessor of the positions of a primitive of mesh `index`."""
     attributes = primitive.get("attributes")
     accessor = attributes.get("POSITION") if isinstance(attributes, dict) else None
     if type(accessor) is not int:

@@ -251,7 +251,9 @@ class _SourceReader:
         extensions = {
             name: value for name, value in info.get("extensions", {}).items() if name != _TRANSFORM
         }
-        rest = {name: value for name, value in info.items() if name not in ("extensions", "texCoord")}
+        rest = {
+            name: value for name, value in info.items() if name not in ("extensions", "texCoord")
+        }
         new = {**rest, "index": len(self.images) - 1}
         return {**new, "extensions": extensions} if extensions else new
 

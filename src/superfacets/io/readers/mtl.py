@@ -45,8 +45,8 @@ class _Block:
 def read_mtl(path: Path, folder: Path) -> dict[str, Material]:
     """Return the materials of an MTL file by name; images must be in `folder` or below it.
 
-    ``Kd`` is the color, in sRGB, of a material without an image, and ``map_Kd`` its image. All lines
-    are kept as they are, to be written again.
+    ``Kd`` is the color, in sRGB, of a material without an image, and ``map_Kd`` its image. All
+    lines are kept as they are, to be written again.
     """
     text = read_content(path)[:].decode("utf-8", "surrogateescape")
     beside = path.parent.relative_to(folder) if path.parent.is_relative_to(folder) else Path()
@@ -69,9 +69,7 @@ def _finish(block: _Block | None, materials: dict[str, Material]) -> None:
         materials.setdefault(block.name, block.material())
 
 
-def _image(
-    beside: Path, folder: Path, known: dict[str, TextureImage], name: str
-) -> TextureImage:
+def _image(beside: Path, folder: Path, known: dict[str, TextureImage], name: str) -> TextureImage:
     """The image with a name in a file of the folder `beside`; each is one object."""
     path = str(Path(beside, name.replace("\\", "/")))
     if path not in known:

@@ -66,9 +66,7 @@ def _read_texture(
     known, libraries, left_out = read_libraries(found.libraries, folder)
     materials = [known.get(name, Material(name)) for name in found.names]
     images = [image for each in materials if each.source for image in each.source.images]
-    texture = Texture(
-        coordinates, corners, materials, np.concatenate(found.materials), libraries
-    )
+    texture = Texture(coordinates, corners, materials, np.concatenate(found.materials), libraries)
     return texture, [*left_out, *problems_of(images)]
 
 
@@ -92,7 +90,9 @@ def _add_coordinates(lines: Lines, kinds: Array, found: _Found) -> None:
 
 def _add_materials(lines: Lines, kinds: Array, found: _Found) -> None:
     """Add the materials of the faces in a block of lines."""
-    found.libraries += [_name_at(lines, place) for place in np.flatnonzero(kinds == LIBRARY).tolist()]
+    found.libraries += [
+        _name_at(lines, place) for place in np.flatnonzero(kinds == LIBRARY).tolist()
+    ]
     is_face: Bools = kinds == FACE
     n_before = np.cumsum(is_face)
     of_faces = np.empty(int(is_face.sum()), np.int32)
