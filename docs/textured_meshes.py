@@ -1,17 +1,30 @@
-"""Textured meshes made by code, for pages of the documentation and for tests.
+"""Textured meshes made by code: ``python textured_meshes.py FOLDER`` writes the facade as OBJ.
 
-The facade is flat: windows and a door are there as paint only. The ball has the squares of a
-chessboard.
+``python docs/textured_meshes.py --picture`` also draws the picture of the page on textures. The
+facade is flat: windows and a door are there as paint only. The ball has the squares of a
+chessboard. Pillow is needed.
 """
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import Material, Mesh, Texture, TextureImage
+from superfacets import (
+    Material,
+    Mesh,
+    MeshAttributes,
+    Texture,
+    TextureImage,
+    face_colors,
+    segment,
+    write_labels,
+    write_mesh,
+)
+from superfacets.cells.texels import ids_in_layout
 
 PIXELS_PER_METER = 100
 WALL, PLINTH, DOOR, FIRST_WINDOW = range(4)
@@ -109,3 +122,46 @@ def save_png(path: Path, pixels: np.ndarray[Any, Any]) -> None:
     from PIL import Image
 
     Image.fromarray(pixels).save(path)
+
+
+def write_facade(folder: Path) -> None:
+    """Write ``facade.obj`` with its materials and image, and the painted parts of its faces."""
+    made = facade(folder)
+    write_mesh(folder / "facade.obj", made.mesh, attributes=MeshAttributes(texture=made.texture))
+    write_labels(folder / "facade.seg", made.parts)
+
+
+def draw_facade(folder: Path, picture: Path) -> None:
+    """Draw the paint, and regions that do not and that do follow it, side by side."""
+    from PIL import Image
+
+    made = facade(folder)
+    panels = [np.asarray(Image.open(folder / "facade.png"))]
+    for features in (None, "texture"):
+        labels = segment(folder / "facade.obj", 200, features=features).labels
+        everywhere = np.ones(made.mesh.n_faces, bool)
+        ids = ids_in_layout(
+            made.mesh, made.texture, labels, everywhere, ("repeat", "repeat"), (1200, 900)
+        )
+        table = np.zeros((labels.max() + 1, 3))
+        table[labels] = face_colors(made.mesh, labels)
+        drawn = 0.45 * table[ids] + 0.55 * panels[0]
+        is_border = np.zeros(ids.shape, bool)
+        is_border[:, 1:] |= np.diff(ids, axis=1) != 0
+        is_border[1:] |= np.diff(ids, axis=0) != 0
+        drawn[is_border] = 20
+        panels.append(np.rint(drawn).astype(np.uint8))
+    image = Image.fromarray(np.concatenate(panels, axis=1))
+    image.resize((1200, 300), Image.Resampling.LANCZOS).quantize(96).save(picture, optimize=True)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--picture"]:
+        from tempfile import TemporaryDirectory
+
+        with TemporaryDirectory() as temporary:
+            write_facade(Path(temporary))
+            images = Path(__file__).resolve().parent / "images"
+            draw_facade(Path(temporary), images / "howto-facade.png")
+    else:
+        write_facade(Path(sys.argv[1]))

@@ -225,7 +225,8 @@ def segment(
         Numbers that borders are to follow, such as colors: F of each face or point, or of each
         vertex (faces then have the mean of their corners). Finite. Crossing from one cell to the
         next costs more where they differ. Or a name, or several: ``"color"`` (of the file or the
-        cloud), ``"normals"``, ``"height"`` (z), or of a property in the file, if `mesh` is a path.
+        cloud, or else of its texture), ``"texture"`` (see `texture_colors`), ``"texture_spread"``,
+        ``"normals"``, ``"height"`` (z), or of a property in the file, if `mesh` is a path.
     feature_weight : float, default 5.0
         How much, >= 0. The distance of the features of two cells, times this, is added to the
         length of the step between them, in expected radii r, so that it means the same at every

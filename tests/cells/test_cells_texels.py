@@ -189,7 +189,7 @@ def test_the_noise_of_a_compressed_image_counts_for_little(tmp_path):
     options = FeatureOptions.checked(features, 5.0, True)
     areas = np.ones(made.mesh.n_faces)
     assert options.table(made.mesh, areas).std(axis=0).max() < 0.1  # of what is just visible
-    large = FeatureTable(features.values * 100, features.groups)  # columns of one scale
+    large = FeatureTable(features.values * 10_000, features.groups)  # columns of one scale
     table = FeatureOptions.checked(large, 5.0, True).table(made.mesh, areas)
     np.testing.assert_allclose(np.sqrt((table.std(axis=0) ** 2).mean()), 1)
     np.testing.assert_allclose(table / large.values, (table / large.values)[0, 0])
@@ -216,7 +216,7 @@ def test_files_are_segmented_by_texture_by_name(tmp_path):
     for name in ("a.glb", "a.ply"):  # coordinates are float32
         assert sf.segment(tmp_path / name, 60, features="color").n_segments == 60
         found = sf.texture_colors(tmp_path / name).linear
-        np.testing.assert_allclose(found, sf.texture_colors(tmp_path / "a.obj").linear, atol=0.02)
+        np.testing.assert_allclose(found, sf.texture_colors(tmp_path / "a.obj").linear, atol=0.04)
 
 
 def test_features_without_a_texture_say_why(tmp_path):

@@ -31,7 +31,7 @@ def test_regions_follow_a_texture_and_keep_it(run, wall, tmp_path):
     outputs = [tmp_path / "out" / f"a{ending}" for ending in (".obj", ".glb", ".ply", ".npy")]
     outputs[0].parent.mkdir()
     named = [word for output in outputs for word in ("-o", output)]
-    status, out, err = run("segment", wall, "-n", 40, "--features", "texture", *named)
+    status, _, err = run("segment", wall, "-n", 40, "--features", "texture", *named)
     assert (status, "note" in err) == (0, False), err
     shutil.rmtree(wall.parent)
     assert len(np.unique(read_labels(outputs[3]))) == 40
@@ -66,6 +66,15 @@ def test_textures_of_polygons_are_noted_where_ply_lacks_them(run, tmp_path):
     write_mesh(tmp_path / "a.obj", mesh, attributes=MeshAttributes(texture=texture))
     status, _, err = run("convert", tmp_path / "a.obj", "-o", tmp_path / "a.ply")
     assert (status, "no texture in .ply of polygons" in err) == (0, True)
+
+
+def test_images_that_a_format_has_no_place_for_are_noted(run, wall, tmp_path):
+    library = wall.with_name("wall.mtl")
+    library.write_text(library.read_text() + "map_Bump facade.png\nmap_d alpha.png\n")
+    shutil.copy(wall.with_name("facade.png"), wall.with_name("alpha.png"))
+    for ending, is_noted in ((".glb", True), (".ply", True), (".obj", False)):
+        _, _, err = run("convert", wall, "-o", tmp_path / f"a{ending}")
+        assert (f"of 1 material, {ending} holds the color alone" in err) == is_noted
 
 
 def test_a_missing_image_is_noted_and_then_refused(run, wall, tmp_path):

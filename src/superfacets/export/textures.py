@@ -17,6 +17,7 @@ from ..cells.kinds import kind_of
 from ..cells.texels import ids_in_layout
 from ..errors import MeshError
 from ..io.atomic import atomic_outputs
+from ..io.guards import counted
 from ..io.light import srgb_of_linear
 from ..io.textures import (
     ENDING_OF_IMAGE,
@@ -46,9 +47,13 @@ def notes_on_texture(
     if lacking:
         notes.append(f"no texture in {' and '.join(lacking)}, which cannot hold it")
     for ending, format in ((".obj", "mtl"), (".glb", "gltf"), (".ply", "none")):
-        sources = [material.source for material in texture.materials if material.source]
-        if ending in endings and any(source.format != format for source in sources):
-            notes.append(f"of materials, {ending} holds the color alone")
+        others = [
+            material.name for material in texture.materials
+            if material.source is not None and material.source.format != format
+            and {*material.source.images} - {material.image}
+        ]  # fmt: skip
+        if ending in endings and others:
+            notes.append(f"of {counted(len(others), 'material')}, {ending} holds the color alone")
     if ".obj" in endings and any("mirror" in material.wrap for material in texture.materials):
         notes.append("OBJ cannot mirror images: they repeat")
     return notes
