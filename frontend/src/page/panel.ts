@@ -23,18 +23,22 @@ const counted = (n: number, noun: string): string => `${n.toLocaleString("en")} 
 export class Panel {
   readonly content: Content;
   readonly drawing: Drawing;
+  readonly textured: Promise<void>; // until the texture is shown
   private coloring: Coloring;
   level = 0;
   private readonly list = part<HTMLSelectElement>("coloring");
   private readonly slider = part<HTMLInputElement>("level");
   private readonly checkbox = part<HTMLInputElement>("borders");
+  private readonly share = part<HTMLInputElement>("texture");
   private readonly tip = part("tip");
 
   constructor(private readonly facts: Facts, arrays: Arrays) {
     const canvas = part<HTMLCanvasElement>("canvas");
     this.content = new Content(facts, arrays);
-    this.drawing = new Drawing(canvas, shapeOf(facts, arrays), arrays.edges);
-    for (const name of ["triangles", "edges", "normals"]) delete arrays[name]; // copies are on the graphics card
+    const shape = shapeOf(facts, arrays);
+    this.drawing = new Drawing(canvas, shape, arrays.edges);
+    this.textured = facts.texture ? this.drawing.setTexture(shape, facts.texture, arrays) : Promise.resolve();
+    for (const name of ["triangles", "edges", "normals", "pairs", "tile_of", "atlas"]) delete arrays[name]; // copies are on the graphics card
     this.drawing.lineWidth = (pixels, height) => this.lineWidth(pixels, height);
     this.coloring = this.content.colorings[0];
     this.fillControls();
@@ -65,6 +69,9 @@ export class Panel {
     part("level-row").hidden = content.levels.length < 2;
     part("borders-row").hidden = !this.drawing.nEdges;
     checkbox.addEventListener("change", () => this.setBorders(checkbox.checked));
+    part("texture-row").hidden = !this.facts.texture;
+    this.share.addEventListener("input", () => this.setBlend(Number(this.share.value)));
+    if (this.facts.texture) this.setBlend(content.levels.length ? 0.5 : 1);
     part("reset").addEventListener("click", () => this.drawing.camera.home());
     part("theme").addEventListener("click", () => {
       const { dataset } = document.documentElement;
@@ -93,6 +100,18 @@ export class Panel {
   setBorders(shown: boolean): void {
     this.drawing.borders = this.checkbox.checked = shown;
     this.drawing.request();
+  }
+
+  /** Draw a share of the texture, 0 to 1, and the colors of regions beside it. */
+  setBlend(share: number): void {
+    this.share.value = String(share);
+    this.drawing.blend = share;
+    this.drawing.request();
+  }
+
+  /** Only the texture or, if that is shown, only colors. */
+  toggleTexture(): void {
+    if (this.facts.texture) this.setBlend(this.drawing.blend === 1 ? 0 : 1);
   }
 
   /** Draw the chosen coloring and level, and update the legend. */

@@ -202,7 +202,7 @@ def segment_file(
     with timed(timings, "mesh", on_stage):
         mesh, attributes = load(keeps or bool(options.features) or options.min_opacity > 0)
         threads = checked_threads(options.keywords.get("n_threads"))
-        of_cells = {} if constraints is None else constraints(mesh)
+        of_cells: dict[str, Any] = {} if constraints is None else constraints(mesh)
         if options.min_opacity > 0:
             is_opaque = _opacities(attributes) >= options.min_opacity
             of_cells["mask"] = is_opaque & of_cells.get("mask", True)

@@ -88,8 +88,8 @@ class FeatureOptions:
         if self.given is None:
             return None
         given, groups = self.given, None
-        if isinstance(given, FeatureTable):
-            given, groups = given.values, given.groups
+        if isinstance(self.given, FeatureTable):
+            given, groups = self.given.values, self.given.groups
         table = _checked_table(given, len(measures), source)
         if order is not None:
             table = table[order]

@@ -235,7 +235,7 @@ def _computed(
         given, _ = ranked_labels(read_labels(source.labels, n_cells, name=source.labels_named))
     check_fit(cells, given, endings - {ARRAYS}, FormatOptions())
     constraints = constraints_of(source.mask, source.barriers, n_cells, source.labels_named)
-    table = features_of(features, cells, attributes, checked_threads(n_threads))
+    table: Any = features_of(features, cells, attributes, checked_threads(n_threads))
     with warnings.catch_warnings():  # levels have exact numbers of regions
         warnings.simplefilter("ignore", IslandWarning)
         warnings.simplefilter("ignore", SliverWarning)

@@ -168,7 +168,11 @@ def _split_vertices(
         corners = vertex_keys * (len(texture.coordinates) + 1) + pairs + 1
     _, firsts, numbers = np.unique(corners, return_index=True, return_inverse=True)
     return _Split(
-        vertices.ravel()[firsts], faces[firsts // 3], pairs[firsts], numbers.reshape(-1, 3), faces
+        vertices.ravel()[firsts].astype(np.int64),
+        faces[firsts // 3],
+        pairs[firsts],
+        numbers.reshape(-1, 3),
+        faces,
     )
 
 

@@ -174,7 +174,10 @@ def ply_texture(
     if texture.is_of_ply or not has_triangles or not comments:
         return comments if texture.is_of_ply else [], {}
     numbers = {image: n for n, (image, name) in enumerate(names) if name is not None}
-    of_materials = [numbers.get(material.image, -1) for material in texture.materials] + [-1]
+    of_materials = [
+        -1 if material.image is None else numbers.get(material.image, -1)
+        for material in texture.materials
+    ] + [-1]
     corners = texture.corners.reshape(-1, 3)
     pairs = np.concatenate([texture.coordinates, [[0.0, 0.0]]])[corners].reshape(-1, 6)
     fields = {"texcoord": np.nan_to_num(pairs).astype(np.float32)}

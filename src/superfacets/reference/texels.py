@@ -49,10 +49,10 @@ def _near(values: list[float], wrap: str) -> list[float]:
     return [value - shift for value in values]
 
 
-def _light_of(pixels: Bytes, wrap: tuple[str, str], x: int, y: int) -> list[int]:
+def _light_of(pixels: Bytes, wrap: tuple[str, str], x: int, y: int) -> list[float]:
     height, width, _ = pixels.shape
     row, column = _wrapped(y, height, wrap[1]), _wrapped(x, width, wrap[0])
-    light: list[int] = LINEAR[pixels[row, column]].tolist()
+    light: list[float] = LINEAR[pixels[row, column]].astype(np.float64).tolist()
     return light
 
 
@@ -97,7 +97,7 @@ def _middles(corners: list[Place]) -> Iterator[Place]:
                 yield ax + s * (bx - ax) + t * (cx - ax), ay + s * (by - ay) + t * (cy - ay)
 
 
-def _between(light_of: Callable[[int, int], list[int]], x: float, y: float) -> list[float]:
+def _between(light_of: Callable[[int, int], list[float]], x: float, y: float) -> list[float]:
     """The light between the centers of four texels."""
     left, upper = math.floor(x - 0.5), math.floor(y - 0.5)
     right_share, lower_share = x - 0.5 - left, y - 0.5 - upper
@@ -111,7 +111,7 @@ def _between(light_of: Callable[[int, int], list[int]], x: float, y: float) -> l
     return [a + lower_share * (b - a) for a, b in zip(*rows, strict=True)]
 
 
-def _mean_and_spread(lights: list[list[int]] | list[list[float]]) -> tuple[Light, float]:
+def _mean_and_spread(lights: list[list[float]]) -> tuple[Light, float]:
     """Sums are of differences to the first, so that equal lights have no spread."""
     first, count = lights[0], len(lights)
     sums, squares = [0.0, 0.0, 0.0], 0.0

@@ -100,8 +100,9 @@ class Lines:
 
     def parse_second_indices(self) -> Array:
         """The second index of each corner, flat: the 2 in ``7/2`` and ``7/2/3``; 0 if missing."""
-        kernels = [_core.parse_second_indices, _core.parse_long_second_indices]
-        return self._parse(kernels, _read_second_index)
+        return self._parse(
+            [_core.parse_second_indices, _core.parse_long_second_indices], _read_second_index
+        )
 
     def parse_integers_or_floats(self) -> Array:
         """All numbers, flat: integers if all are written as integers, else float64."""
