@@ -186,7 +186,7 @@ def test_each_mesh_of_the_gallery_has_a_picture_and_commands():
 
 def test_pictures_are_small():
     """`python docs/shrink_images.py` makes them so."""
-    sizes = {path.name: path.stat().st_size for path in (DOCS / "images").rglob("*.png")}
+    sizes = {path.name: path.stat().st_size for path in (DOCS / "images").rglob("*.*")}
     assert {name for name, size in sizes.items() if size > shrink_images.MAX_BYTES} == set()
 
 

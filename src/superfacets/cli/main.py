@@ -27,6 +27,7 @@ GROUPS = {
         "render": "Draw a picture of a mesh or point cloud with its regions.",
         "view": "Show a mesh or point cloud with its regions in a browser.",
         "studio": "Label a mesh or point cloud, or those of a folder, in a browser.",
+        "agree": "Compare two people's work in the studio, and merge it.",
     },
     "Work with labels": {
         "convert": "Write meshes with their labels in other formats.",
