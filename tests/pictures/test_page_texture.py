@@ -26,7 +26,8 @@ def wall(folder, wrap=("repeat", "repeat"), scale=1.0, shift=0.0):
     materials = [Material("four", image=image, wrap=wrap), Material("violet", (0.5, 0, 1))]
     moved = pairs * scale + shift
     texture = Texture(moved, mesh.faces.ravel(), materials, is_plain.astype(int))
-    return mesh, texture, sf.texture_colors(mesh, texture).srgb.astype(float)
+    found = sf.texture_colors(mesh, texture)
+    return mesh, texture, np.where(found.spread[:, np.newaxis] < 0.01, found.srgb, np.nan)
 
 
 @pytest.mark.parametrize(
@@ -43,14 +44,12 @@ def test_each_pixel_has_the_color_of_the_texture_there(opened, tmp_path, wrap, s
     tab = opened(sf.view(mesh, np.zeros(mesh.n_faces, int), texture=texture, camera=camera))
     assert tab.locator("#texture").input_value() == "0.5"
     tab.locator("#canvas").press("t")
-    found = cells_seen(tab)
+    found = [seen for seen in cells_seen(tab) if np.isfinite(expected[seen[2], 0])]
     picture = pixels(tab)
     assert len(found) > 150
-    wrong = 0
     for x, y, cell in found:
         share = expected[cell] / expected[cell].sum()
-        wrong += np.abs(hue_at(picture, x, y) - share).max() > 0.1
-    assert wrong < 0.12 * len(found)  # at the borders of quarters
+        np.testing.assert_allclose(hue_at(picture, x, y), share, atol=0.1)
     assert len({tuple(expected[cell].round(-1)) for _, _, cell in found}) >= 5
     tab.locator("#canvas").press("t")
     assert tab.locator("#texture").input_value() == "0"

@@ -30,7 +30,7 @@ export class Drawing {
   readonly stats = { frames: 0, picks: 0, calls: 0, sentBytes: 0, scriptMs: 0 };
   marked = NONE;
   borders = true;
-  blend = 0; // share of the texture
+  shareOfTexture: () => number = () => 0;
   readonly paint: Paint;
   readonly nEdges: number;
   /** Width of borders in CSS pixels, given the pixels of a length of 1. */
@@ -156,7 +156,7 @@ export class Drawing {
     const { camera, groups, regions, colors, marked } = this;
     this.stats.calls++;
     this.surface.draw(program, camera.eye, camera.pixelsOf(height), {
-      ...this.paint.values, blend: this.blend,
+      ...this.paint.values, blend: this.shareOfTexture(),
       groups, regions, colors, marked, missing: this.missing.map((value) => value / 255),
     });
   }

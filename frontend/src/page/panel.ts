@@ -4,6 +4,7 @@ import type { Arrays, Numbers } from "../shared/arrays";
 import { part } from "../shared/dom";
 import { type Place, putTip } from "../shared/picking";
 import { NONE, shapeOf } from "../shared/shape";
+import { Blend } from "../shared/texture";
 import { type Coloring, Content, type Facts, type Labeling } from "./content";
 import { Drawing, type Rgb } from "./drawing";
 
@@ -29,7 +30,7 @@ export class Panel {
   private readonly list = part<HTMLSelectElement>("coloring");
   private readonly slider = part<HTMLInputElement>("level");
   private readonly checkbox = part<HTMLInputElement>("borders");
-  private readonly share = part<HTMLInputElement>("texture");
+  readonly blend = new Blend(part("texture-row"), part<HTMLInputElement>("texture"), () => this.drawing.request());
   private readonly tip = part("tip");
 
   constructor(private readonly facts: Facts, arrays: Arrays) {
@@ -69,9 +70,8 @@ export class Panel {
     part("level-row").hidden = content.levels.length < 2;
     part("borders-row").hidden = !this.drawing.nEdges;
     checkbox.addEventListener("change", () => this.setBorders(checkbox.checked));
-    part("texture-row").hidden = !this.facts.texture;
-    this.share.addEventListener("input", () => this.setBlend(Number(this.share.value)));
-    if (this.facts.texture) this.setBlend(content.levels.length ? 0.5 : 1);
+    this.drawing.shareOfTexture = () => this.blend.share;
+    this.blend.begin(!!this.facts.texture, content.levels.length ? 0.5 : 1);
     part("reset").addEventListener("click", () => this.drawing.camera.home());
     part("theme").addEventListener("click", () => {
       const { dataset } = document.documentElement;
@@ -100,18 +100,6 @@ export class Panel {
   setBorders(shown: boolean): void {
     this.drawing.borders = this.checkbox.checked = shown;
     this.drawing.request();
-  }
-
-  /** Draw a share of the texture, 0 to 1, and the colors of regions beside it. */
-  setBlend(share: number): void {
-    this.share.value = String(share);
-    this.drawing.blend = share;
-    this.drawing.request();
-  }
-
-  /** Only the texture or, if that is shown, only colors. */
-  toggleTexture(): void {
-    if (this.facts.texture) this.setBlend(this.drawing.blend === 1 ? 0 : 1);
   }
 
   /** Draw the chosen coloring and level, and update the legend. */

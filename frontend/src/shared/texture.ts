@@ -60,6 +60,32 @@ vec3 painted(uint piece, vec3 at) {
 }
 `;
 
+/** The slider that blends the texture with other colors. */
+export class Blend {
+  share = 0; // of the texture, 0 to 1
+
+  constructor(private readonly row: HTMLElement, private readonly slider: HTMLInputElement, private readonly changed: () => void) {
+    slider.addEventListener("input", () => this.set(Number(slider.value)));
+  }
+
+  set(share: number): void {
+    this.share = share;
+    this.slider.value = String(share);
+    this.changed();
+  }
+
+  /** Show the slider if there is a texture. */
+  begin(hasTexture: boolean, share: number): void {
+    this.row.hidden = !hasTexture;
+    this.set(hasTexture ? share : 0);
+  }
+
+  /** The texture alone or, if that is shown, none of it. */
+  toggle(): void {
+    if (!this.row.hidden) this.set(this.share === 1 ? 0 : 1);
+  }
+}
+
 export class Paint {
   private readonly corners: Table;
   private readonly pairs: Table;
