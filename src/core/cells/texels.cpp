@@ -57,7 +57,8 @@ std::optional<Corners> corners_of(const TexelGrid& grid, const TexturedTriangles
     if (corner < 0) return std::nullopt;
     u[i] = triangles.coordinates[2 * corner];
     v[i] = 1.0 - triangles.coordinates[2 * corner + 1];
-    if (!(std::abs(u[i]) <= kMaxTiles && std::abs(v[i]) <= kMaxTiles)) return std::nullopt;
+    const bool is_near = std::abs(u[i]) <= kMaxTiles && std::abs(v[i]) <= kMaxTiles;  // not NaN
+    if (!is_near) return std::nullopt;
   }
   move_near(u[0], u[1], u[2], grid.wrap_u);
   move_near(v[0], v[1], v[2], grid.wrap_v);
