@@ -709,3 +709,49 @@ def test_pickles_of_textures_are_whole(square):
     texture = pickle.loads(pickle.dumps(read_attributes(square))).texture
     np.testing.assert_array_equal(pairs_at_corners(texture), PAIRS[CORNERS])
     same_pixels(texture.images[0], PIXELS)
+
+
+def damaged(content, source):
+    """The bytes with some changed, cut out or doubled."""
+    data = bytearray(content)
+    for _ in range(int(source.integers(1, 6))):
+        place = int(source.integers(0, len(data)))
+        kind = source.integers(0, 4)
+        if kind == 0:
+            data[place] = int(source.integers(0, 256))
+        elif kind == 1:
+            del data[place : place + int(source.integers(1, 40))]
+        elif kind == 2:
+            data[place:place] = data[place : place + int(source.integers(1, 40))]
+        else:
+            data[place : place + 1] = source.choice([b"9", b"-", b"\0", b"\n", b"{", b"/"])
+        data = data or bytearray(b" ")
+    return bytes(data)
+
+
+@pytest.mark.parametrize(
+    "target", ["a.gltf", "a.glb", "square.obj", "square.mtl", "a.ply", "door.png"]
+)
+def test_textured_files_that_are_damaged_are_read_or_refused(square, target):
+    folder = square.parent
+    document = gltf_document([{"uri": data_uri(png_bytes())}])
+    write_gltf(folder / "a.gltf", document)
+    mesh, attributes = read_mesh(square), read_attributes(square)
+    write_mesh(folder / "a.glb", mesh, attributes=attributes)
+    write_mesh(folder / "a.ply", mesh, attributes=attributes, ascii=True)
+    whole = (folder / target).read_bytes()
+    path = square if target in ("square.mtl", "door.png") else folder / target
+    source = np.random.default_rng(27)
+    n_read, messages = 0, []
+    for _ in range(40):
+        (folder / target).write_bytes(damaged(whole, source))
+        try:
+            mesh, attributes = read_mesh(path), read_attributes(path)
+            if attributes.texture is not None:
+                n_read += len(texture_colors(mesh, attributes.texture).linear) > 0
+                write_mesh(folder / "images" / "b.obj", mesh, attributes=attributes)
+                write_mesh(folder / "b.glb", mesh, attributes=attributes)
+        except MeshError as error:
+            messages.append(str(error))
+    assert not any("\n" in message for message in messages)
+    assert n_read > 0 or target == "door.png"  # of which every byte counts
