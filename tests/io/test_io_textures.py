@@ -714,7 +714,7 @@ def test_pickles_of_textures_are_whole(square):
 def damaged(content, source):
     """The bytes with some changed, cut out or doubled."""
     data = bytearray(content)
-    for _ in range(int(source.integers(1, 6))):
+    for _ in range(int(source.integers(1, 3))):
         place = int(source.integers(0, len(data)))
         kind = source.integers(0, 4)
         if kind == 0:

@@ -39,7 +39,7 @@ def texture_parts(
     corners = texture.corners[places]
     pairs = texture.coordinates[np.maximum(corners, 0)] if len(texture.coordinates) else corners
     pairs = np.where(corners[:, :, np.newaxis] >= 0, pairs, np.nan).reshape(-1, 3, 2)
-    has_pairs = np.isfinite(pairs.reshape(len(pairs), -1)).all(axis=1)
+    has_pairs = np.asarray(np.isfinite(pairs.reshape(len(pairs), -1)).all(axis=1))
     pairs = np.where(has_pairs[:, np.newaxis, np.newaxis], pairs, 0.0).reshape(-1, 2)
     low, high = pairs.min(axis=0), pairs.max(axis=0)
     step = np.where(high > low, high - low, 1.0) / STEPS
