@@ -34,6 +34,7 @@ GROUPS = {
         "regions": "Measure regions: areas, shapes, neighbors.",
         "cut": "Cut a mesh along smooth borders of its regions.",
         "transfer": "Carry labels to another mesh or point cloud of the same object.",
+        "lift": "Label regions of a mesh by masks of images.",
         "evaluate": "Print how good labels are.",
     },
     "Studies": {

@@ -126,6 +126,16 @@ def _notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> lis
     return [f"{lost} {have} the most area in no face of the input: label files lack {them}"]
 
 
+def notes_on_written(
+    cells: Cells, attributes: MeshAttributes | None, endings: Collection[str], n_lost: int
+) -> list[str]:
+    """Notes on data that files with these endings lack; `n_lost` is as for `notes_on_vertices`."""
+    notes = notes_on_vertices(n_lost, endings)
+    if attributes is not None:
+        notes += notes_on_attributes(attributes, endings, cells)
+    return notes
+
+
 def notes_on_vertices(n_lost: int, endings: Iterable[str]) -> list[str]:
     """Notes on regions without a vertex in files of vertex labels."""
     if not n_lost:

@@ -164,6 +164,12 @@ def _without_gaps(ids: npt.NDArray[np.integer]) -> npt.NDArray[np.int64]:
     return numbers
 
 
+def write_array(path: Path, array: npt.NDArray[Any]) -> None:
+    """Write an array as .npy. `numpy.save` would not report that the disk is full."""
+    with path.open("wb") as file:
+        write_npy(file, np.ascontiguousarray(array))
+
+
 def write_npy(file: IO[bytes], array: npt.NDArray[Any]) -> None:
     """Write an array to any stream. `numpy.save` calls ``tell``, which fails on pipes."""
     npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))

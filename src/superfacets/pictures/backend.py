@@ -172,6 +172,6 @@ def import_vtk() -> Any:
     return SimpleNamespace(**members)
 
 
-def import_pillow(module: str) -> Any:
+def import_pillow(module: str, task: str = "rendering") -> Any:
     """Return a module of Pillow, or raise a MissingExtraError if Pillow is not installed."""
-    return textures.import_pillow(module, "rendering", "viz")
+    return textures.import_pillow(module, task, "viz")
