@@ -115,6 +115,9 @@ def test_huge_triangles_are_sampled_and_quick(image):
     mesh, texture = triangles(pairs, stored)
     found = sf.texture_colors(mesh, texture)
     np.testing.assert_allclose(found.linear[0], linear(pixels).mean(axis=(0, 1)), atol=0.03)
+    slivers = np.array([[-1e6, 0], [1e6, 0], [0, 0.1]] * 2000, float)  # would take minutes
+    mesh, texture = triangles(slivers, stored)
+    assert np.isfinite(sf.texture_colors(mesh, texture).linear).all()
 
 
 def test_colors_are_the_same_on_any_number_of_threads(tmp_path):

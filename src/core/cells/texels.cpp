@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kMaxTiles = 1 << 20;     // farther away, doubles no longer tell texels apart
 constexpr double kMaxTexels = 1 << 14;    // of a triangle; more would change its mean by little
-constexpr double kMaxRows = 1 << 14;      // of a triangle that are visited
+constexpr double kMaxRows = 1 << 14;      // and columns of a triangle that are visited
 constexpr int kMaxSplits = 16;            // of the sides of a triangle that covers no center
 constexpr double kMaxPaintedTiles = 4.0;  // per direction
 constexpr std::int64_t kTrianglesAtOnce = 256;  // their sizes differ, so units of work are small
@@ -115,8 +115,10 @@ void for_each_row(const Corners& corners, std::int64_t step, const Visit& visit)
 // periods of patterns rarely are.
 std::int64_t step_of(const Corners& corners) {
   const auto& [a, b, c] = corners;
-  const double n_rows = std::max({a.y, b.y, c.y}) - std::min({a.y, b.y, c.y});
-  const double step = std::max(std::sqrt(area_of(corners) / kMaxTexels), n_rows / kMaxRows);
+  const double height = std::max({a.y, b.y, c.y}) - std::min({a.y, b.y, c.y});
+  const double width = std::max({a.x, b.x, c.x}) - std::min({a.x, b.x, c.x});
+  const double step =
+      std::max(std::sqrt(area_of(corners) / kMaxTexels), std::max(width, height) / kMaxRows);
   return static_cast<std::int64_t>(std::ceil(std::max(step, 1.0))) | 1;
 }
 

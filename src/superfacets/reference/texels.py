@@ -67,8 +67,8 @@ def _covered(corners: list[Place]) -> Iterator[tuple[int, int]]:
     """The texels whose centers are in a triangle, row by row."""
     (ax, ay), (bx, by), (cx, cy) = corners
     area = 0.5 * abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay))
-    n_rows = max(ay, by, cy) - min(ay, by, cy)
-    step = math.ceil(max(math.sqrt(area / 2**14), n_rows / 2**14, 1.0)) | 1
+    extent = max(max(ay, by, cy) - min(ay, by, cy), max(ax, bx, cx) - min(ax, bx, cx))
+    step = math.ceil(max(math.sqrt(area / 2**14), extent / 2**14, 1.0)) | 1
     first, last = math.ceil(min(ay, by, cy) - 0.5), math.floor(max(ay, by, cy) - 0.5)
     for y in range(first + -first % step, last + 1, step):
         cuts = list(_cuts(corners, y + 0.5))
