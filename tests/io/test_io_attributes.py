@@ -286,6 +286,14 @@ def test_attributes_of_another_mesh_are_refused(tmp_path):
     assert not path.exists()
 
 
+def test_comments_in_latin_1_are_read(tmp_path):
+    content = rich_ply("ascii").replace(
+        "made by hand, with  two spaces and an é".encode(), b"\xa9 me"
+    )
+    (tmp_path / "a.ply").write_bytes(content)
+    assert read_attributes(tmp_path / "a.ply").comments[0] == "comment © me"
+
+
 def test_some_formats_have_attributes(tmp_path):
     (tmp_path / "a.stl").write_text("v 0 0 0\n")
     with pytest.raises(MeshError, match=r"a\.stl: expected the ending \.ply, \.obj, \.glb"):

@@ -174,5 +174,8 @@ def _as_stored(values: Array, stored: Property) -> Array:
 
 def _one_line(line: str) -> str:
     """Decode a comment, and replace line breaks of another kind than the header's by blanks."""
-    text = line.encode("latin-1").decode("utf-8", "surrogateescape")
+    try:
+        text = line.encode("latin-1").decode("utf-8")
+    except UnicodeDecodeError:  # some programs write Latin-1
+        text = line
     return text.replace("\r", " ").replace("\n", " ").rstrip()
