@@ -26,6 +26,7 @@
 #include "spatial/point_tiles.hpp"
 #include "spatial/ray_thickness.hpp"
 #include "spatial/sorted_mesh.hpp"
+#include "spatial/views.hpp"
 #include "spectral/diffusion.hpp"
 #include "spectral/eigenvectors.hpp"
 
@@ -353,6 +354,24 @@ auto roots_of(TurnedSets& sets, Place begin, Place end) {
   return std::tuple(std::move(roots), std::move(turned));
 }
 
+// A row of numbers per view: the projection, then the product of focal lengths; and its sizes.
+auto surface_seen(Points vertices, Triangles faces, const Table<double>& numbers, Integers sizes,
+                  int n_threads) {
+  std::vector<View> views(numbers.shape(0));
+  SUPERFACETS_ASSERT(numbers.shape(1) == 13 && sizes.size() == 2 * views.size());
+  std::size_t work = views.size() * faces.size();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const double* row = numbers.data() + 13 * i;
+    std::copy_n(row, 12, views[i].projection);
+    views[i].focal_product = row[12];
+    views[i].width = sizes[2 * i];
+    views[i].height = sizes[2 * i + 1];
+    work += static_cast<std::size_t>(views[i].n_pixels());
+  }
+  return on_team(work, n_threads,
+                 [&](ThreadTeam& team) { return see_surface(vertices, faces, views, team); });
+}
+
 // Minimum number of cells or queries per thread. Each takes about a microsecond: a cell to insert
 // it into the search tree, a query to search the tree.
 constexpr std::int64_t kMinSearched = 1 << 10;
@@ -389,7 +408,8 @@ void bind_graphs(nb::module_& module) {
       .def("__init__", &make_placed_cells, "positions"_a, "measures"_a, "n_threads"_a);
   nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph")
       .def("__init__", &make_ordered_graph, "cells"_a, "offsets"_a, "neighbors"_a, "lengths"_a,
-           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0)
+           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0,
+           "Moves the arrays of `cells` into the graph: `cells` is empty afterwards.")
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
@@ -478,6 +498,8 @@ void bind_spatial(nb::module_& module) {
              "queries"_a, "max_distance"_a, "n_threads"_a);
   module.def("nearest_points", threaded<kMinSearched>(&nearest_points), "positions"_a, "queries"_a,
              "max_distance"_a, "n_threads"_a);
+  module.def("see_surface", &surface_seen, "vertices"_a, "faces"_a, "views"_a, "sizes"_a,
+             "n_threads"_a);
   nb::class_<TurnedSets>(module, "TurnedSets")
       .def(nb::init<Place>(), "n_places"_a)
       .def("join_alike", serial(&join_alike_in), "rows"_a.noconvert(), "places"_a, "cells"_a,

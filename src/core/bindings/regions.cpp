@@ -10,6 +10,7 @@
 #include "regions/merge_tree.hpp"
 #include "regions/region_graph.hpp"
 #include "regions/rings.hpp"
+#include "regions/shared_masks.hpp"
 #include "regions/smooth.hpp"
 #include "regions/vertex_labels.hpp"
 
@@ -30,11 +31,10 @@ auto joined_regions(const Surface& surface, Floats lengths, double unit, double 
 }
 
 auto region_shapes(const Surface& surface, Integers labels, Label n_regions, ThreadTeam& team) {
-  RegionShapes shapes = measure_regions(surface, labels, n_regions, team);
-  return std::tuple(std::move(shapes.measures), std::move(shapes.centroids),
-                    std::move(shapes.squares), std::move(shapes.products),
-                    std::move(shapes.normal_sums), std::move(shapes.lows), std::move(shapes.highs),
-                    std::move(shapes.open_lengths), std::move(shapes.centers));
+  using Shape = RegionShape;
+  return columns(measure_regions(surface, labels, n_regions, team), &Shape::measure,
+                 &Shape::centroid, &Shape::squares, &Shape::products, &Shape::normal_sum,
+                 &Shape::low, &Shape::high, &Shape::open_length, &Shape::center);
 }
 
 auto arcs_between(const Surface& surface, Integers labels, ThreadTeam& team) {
@@ -125,6 +125,11 @@ Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
   return numbers;
 }
 
+Buffer<Label> joined_by_masks(Offsets offsets, Integers masks, Doubles areas, Integers image_of,
+                              double least) {
+  return join_by_masks({offsets, masks, areas, image_of}, least);
+}
+
 }  // namespace
 
 void bind_regions(nb::module_& module) {
@@ -159,6 +164,8 @@ void bind_regions(nb::module_& module) {
   module.def("merge_small_regions", serial(&small_regions_merged), "offsets"_a, "neighbors"_a,
              "positions"_a, "normals"_a, "labels"_a, "counts"_a, "n_labels"_a, "least"_a);
   module.def("find_bridges", serial(&bridges_between), "cells"_a, "ranks"_a, "n_components"_a);
+  module.def("join_by_masks", serial(&joined_by_masks), "offsets"_a, "masks"_a, "areas"_a,
+             "image_of"_a, "least"_a);
   module.def("merge_tree", serial(&tree_of_merges), "areas"_a, "positions"_a, "features"_a, "low"_a,
              "high"_a, "lengths"_a, "costs"_a, "crease_weight"_a, "dimension"_a);
 }

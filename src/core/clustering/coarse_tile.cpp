@@ -1,7 +1,6 @@
 #include "clustering/coarse_tile.hpp"
 
 #include <algorithm>
-#include <optional>
 
 #include "base/assert.hpp"
 #include "clustering/coarse_ranges.hpp"
@@ -48,15 +47,14 @@ TileCells divide_tile(const OrderedGraph& tile, Place n_own, Place cell_size, Th
   std::vector<RangeCells> parts(n_ranges(n_own));
   Buffer<Cell> of(n_own);  // counted from the first of the range
   Buffer<float> lengths(n_own);
-  std::vector<std::optional<CellGrower>> growers(team.size());
+  PerThread<CellGrower> growers(team.size());
   team.for_each(std::ssize(parts), [&](std::int64_t range, int thread) {
-    if (!growers[thread]) growers[thread].emplace(tile, cell_size);
     const auto [begin, end] = places_of_range(range, n_own);
     const auto write = [&](Place place, std::size_t cell, float length) {
       of[place] = static_cast<Cell>(cell);
       lengths[place] = length;
     };
-    parts[range] = divide_range(tile, *growers[thread], begin, end, write);
+    parts[range] = divide_range(tile, growers.get(thread, tile, cell_size), begin, end, write);
   });
   return joined(parts, std::move(of), std::move(lengths));
 }
