@@ -187,9 +187,11 @@ auto point_graph(Points positions, int n_neighbors, int n_around, double cutoff,
 }
 
 Buffer<double> weights_of_points(const PointSurface& surface, double alpha, double eta_convex,
-                                 double crease_length, double diagonal, ThreadTeam& team) {
+                                 double crease_length, double diagonal, double ridges,
+                                 ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  point_weights(surface, {alpha, eta_convex, crease_length, diagonal}, team, weights.span());
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, ridges};
+  point_weights(surface, options, team, weights.span());
   return weights;
 }
 
@@ -440,7 +442,7 @@ void bind_weights(nb::module_& module) {
              "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "evened"_a,
              "is_straight"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
   module.def("point_weights", threaded(&weights_of_points), "surface"_a, "alpha"_a, "eta_convex"_a,
-             "crease_length"_a, "diagonal"_a, "n_threads"_a);
+             "crease_length"_a, "diagonal"_a, "ridges"_a, "n_threads"_a);
   module.def("stk02_weights", threaded(&stk02_of_triangles), "surface"_a, "centroids"_a, "alpha"_a,
              "n_threads"_a);
   module.def("polygon_stk02_weights", threaded(&stk02_of_polygons), "surface"_a, "alpha"_a,
