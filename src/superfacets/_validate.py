@@ -332,6 +332,17 @@ def checked_normals(normals: Any, n_points: int, first: int = 0) -> Floats:
     return array
 
 
+def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
+    """One place (3,), or one per point (N, 3), float64; a MeshError if wrong."""
+    array = _numeric_array(viewpoints, "viewpoints")
+    if array.shape not in ((3,), (n_points, 3)):
+        raise MeshError(f"viewpoints must have shape (3,) or ({n_points}, 3), got {array.shape}")
+    places = owned(exact_doubles(array), np.float64)
+    if not np.isfinite(places).all():
+        _raise_not_finite(places.reshape(-1, 3), "viewpoints")
+    return places
+
+
 def checked_colors(colors: Any, n_points: int) -> Singles:
     """Red, green and blue of each point from 0 to 1, (N, 3) float32; a MeshError if wrong."""
     array = _numeric_array(colors, "colors")
