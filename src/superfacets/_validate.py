@@ -317,14 +317,14 @@ def checked_queries(points: Any) -> Floats:
     return array
 
 
-def checked_normals(normals: Any, n_points: int, first: int = 0) -> Floats:
+def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
     """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong.
 
     Error messages number the points from `first`.
     """
-    array = owned(exact_doubles(_rows(normals, "normals", n_points)), np.float64)
+    array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
     if not np.isfinite(array).all():
-        _raise_not_finite(array, "normals", first)
+        _raise_not_finite(array, name, first)
     largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)  # so that no length overflows
     np.divide(array, largest, out=array, where=largest > 0)
     lengths = np.sqrt(np.einsum("ij,ij->i", array, array))[:, None]

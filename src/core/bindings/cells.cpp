@@ -158,22 +158,24 @@ SortedMesh mesh_in_curve_order(Points vertices, Integers representative, Integer
 }
 
 auto sorted_point_graph(Points positions, int n_neighbors, int n_around, double cutoff,
-                        bool has_normals, ThreadTeam& team) {
-  PointGraph graph = build_point_graph(positions,
-                                       {static_cast<std::size_t>(n_neighbors),
-                                        static_cast<std::size_t>(n_around), cutoff, has_normals},
-                                       team);
+                        bool has_normals, Points axes, ThreadTeam& team) {
+  PointGraph graph =
+      build_point_graph(positions,
+                        {static_cast<std::size_t>(n_neighbors), static_cast<std::size_t>(n_around),
+                         cutoff, has_normals, axes},
+                        team);
   return std::tuple(std::move(graph.positions), std::move(graph.offsets),
                     std::move(graph.neighbors), std::move(graph.measures), std::move(graph.normals),
                     std::move(graph.points));
 }
 
 auto point_graph(Points positions, int n_neighbors, int n_around, double cutoff, bool has_normals,
-                 ThreadTeam& team) {
-  PointGraph sorted = build_point_graph(positions,
-                                        {static_cast<std::size_t>(n_neighbors),
-                                         static_cast<std::size_t>(n_around), cutoff, has_normals},
-                                        team);
+                 Points axes, ThreadTeam& team) {
+  PointGraph sorted =
+      build_point_graph(positions,
+                        {static_cast<std::size_t>(n_neighbors), static_cast<std::size_t>(n_around),
+                         cutoff, has_normals, axes},
+                        team);
   PointGraph graph = in_input_order(sorted, team);
   return std::tuple(std::move(graph.offsets), std::move(graph.neighbors), std::move(graph.measures),
                     std::move(graph.normals), std::move(sorted.points));
@@ -416,9 +418,9 @@ void bind_graphs(nb::module_& module) {
   module.def("sort_mesh", threaded(&mesh_in_curve_order), "vertices"_a, "representative"_a,
              "corners"_a, "offsets"_a, "size"_a, "n_threads"_a);
   module.def("build_point_graph", threaded(&point_graph), "positions"_a, "n_neighbors"_a,
-             "n_around"_a, "cutoff"_a, "has_normals"_a, "n_threads"_a);
+             "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "n_threads"_a);
   module.def("build_sorted_point_graph", threaded(&sorted_point_graph), "positions"_a,
-             "n_neighbors"_a, "n_around"_a, "cutoff"_a, "has_normals"_a, "n_threads"_a);
+             "n_neighbors"_a, "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "n_threads"_a);
   module.def("weighted_majority", serial(&weighted_majority), "groups"_a, "labels"_a, "weights"_a,
              "n_groups"_a);
   module.def("find_components", serial(&components), "offsets"_a, "neighbors"_a, "labels"_a);

@@ -57,7 +57,10 @@ Found find_neighbors(const NeighborSearch& search, const PointGraphOptions& opti
     }
     std::fill_n(row, n_columns - joined.size(), kNoPlace);
     found.areas[place] = area_around(sum_of_squares, joined.size());
-    if (!options.has_normals) found.normals[place] = normal_around(search, place, nearest);
+    if (options.has_normals) return;
+    const Point axis = options.axes.empty() ? Point{} : options.axes[search.point_at(place)];
+    const bool is_known = squared_norm(axis) > 0.0;
+    found.normals[place] = is_known ? axis : normal_around(search, place, nearest);
   };
   search.for_each_point(options.has_normals ? n_columns : options.n_around, take, team);
   return found;

@@ -34,10 +34,9 @@ constexpr double kSideways = 0.25;
 // from its trace and the sum of its squared entries.
 double largest_turn(const Bend& bend, double* other = nullptr) {
   const double trace = double{bend.xx} + bend.yy + bend.zz;
-  const double squares = double{bend.xx} * bend.xx + double{bend.yy} * bend.yy +
-                         double{bend.zz} * bend.zz +
-                         2.0 * (double{bend.xy} * bend.xy + double{bend.xz} * bend.xz +
-                                double{bend.yz} * bend.yz);
+  const double squares =
+      double{bend.xx} * bend.xx + double{bend.yy} * bend.yy + double{bend.zz} * bend.zz +
+      2.0 * (double{bend.xy} * bend.xy + double{bend.xz} * bend.xz + double{bend.yz} * bend.yz);
   const double apart = std::sqrt(std::max(2.0 * squares - trace * trace, 0.0));
   if (other != nullptr) *other = 0.5 * (trace - apart);
   return 0.5 * (trace + apart);
@@ -65,8 +64,8 @@ Point direction_of(const Bend& bend, const Point& normal, double smaller) {
 class RidgeFinder {
  public:
   RidgeFinder(std::span<const Point> positions, std::span<const Point> normals, const Arcs& arcs,
-              const Bends& bends)
-      : positions_(positions), normals_(normals), arcs_(arcs), bends_(bends) {}
+              const Bends& bends, double radius)
+      : positions_(positions), normals_(normals), arcs_(arcs), bends_(bends), radius_(radius) {}
 
   bool is_on_ridge(Cell point) const {
     const auto neighbors = arcs_.neighbors(point);
@@ -74,6 +73,7 @@ class RidgeFinder {
     double sum = 0.0;
     for (const Cell neighbor : neighbors) sum += norm(positions_[neighbor] - positions_[point]);
     const double spacing = sum / static_cast<double>(neighbors.size());
+    if (kAway * spacing > radius_) return false;
     double smaller = 0.0;
     const double turn = largest_turn(bends_.convex[point], &smaller);
     if (!(turn * spacing >= kLeastTurn)) return false;
@@ -128,6 +128,7 @@ class RidgeFinder {
   const std::span<const Point> normals_;
   const Arcs& arcs_;
   const Bends& bends_;
+  const double radius_;
 };
 
 }  // namespace
@@ -135,9 +136,9 @@ class RidgeFinder {
 Buffer<std::uint8_t> find_point_ridges(std::span<const Point> positions,
                                        std::span<const Point> normals, const Arcs& arcs,
                                        std::span<const Cell> order, const Bends& bends,
-                                       ThreadTeam& team) {
+                                       double radius, ThreadTeam& team) {
   SUPERFACETS_ASSERT(bends.convex.size() == positions.size());
-  const RidgeFinder finder(positions, normals, arcs, bends);
+  const RidgeFinder finder(positions, normals, arcs, bends, radius);
   Buffer<std::uint8_t> is_on(positions.size());
   const auto n_points = std::ssize(order);
   team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {

@@ -44,7 +44,7 @@ void point_weights(const PointSurface& surface, const WeightOptions& options, Th
   const bool has_convex = has_ridges || options.eta_convex > 0.0;
   const Bends bends = is_priced ? surface.find_bends(has_convex, team) : Bends{};
   const Buffer<std::uint8_t> is_ridge =
-      has_ridges ? surface.find_ridges(bends, team) : Buffer<std::uint8_t>();
+      has_ridges ? surface.find_ridges(bends, options.crease_length, team) : Buffer<std::uint8_t>();
   // The smaller of the turns at both ends, at most pi.
   const auto turn = [](const Buffer<Bend>& of, Cell from, Cell to, const Point& step) {
     return std::min({of[from].turn(step), of[to].turn(step), std::numbers::pi});

@@ -42,8 +42,8 @@ class PointSurface final : public Surface {
     return superfacets::find_bends(positions_, normals_, arcs(), order_, wants_convex, team);
   }
 
-  Buffer<std::uint8_t> find_ridges(const Bends& bends, ThreadTeam& team) const {
-    return find_point_ridges(positions_, normals_, arcs(), order_, bends, team);
+  Buffer<std::uint8_t> find_ridges(const Bends& bends, double radius, ThreadTeam& team) const {
+    return find_point_ridges(positions_, normals_, arcs(), order_, bends, radius, team);
   }
 
   // The distance between the points.

@@ -40,6 +40,10 @@ class PointCloud(Cells):
     colors : array_like, shape (N, 3) or (N, 4), optional
         Red, green and blue, from 0 to 1 if they are floats, or of the full range of an unsigned
         integer type (uint8: 0 to 255). Kept as float32 from 0 to 1, without a fourth column.
+    axes : array_like, shape (N, 3), optional
+        Normals of unknown sign, such as the shortest axes of Gaussian splats: vectors at right
+        angles to the surface, on either side of it. If there are no normals, `segment` turns axes
+        as it does estimated normals, and estimates a normal only where an axis is zero.
     viewpoints : array_like, shape (3,) or (N, 3), optional
         Place from which all points were seen, or one for each point. Estimated normals then face
         it; normals that are given stay as they are. `read_cloud` takes them from the poses of scans
@@ -65,6 +69,7 @@ class PointCloud(Cells):
     points: Floats
     normals: Floats | None = None
     colors: Singles | None = None
+    axes: Floats | None = None
     viewpoints: Floats | None = None
     bounds: Floats = field(init=False, repr=False)
 
@@ -75,12 +80,16 @@ class PointCloud(Cells):
             freeze(self, normals=checked_normals(self.normals, len(points)))
         if self.colors is not None:
             freeze(self, colors=checked_colors(self.colors, len(points)))
+        if self.axes is not None:
+            freeze(self, axes=checked_normals(self.axes, len(points), name="axes"))
         if self.viewpoints is not None:
             freeze(self, viewpoints=checked_viewpoints(self.viewpoints, len(points)))
 
     def __setstate__(self, state: Any) -> None:
         """Restore a copy or a pickle with the checks of a new object."""
-        PointCloud.__init__(self, *restored(state, ("points", "normals", "colors", "viewpoints")))
+        PointCloud.__init__(
+            self, *restored(state, ("points", "normals", "colors", "axes", "viewpoints"))
+        )
 
     @property
     def n_cells(self) -> int:
@@ -93,13 +102,17 @@ class PointCloud(Cells):
         return len(self.points)
 
     def taken(self, chosen: npt.NDArray[np.integer[Any]]) -> PointCloud:
-        """Return the chosen points as a cloud, with their normals, colors and viewpoints."""
-        normals = None if self.normals is None else self.normals[chosen]
-        colors = None if self.colors is None else self.colors[chosen]
-        views = self.viewpoints
-        views = views[chosen] if views is not None and views.ndim == 2 else views
-        return PointCloud(self.points[chosen], normals, colors, views)
+        """Return the chosen points as a cloud, with all that the cloud has of them."""
+        of_points = (self.normals, self.colors, self.axes, self.viewpoints)
+        kept = [
+            values if values is None or values.ndim == 1 else values[chosen] for values in of_points
+        ]
+        return PointCloud(self.points[chosen], *kept)
 
     def __repr__(self) -> str:
-        also = [name for name in ("normals", "colors", "viewpoints") if getattr(self, name) is not None]
+        also = [
+            name
+            for name in ("normals", "colors", "axes", "viewpoints")
+            if getattr(self, name) is not None
+        ]
         return f"PointCloud({', '.join([f'{self.n_points} points', *also])})"

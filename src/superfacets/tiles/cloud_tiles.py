@@ -19,7 +19,7 @@ from .part import Part
 from .scratch import Scratch
 from .store import RANGE, TileStore
 
-LEFTOVERS = ("near", "areas", "shared", "estimated", "lowest", "out_sources", "out_targets")
+LEFTOVERS = ("axes", "near", "areas", "shared", "estimated", "lowest", "out_sources", "out_targets")
 """Arrays that only this stage needs."""
 
 
@@ -185,6 +185,9 @@ def _write_directions(
     at = own.columns["places"] - np.int32(store.starts[tile])
     normals = np.zeros((store.size(tile), 3))
     normals[at] = _core.directions_around(positions, at, rows.reshape(-1), n_threads)
+    if store.has(tile, "axes"):
+        axes = store.read(tile, "axes")[at]
+        normals[at] = np.where(axes.any(axis=1, keepdims=True), axes, normals[at])
     store.write(tile, "estimated", normals)
 
 

@@ -15,9 +15,10 @@ from .._types import Array, Longs
 from .._validate import checked_normals, exact_doubles
 from ..adapters.convert import as_cells, as_mesh
 from ..cells.kinds import kind_of
+from ..cells.point_graph import estimate_normals
 from ..errors import MeshError
 from ..io.guards import check_regular
-from ..io.readers.clouds import holds_cloud
+from ..io.readers.clouds import SCALES, TURNS, holds_cloud, splat_axes
 from ..io.readers.npy import MAX_NPY_HEADER, npy_header
 from ..io.readers.obj import read_file_blocks
 from ..io.readers.ply_header import INDEX_NAMES, Element, read_header
@@ -43,6 +44,7 @@ BLOCK = 1 << 24
 
 AXES = ("x", "y", "z")
 NORMALS = ("nx", "ny", "nz")
+AXES_OF_SPLATS = ((*TURNS, *SCALES), (*TURNS, *SCALES[:2]))
 
 
 _ROWS_AT_ONCE = 1 << 16
@@ -57,6 +59,7 @@ class Pieces:
     corners: Rows | None = None  # (F, 3) vertices of each triangle; with offsets, (C,)
     offsets: Rows | None = None  # (F + 1,) first corner of each polygon, and the end of the last
     normals: Rows | None = None  # (N, 3) of points, of length 1 or 0
+    axes: Rows | None = None  # (N, 3) normals of unknown sign, of length 1 or 0
 
     @property
     def n_cells(self) -> int:
@@ -162,11 +165,24 @@ def _as_normals(rows: Array, begin: int) -> Array:
     return checked_normals(rows, len(rows), begin)
 
 
+def _as_axes(rows: Array, begin: int) -> Array:
+    """The axes of splats, from their rotations and scales."""
+    axes = splat_axes(dict(zip((*TURNS, *SCALES), rows.T, strict=False)))
+    assert axes is not None
+    return checked_normals(axes, len(axes), begin)
+
+
 def _pieces_of_cells(cells: Any, where: str = "") -> Pieces:
     kind = kind_of(cells)
     if kind.are_points:
-        normals = None if cells.normals is None else ArrayRows(cells.normals)
-        return Pieces(ArrayRows(cells.points), normals=normals)
+        normals, axes = cells.normals, cells.axes
+        if normals is None and cells.viewpoints is not None:
+            normals, axes = estimate_normals(cells), None
+        return Pieces(
+            ArrayRows(cells.points),
+            normals=None if normals is None else ArrayRows(normals),
+            axes=None if axes is None else ArrayRows(axes),
+        )
     if not kind.has_faces:
         raise MeshError(f"{where}tiles are of faces or points, and this holds {kind.plural}")
     vertices, corners = ArrayRows(cells.vertices), corners_of(cells)
@@ -249,9 +265,12 @@ def _ply_pieces(path: Path) -> Pieces | None:
         normals = rows("vertex", NORMALS)
         if normals is not None and _are_zero(normals):  # as `read_cloud`
             normals = None
+        columns = [rows("vertex", names) for names in AXES_OF_SPLATS]
+        axes = next((some for some in columns if some is not None), None)
         return Pieces(
             ConvertedRows(points, _as_doubles),
             normals=None if normals is None else ConvertedRows(normals, _as_normals),
+            axes=None if axes is None or normals is not None else ConvertedRows(axes, _as_axes),
         )
     tables = [rows("face", (name,), f"number of {name}") for name in INDEX_NAMES]
     corners = next((table for table in tables if table is not None), None)
@@ -298,6 +317,7 @@ def _joined(pieces: Sequence[Pieces]) -> Pieces:
         raise MeshError("the folder holds meshes and point clouds: take one kind at a time")
     if 0 < len(normals) < len(pieces):
         raise MeshError("some point clouds of the folder have normals, and others have none")
+    axes = [part.axes for part in pieces if part.axes is not None]
     if any(part.offsets is not None for part in pieces):
         raise MeshError("a folder of several files has to hold triangles alone")
     points = JoinedRows(tuple(part.points for part in pieces))
@@ -305,4 +325,5 @@ def _joined(pieces: Sequence[Pieces]) -> Pieces:
         points,
         JoinedRows(tuple(corners), points.starts[:-1]) if corners else None,
         normals=JoinedRows(tuple(normals)) if normals else None,
+        axes=JoinedRows(tuple(axes)) if len(axes) == len(pieces) else None,
     )

@@ -43,6 +43,7 @@ class _Scan(NamedTuple):
     colors: Singles | None  # (n, 3), 0 to 1
     intensity: Singles | None  # (n,)
     records: Ints  # (n,) index of each point's record in the scan, from 0
+    viewpoint: Floats | None  # (3,) position of the scanner; None if the scan has no pose
 
 
 def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
@@ -50,7 +51,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
 
     An invalid point has no position; most scans on a grid have some. The attributes ``scan`` and
     ``record`` are the index of a point's scan and of its record in that scan. Colors and
-    intensities are kept only if all scans have them.
+    intensities are kept only if all scans have them, viewpoints only if all have poses.
     """
     try:
         import pye57
@@ -120,7 +121,18 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
     shades = [scan.colors for scan in scans if scan.colors is not None]
     colors = np.concatenate(shades) if len(shades) == len(scans) else None
     points = np.concatenate([scan.points for scan in scans])
-    return PointCloud(points, colors=colors), MeshAttributes(vertex=stored)
+    cloud = PointCloud(points, colors=colors, viewpoints=_viewpoints_of(scans))
+    return cloud, MeshAttributes(vertex=stored)
+
+
+def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
+    """Position of the scanner (3,), or (N, 3) of each point; None if any is unknown."""
+    found = [scan.viewpoint for scan in scans if scan.viewpoint is not None]
+    if len(found) < len(scans):
+        return None
+    if len(found) == 1:
+        return found[0]
+    return np.repeat(found, [len(scan.points) for scan in scans], axis=0)
 
 
 def _read_scan(pye57: Any, file: Any, place: int, n_bytes: int) -> _Scan:
@@ -138,7 +150,11 @@ def _read_scan(pye57: Any, file: Any, place: int, n_bytes: int) -> _Scan:
     if axes == _SPHERICAL:
         points = _from_spherical(points)
     colors = _colors_of(pye57, header, columns) if _has(header, _COLORS) else None
-    return _Scan(_moved(points, header, place), colors, columns.get("intensity"), records)
+    moved = _moved(points, header, place)
+    # A pose without a translation is often one that points have been moved by already.
+    has_place = header.has_pose() and header.node["pose"].isDefined("translation")
+    viewpoint = _moved(np.zeros((1, 3)), header, place)[0] if has_place else None
+    return _Scan(moved, colors, columns.get("intensity"), records, viewpoint)
 
 
 def _has(header: Any, names: tuple[str, ...]) -> bool:
