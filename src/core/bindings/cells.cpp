@@ -473,8 +473,8 @@ void bind_spatial(nb::module_& module) {
              "n_threads"_a);
   module.def("nearest_in_part", threaded(&nearest_in_part), "positions"_a, "is_wanted"_a,
              "n_nearest"_a, "n_threads"_a);
-  module.def("directions_around", threaded(&directions_around), "positions"_a, "centers"_a,
-             "rows"_a, "n_threads"_a);
+  module.def("directions_around", threaded(&directions_around), "positions"_a, "axes"_a,
+             "centers"_a, "rows"_a, "n_threads"_a);
   module.def("sorted_lists", serial(&sorted_lists), "n_cells"_a, "sources"_a, "targets"_a);
   module.def("nearest_triangles", threaded<kMinSearched>(&nearest_triangles), "vertices"_a,
              "faces"_a, "queries"_a, "max_distance"_a, "n_threads"_a);

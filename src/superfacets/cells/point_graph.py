@@ -145,6 +145,7 @@ def build_point_graph(
     expected_radius: float = 0.0,
     alpha: float = WEIGHTS["creases"].defaults["alpha"],
     eta_convex: float = WEIGHTS["creases"].defaults["eta_convex"],
+    ridges: float = WEIGHTS["creases"].defaults["ridges"],
     n_threads: int | None = None,
 ) -> CellGraph:
     r"""Return the points of a cloud as cells, with arcs between near ones.
@@ -169,6 +170,11 @@ def build_point_graph(
         meshes. With 0, weights are distances.
     alpha, eta_convex
         As for `crease_weights`.
+    ridges : float, default 0.35
+        Weight of ridges relative to concave edges, >= 0, where that is more than `eta_convex`: of
+        convex edges between two sides that are flat and meet at 40 degrees or more, whichever
+        side of them is the outside. Where estimated normals spread an edge over more than the
+        expected radius, there are none.
     n_threads : int, optional
         As for `segment`.
 
@@ -210,11 +216,12 @@ def build_point_graph(
     radius = checked_number(expected_radius, "expected_radius", zero=True)
     alpha = checked_number(alpha, "alpha", zero=True)
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
+    ridges = checked_number(ridges, "ridges", zero=True)
     n_neighbors = min(n_neighbors, checked.n_points - 1)
     graph = find_point_graph(checked, threads, n_neighbors=n_neighbors, cutoff=cutoff)
     surface = point_surface(checked, graph, threads)
     cells = (graph.positions, graph.measures, NO_NORMALS)
-    factors = EdgeFactors.of_radius(radius, alpha, eta_convex)
+    factors = EdgeFactors.of_radius(radius, alpha, eta_convex, ridges)
     return CellGraph(
         graph.positions,
         graph.measures,
@@ -245,7 +252,7 @@ def estimate_normals(
     Parameters
     ----------
     cloud : PointCloud or cloud-like
-        As for `segment`. Normals that it has are not used; axes are, in place of estimated normals.
+        As for `segment`. Normals that it has are not used; its axes are, in place of positions.
     n_neighbors : int, default 12
         Nearest neighbors that a normal is estimated from. More of them smooth noise, and edges.
     viewpoint : array_like, shape (3,), optional

@@ -42,8 +42,9 @@ class PointCloud(Cells):
         integer type (uint8: 0 to 255). Kept as float32 from 0 to 1, without a fourth column.
     axes : array_like, shape (N, 3), optional
         Normals of unknown sign, such as the shortest axes of Gaussian splats: vectors at right
-        angles to the surface, on either side of it. If there are no normals, `segment` turns axes
-        as it does estimated normals, and estimates a normal only where an axis is zero.
+        angles to the surface, on either side of it; zero where there is none. If there are no
+        normals, they are estimated from the axes of neighbors, or from positions where no neighbor
+        has an axis.
     viewpoints : array_like, shape (3,) or (N, 3), optional
         Place from which all points were seen, or one for each point. Estimated normals then face
         it; normals that are given stay as they are. `read_cloud` takes them from the poses of scans

@@ -9,6 +9,7 @@ import numpy as np
 from .. import _core
 from .._types import Bools, Floats, Ints, Longs
 from ..cells.point_graph import CUTOFF, N_AROUND, N_NEIGHBORS
+from ..cells.weights import NO_NORMALS
 from ..workers.threads import Job
 from .arrays import box_of, is_among
 from .cloud_normals import turn_normals
@@ -184,10 +185,10 @@ def _write_directions(
     positions = np.concatenate([store.read(tile, "positions"), foreign.columns["positions"]])
     at = own.columns["places"] - np.int32(store.starts[tile])
     normals = np.zeros((store.size(tile), 3))
-    normals[at] = _core.directions_around(positions, at, rows.reshape(-1), n_threads)
+    axes = NO_NORMALS
     if store.has(tile, "axes"):
-        axes = store.read(tile, "axes")[at]
-        normals[at] = np.where(axes.any(axis=1, keepdims=True), axes, normals[at])
+        axes = np.concatenate([store.read(tile, "axes"), store.read_at("axes", ghosts)])
+    normals[at] = _core.directions_around(positions, axes, at, rows.reshape(-1), n_threads)
     store.write(tile, "estimated", normals)
 
 
