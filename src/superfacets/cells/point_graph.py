@@ -288,12 +288,12 @@ def estimate_normals(
     checked = as_cloud(cloud)
     threads = checked_threads(n_threads)
     n_neighbors = min(checked_count(n_neighbors, "n_neighbors"), checked.n_points - 1)
-    views = checked.viewpoints if viewpoint is None else checked_viewpoint(viewpoint)
-    bare = PointCloud(checked.points, axes=checked.axes, viewpoints=views)
+    views = checked.viewpoints if viewpoint is None else np.array(checked_viewpoint(viewpoint))
+    bare = PointCloud(checked.points, axes=checked.axes)
     graph = find_point_graph(
         bare, threads, n_neighbors=min(n_neighbors, N_NEIGHBORS), n_around=n_neighbors
     )
-    return graph.normals
+    return graph.normals if views is None else _turned_to(views, graph)
 
 
 def checked_viewpoint(viewpoint: npt.ArrayLike) -> tuple[float, float, float]:

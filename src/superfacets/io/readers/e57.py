@@ -31,6 +31,9 @@ _KINDS = {
 """Type that each field of a point is converted to; other fields are not read."""
 
 
+_AT_REST = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+"""The scanner and its unit steps, before they are moved."""
+
 _PAGE = 1024
 _CHECKSUM = 4
 """Bytes of a page of the file, and of the checksum at the end of each page."""
@@ -43,7 +46,7 @@ class _Scan(NamedTuple):
     colors: Singles | None  # (n, 3), 0 to 1
     intensity: Singles | None  # (n,)
     records: Ints  # (n,) index of each point's record in the scan, from 0
-    viewpoint: Floats | None  # (3,) position of the scanner; None if the scan has no pose
+    frame: Floats | None  # (4, 3) the scanner, and its unit steps, in their pose; None without pose
 
 
 def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
@@ -127,12 +130,14 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
 
 def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
     """Position of the scanner (3,), or (N, 3) of each point; None if any is unknown."""
-    found = [scan.viewpoint for scan in scans if scan.viewpoint is not None]
-    if len(found) < len(scans):
+    found = [scan.frame for scan in scans if scan.frame is not None]
+    # Merged clouds often have a pose that moves nothing: the origin is then no scanner.
+    if len(found) < len(scans) or np.array_equal(found, [_AT_REST] * len(scans)):
         return None
     if len(found) == 1:
-        return found[0]
-    return np.repeat(found, [len(scan.points) for scan in scans], axis=0)
+        return np.asarray(found[0][0])
+    places = [frame[0] for frame in found]
+    return np.repeat(places, [len(scan.points) for scan in scans], axis=0)
 
 
 def _read_scan(pye57: Any, file: Any, place: int, n_bytes: int) -> _Scan:
@@ -151,10 +156,8 @@ def _read_scan(pye57: Any, file: Any, place: int, n_bytes: int) -> _Scan:
         points = _from_spherical(points)
     colors = _colors_of(pye57, header, columns) if _has(header, _COLORS) else None
     moved = _moved(points, header, place)
-    # A pose without a translation is often one that points have been moved by already.
-    has_place = header.has_pose() and header.node["pose"].isDefined("translation")
-    viewpoint = _moved(np.zeros((1, 3)), header, place)[0] if has_place else None
-    return _Scan(moved, colors, columns.get("intensity"), records, viewpoint)
+    frame = _moved(_AT_REST, header, place) if header.has_pose() else None
+    return _Scan(moved, colors, columns.get("intensity"), records, frame)
 
 
 def _has(header: Any, names: tuple[str, ...]) -> bool:
