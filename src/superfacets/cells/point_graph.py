@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs
+from .._types import Array, Floats, Ints, Longs, Viewpoint
 from .._validate import (
     check_spread,
     checked_count,
@@ -296,7 +296,7 @@ def estimate_normals(
     return graph.normals if views is None else _turned_to(views, graph)
 
 
-def checked_viewpoint(viewpoint: npt.ArrayLike) -> tuple[float, float, float]:
+def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
     """Return three finite numbers; a ValueError if it is anything else."""
     place = np.asarray(viewpoint, dtype=np.float64)
     if place.shape != (3,) or not np.isfinite(place).all():
