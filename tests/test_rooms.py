@@ -118,14 +118,14 @@ def test_tiles_know_it_too():
     points, _ = room(20_000)
     tiled = sf.segment_tiled(points, 30, tile_size=8192)
     assert tiled.params["eta_convex"] == 0.5
-    assert np.array_equal(tiled.labels, sf.segment(points, 30, weights="creases").labels)
+    assert np.array_equal(tiled.labels, sf.segment(points, 30).labels)
 
 
 def test_ridges_are_the_same_in_tiles():
     """Marks of ridges depend on points of several tiles around."""
     points, _ = room(40_000, has_ceiling=True)
     tiled = sf.segment_tiled(points, 30, tile_size=4096)
-    assert np.array_equal(tiled.labels, sf.segment(points, 30, weights="creases").labels)
+    assert np.array_equal(tiled.labels, sf.segment(points, 30).labels)
 
 
 def splat_table(rng, *, flatness=4.0):
@@ -223,7 +223,7 @@ def test_splats_are_segmented_by_their_shape_and_color(splats):
     by_color = sf.segment(path, 2, features="color", feature_weight=50).labels
     assert wrong_share(by_color, (table[:, 0] < 0.5).astype(int)) < 0.02
     tiled = sf.segment_tiled(path, 20, tile_size=4096).labels
-    assert np.array_equal(tiled, sf.segment(path, 20, weights="creases").labels)
+    assert np.array_equal(tiled, sf.segment(path, 20).labels)
 
 
 def test_labels_go_back_into_a_file_of_splats_with_all_that_it_holds(splats):
@@ -256,7 +256,7 @@ def test_a_viewpoint_tells_the_sides_of_a_cloud(tmp_path):
         assert sf.cloud_info(cloud).knows_turns
         assert np.array_equal(sf.estimate_normals(cloud), normals)
         tiled = sf.segment_tiled(cloud, 40, tile_size=8192)
-        assert np.array_equal(tiled.labels, sf.segment(cloud, 40, weights="creases").labels)
+        assert np.array_equal(tiled.labels, sf.segment(cloud, 40).labels)
 
 
 def test_each_scanner_sees_its_side():

@@ -235,7 +235,7 @@ def _seen_from(viewpoint: tuple[float, float, float], cells: Any) -> PointCloud:
     """Return a cloud with this viewpoint; a MeshError if cells know their sides."""
     if not kind_of(cells).are_points or cells.normals is not None:
         raise MeshError("a viewpoint is for point clouds without normals")
-    return replace(cells, viewpoints=viewpoint)
+    return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:

@@ -104,11 +104,14 @@ class PointCloud(Cells):
 
     def taken(self, chosen: npt.NDArray[np.integer[Any]]) -> PointCloud:
         """Return the chosen points as a cloud, with all that the cloud has of them."""
-        of_points = (self.normals, self.colors, self.axes, self.viewpoints)
-        kept = [
-            values if values is None or values.ndim == 1 else values[chosen] for values in of_points
-        ]
-        return PointCloud(self.points[chosen], *kept)
+        views = self.viewpoints
+        return PointCloud(
+            self.points[chosen],
+            None if self.normals is None else self.normals[chosen],
+            None if self.colors is None else self.colors[chosen],
+            None if self.axes is None else self.axes[chosen],
+            views if views is None or views.ndim == 1 else views[chosen],
+        )
 
     def __repr__(self) -> str:
         also = [

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..._types import Array, Floats
+from ..._types import Array, Bools, Floats
 from ...errors import MeshError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes, is_word
@@ -192,7 +192,7 @@ def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
     scales = np.stack([np.asarray(columns[name], np.float64) for name in names], axis=1)
     turns = np.stack([np.asarray(columns[name], np.float64) for name in TURNS], axis=1)
     shortest = np.full(len(scales), 2)
-    is_known = np.isfinite(turns).all(axis=1)
+    is_known: Bools = np.asarray(np.isfinite(turns).all(axis=1))
     if len(names) == 3:
         ordered = np.sort(scales, axis=1)
         shortest = scales.argmin(axis=1)
