@@ -359,18 +359,21 @@ auto roots_of(TurnedSets& sets, Place begin, Place end) {
 }
 
 // A row of numbers per view: the projection, then the product of focal lengths; and its sizes.
-SeenSurface surface_seen(Points vertices, Triangles faces, const Table<double>& numbers,
-                         Integers sizes, ThreadTeam& team) {
+auto surface_seen(Points vertices, Triangles faces, const Table<double>& numbers, Integers sizes,
+                  int n_threads) {
   std::vector<View> views(numbers.shape(0));
   SUPERFACETS_ASSERT(numbers.shape(1) == 13 && sizes.size() == 2 * views.size());
+  std::size_t work = views.size() * faces.size();
   for (std::size_t i = 0; i < views.size(); ++i) {
     const double* row = numbers.data() + 13 * i;
     std::copy_n(row, 12, views[i].projection);
     views[i].focal_product = row[12];
     views[i].width = sizes[2 * i];
     views[i].height = sizes[2 * i + 1];
+    work += static_cast<std::size_t>(views[i].n_pixels());
   }
-  return see_surface(vertices, faces, views, team);
+  return on_team(work, n_threads,
+                 [&](ThreadTeam& team) { return see_surface(vertices, faces, views, team); });
 }
 
 // Minimum number of cells or queries per thread. Each takes about a microsecond: a cell to insert
@@ -499,7 +502,7 @@ void bind_spatial(nb::module_& module) {
              "queries"_a, "max_distance"_a, "n_threads"_a);
   module.def("nearest_points", threaded<kMinSearched>(&nearest_points), "positions"_a, "queries"_a,
              "max_distance"_a, "n_threads"_a);
-  module.def("see_surface", threaded(&surface_seen), "vertices"_a, "faces"_a, "views"_a, "sizes"_a,
+  module.def("see_surface", &surface_seen, "vertices"_a, "faces"_a, "views"_a, "sizes"_a,
              "n_threads"_a);
   nb::class_<TurnedSets>(module, "TurnedSets")
       .def(nb::init<Place>(), "n_places"_a)

@@ -13,7 +13,7 @@ struct PointGraphOptions {
   double cutoff = 4.0;          // longest arc, in square roots of the smaller area at its ends; > 0
   bool has_normals = false;     // normals are known: none are estimated
   // Normals of unknown sign, (N,) or empty. Normals are those that the axes around are closest to.
-  std::span<const Point> axes = {};
+  std::span<const Point> axes;
 };
 
 // Cells are points, in the order of a space-filling curve or of the input.

@@ -53,12 +53,9 @@ Point direction_of(const Bend& bend, const Point& normal, double smaller) {
   const std::array rows{row(bend.xx, bend.xy, bend.xz, normal.x, 1.0, 0.0, 0.0),
                         row(bend.xy, bend.yy, bend.yz, normal.y, 0.0, 1.0, 0.0),
                         row(bend.xz, bend.yz, bend.zz, normal.z, 0.0, 0.0, 1.0)};
-  const Point* longest = &rows[0];
-  for (const Point& some : rows) {
-    if (squared_norm(some) > squared_norm(*longest)) longest = &some;
-  }
-  const double length = norm(*longest);
-  return length > 0.0 ? (1.0 / length) * *longest : Point{0.0, 0.0, 0.0};
+  const Point longest = *std::ranges::max_element(rows, {}, squared_norm);
+  const double length = norm(longest);
+  return length > 0.0 ? (1.0 / length) * longest : Point{0.0, 0.0, 0.0};
 }
 
 class RidgeFinder {
