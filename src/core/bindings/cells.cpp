@@ -18,6 +18,7 @@
 #include "cells/sub_surface.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/tet_graph.hpp"
+#include "cells/texels.hpp"
 #include "cells/triangle_surface.hpp"
 #include "cells/turning.hpp"
 #include "cells/weights.hpp"
@@ -514,6 +515,31 @@ void bind_spatial(nb::module_& module) {
       .def("roots", serial(&roots_of), "begin"_a, "end"_a);
 }
 
+TexelGrid grid_of(std::int64_t width, std::int64_t height, int wrap_u, int wrap_v) {
+  return {width, height, static_cast<Wrap>(wrap_u), static_cast<Wrap>(wrap_v)};
+}
+
+TexelColors colors_of_texels(Bytes pixels, std::int64_t width, std::int64_t height, int wrap_u,
+                             int wrap_v, Integers linear, Doubles coordinates, Integers corners,
+                             ThreadTeam& team) {
+  const TexelGrid grid = grid_of(width, height, wrap_u, wrap_v);
+  return texel_colors(pixels, grid, linear, {coordinates, corners}, team);
+}
+
+Buffer<std::int32_t> painted_ids(std::int64_t width, std::int64_t height, int wrap_u, int wrap_v,
+                                 Doubles coordinates, Integers corners, Integers ids, int bleed,
+                                 ThreadTeam& team) {
+  const TexelGrid grid = grid_of(width, height, wrap_u, wrap_v);
+  return paint_ids(grid, {coordinates, corners}, ids, bleed, team);
+}
+
+void bind_texels(nb::module_& module) {
+  module.def("texel_colors", threaded(&colors_of_texels), "pixels"_a, "width"_a, "height"_a,
+             "wrap_u"_a, "wrap_v"_a, "linear"_a, "coordinates"_a, "corners"_a, "n_threads"_a);
+  module.def("paint_ids", threaded(&painted_ids), "width"_a, "height"_a, "wrap_u"_a, "wrap_v"_a,
+             "coordinates"_a, "corners"_a, "ids"_a, "bleed"_a, "n_threads"_a);
+}
+
 }  // namespace
 
 void bind_cells(nb::module_& module) {
@@ -522,6 +548,7 @@ void bind_cells(nb::module_& module) {
   bind_weights(module);
   bind_spectral(module);
   bind_spatial(module);
+  bind_texels(module);
 }
 
 }  // namespace superfacets
