@@ -24,7 +24,7 @@ from ..adapters.convert import as_mesh
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions
 from ..cells.kinds import kind_of
 from ..cells.named_features import features_of
-from ..cells.point_graph import checked_viewpoint, estimate_normals
+from ..cells.point_graph import checked_viewpoint
 from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
 from ..cells.texels import texture_of_parts
@@ -217,7 +217,7 @@ def segment_file(
         mesh = parts.mesh
         of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
         attributes = None if attributes is None else attributes_of_parts(attributes, given, parts)
-    seen = mesh if options.viewpoint is None else _seen_from(options.viewpoint, mesh, threads)
+    seen = mesh if options.viewpoint is None else _seen_from(options.viewpoint, mesh)
     result = replace(_segmented(seen, of_cells, options, progress, on_stage), cells=mesh)
     if parts is None:
         return Outcome(mesh, attributes, result)
@@ -233,12 +233,11 @@ def _opacities(attributes: MeshAttributes | None) -> npt.NDArray[np.float64]:
         return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
 
 
-def _seen_from(viewpoint: tuple[float, float, float], cells: Any, n_threads: int) -> PointCloud:
-    """Return a cloud with normals that face a place; a MeshError if cells know their sides."""
+def _seen_from(viewpoint: tuple[float, float, float], cells: Any) -> PointCloud:
+    """Return a cloud with this viewpoint; a MeshError if cells know their sides."""
     if not kind_of(cells).are_points or cells.normals is not None:
         raise MeshError("a viewpoint is for point clouds without normals")
-    normals = estimate_normals(cells, viewpoint=viewpoint, n_threads=n_threads)
-    return PointCloud(cells.points, normals, cells.colors)
+    return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
