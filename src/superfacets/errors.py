@@ -21,6 +21,10 @@ class IslandWarning(UserWarning):
     """There are more regions than asked for, because components of the mesh got no seed."""
 
 
+class BalanceWarning(UserWarning):
+    """Regions had to fall apart to have the number of cells that was asked for."""
+
+
 class SliverWarning(UserWarning):
     """Regions become stripes because faces are long and thin; the message says what to do."""
 

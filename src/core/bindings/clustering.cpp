@@ -73,8 +73,8 @@ void price_coarse_arcs(CoarseGraph& coarse, const Table<float>& vectors, double 
 using Lengths = std::span<const PathLength>;
 
 SpreadPaths spread_paths(const CoarseGraph& coarse, Lengths lengths, Integers labels,
-                         Integers centers, ThreadTeam& team) {
-  return coarse.spread(lengths, labels, centers, team);
+                         Integers centers, Lengths offsets, ThreadTeam& team) {
+  return coarse.spread(lengths, labels, centers, offsets, team);
 }
 
 Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats lengths,
@@ -119,6 +119,10 @@ void bind_clustering_stages(nb::module_& module) {
            "islands"_a = Islands::kKeep, nb::keep_alive<1, 2>())
       .def("classify", serial([](Clustering& self, Integers centers) { self.classify(centers); }),
            "centers"_a)
+      .def("classify", serial([](Clustering& self, Integers centers, Lengths offsets) {
+             self.classify(centers, offsets);
+           }),
+           "centers"_a, "offsets"_a)
       .def("update", serial([](Clustering& self) { return self.update(); }))
       .def("relocate", serial([](Clustering& self, std::int64_t n) { return self.relocate(n); }),
            "n_moves"_a)
@@ -141,7 +145,8 @@ void bind_clustering_stages(nb::module_& module) {
       .def("means_of", threaded(&means_of), "rows"_a.noconvert(), "n_threads"_a)
       .def("add_part_prices", threaded(&price_coarse_arcs), "vectors"_a.noconvert(), "factor"_a,
            "n_threads"_a)
-      .def("spread", threaded(&spread_paths), "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a)
+      .def("spread", threaded(&spread_paths), "lengths"_a, "labels"_a, "centers"_a, "offsets"_a,
+           "n_threads"_a)
       .def("refine",
            threaded([](const CoarseGraph& coarse, Integers labels, Integers centers,
                        ThreadTeam& team) { return coarse.refine(labels, centers, team); }),

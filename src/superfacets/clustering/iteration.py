@@ -13,6 +13,7 @@ from .._core import Clustering, CoarseGraph, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
 from .._types import Ints
+from .balance import NO_OFFSETS, Balancer
 from .graphs import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions_of
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
@@ -33,6 +34,7 @@ class Iteration:
     timings: dict[str, float]  # seconds of "classify" and "update" are added
     levels: list[Level] = field(default_factory=list)
     is_cancelled: bool = False  # `progress` returned False
+    balancer: Balancer | None = None  # of regions of given sizes
 
     @property
     def stop_reason(self) -> StopReason:
@@ -51,14 +53,26 @@ class Iteration:
         while len(coarse) > levels.n_finer:
             level = coarse.pop()
             clustering = self._run_level(level.graph, centers)
+            if len(coarse) == levels.n_finer and not levels.on_all:
+                clustering = self._balanced(level.graph, clustering, levels.n_finer + 1)
             with timed(self.timings, "update"):
                 labels, centers = clustering.labels(), clustering.centers()
                 centers = level.refine(labels, centers, self.options.n_threads)
         if levels.on_all or not is_straight(graph):
             clustering = self._run_level(graph, centers, must_stay=not levels.on_all)
+            clustering = self._balanced(graph, clustering, 0)
             return clustering.labels(), clustering.centers()
         assert isinstance(clustering, Clustering)
         return self._spread([*coarse, level], clustering, centers)
+
+    def _balanced(self, graph: AnyGraph, clustering: Regions, level: int) -> Regions:
+        """Give regions their sizes, if they are to have any."""
+        if self.balancer is None:
+            return clustering
+        assert isinstance(graph, OrderedGraph)
+        assert isinstance(clustering, Clustering)  # tiles have no balance
+        with timed(self.timings, "balance"):
+            return self.balancer.run(graph, clustering, level)
 
     def _spread(
         self, coarse: list[CoarseCells], clustering: Clustering, centers: Ints
@@ -68,12 +82,14 @@ class Iteration:
         `centers` are cells of the graph that the last one was made of.
         """
         paths = (clustering.lengths(), clustering.labels())
+        offsets = NO_OFFSETS if self.balancer is None else self.balancer.paths_from()
         while coarse:
             start = time.perf_counter()
             level = coarse.pop()
             assert isinstance(level, CoarseGraph)  # tiles have no straight steps
             with timed(self.timings, "classify"):
-                paths = level.spread(*paths, centers, self.options.n_threads)
+                paths = level.spread(*paths, centers, offsets, self.options.n_threads)
+                paths[1][centers] = np.arange(len(centers))  # other offsets may lead there
             seconds = time.perf_counter() - start
             self.levels.append(Level(len(paths[1]), 1, self.stop_reason, seconds))
             if coarse:

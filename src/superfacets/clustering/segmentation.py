@@ -75,6 +75,8 @@ class Segmentation:
         Small regions that were merged into another, with ``min_size``: K was larger by as many.
     n_islands : int
         Small regions that have no neighbor, and were kept.
+    n_extra_pieces : int
+        Pieces of regions, beyond one for each, that ``cells_per_region`` left no other way for.
     sliver_share : float or None
         Share of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, with the
         expected radius r. Above 0.1 regions become stripes, and `segment` warns. None for cells of
@@ -101,6 +103,7 @@ class Segmentation:
     n_joined: int = 0
     n_merged: int = 0
     n_islands: int = 0
+    n_extra_pieces: int = 0
     sliver_share: float | None = None
     levels: tuple[Level, ...] = field(default=(), repr=False)
     cells: Cells | CellGraph | None = field(default=None, repr=False)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Ints
+from .._types import Floats, Ints
 from .._validate import checked_number, checked_seeds
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -31,6 +31,9 @@ ROUNDNESS = 0.13
 """Weight of second moments relative to changes of area, in 1 / r^2. With 0, the undersegmentation
 error is lower by 0.0006 at k = 150 and compactness higher by 0.01, and the regions of a square grid
 are longer: the median elongation is 1.25 in place of 1.19."""
+
+
+NO_SIZES = np.empty(0)
 
 
 class SmoothOptions(NamedTuple):
@@ -138,10 +141,32 @@ def smooth_borders(
     return part.whole_labels(straighten(part.costs, part.labels, fixed, options))
 
 
-def straighten(costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOptions) -> Ints:
-    """Return smoothed labels; arguments are checked."""
+BALANCED_STIFFNESS = 15.0
+"""Weight of sizes in 1 / r, where regions have goals for these. With 5, the coefficient of variation
+of areas is .16 before cells are transferred, with 15 .13, with 30 .12 at 0.1 more compactness."""
+
+BALANCED_SWEEPS = 20
+"""The same as `MAX_SWEEPS`, where regions have goals."""
+
+
+def straighten(
+    costs: BorderCosts,
+    labels: Ints,
+    fixed: Ints,
+    options: SmoothOptions,
+    goals: tuple[Floats, Floats] | None = None,
+) -> Ints:
+    """Return smoothed labels; arguments are checked.
+
+    With goals, the sizes of cells and those that regions are to have, regions tend to these.
+    """
     stiffness = options.stiffness / costs.radius
     roundness = ROUNDNESS * stiffness / costs.radius / costs.radius
+    max_sweeps, sizes, wanted = MAX_SWEEPS, NO_SIZES, NO_SIZES
+    if goals is not None and goals[1].sum() > 0:
+        unit = _core.sum_of(costs.surface.measures, costs.surface.n_threads) / goals[1].sum()
+        sizes, wanted = unit * goals[0], unit * goals[1]
+        stiffness, max_sweeps = BALANCED_STIFFNESS / costs.radius, BALANCED_SWEEPS
     if not math.isfinite(roundness):  # regions this small are single cells
         stiffness = roundness = 0.0
     return _core.smooth_borders(
@@ -150,8 +175,10 @@ def straighten(costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOpt
         fixed,
         options.max_distance * costs.radius,
         options.max_chain,
-        MAX_SWEEPS,
+        max_sweeps,
         stiffness,
         roundness,
+        sizes,
+        wanted,
         costs.surface.n_threads,
     )
