@@ -51,7 +51,7 @@ from .regions.connect import connect_regions
 from .regions.edit import BorderCosts
 from .regions.merge import merge_regions
 from .regions.smooth import OF_PARTS, SmoothOptions, straighten
-from .regions.transfer import Goals, count_extra_pieces, recentered, transfer
+from .regions.transfer import Goals, count_extra_pieces, settle
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -660,16 +660,15 @@ def _clean(work: _Work) -> _Work:
             goals = Goals.of(work.balancer, labels, work.result.n_segments)
         result = _cleaned(costs, work.result, cleanup, plan.groups, smoothing, goals)
         if goals is not None:
-            result = _sized(costs, result, goals)
+            result = _sized(costs, result, goals, smoothing if cleanup.smooth else None)
     return replace(work, lengths=None, balancer=None, result=result)
 
 
-def _sized(costs: BorderCosts, result: Segmentation, goals: Goals) -> Segmentation:
+def _sized(
+    costs: BorderCosts, result: Segmentation, goals: Goals, smoothing: SmoothOptions | None
+) -> Segmentation:
     """Return the result with sizes of regions within limits."""
-    labels = transfer(costs, result.labels, goals)
-    goals.check(labels)
-    surface = costs.surface
-    centers = recentered(result.centers, labels, surface.positions, surface.measures)
+    labels, centers = settle(costs, result.labels, result.centers, goals, smoothing)
     n_extra = count_extra_pieces(costs, labels, len(centers)) if goals.is_exact else 0
     if n_extra > 0:
         note = f"{n_extra} pieces of regions are apart: these sizes left no other way"

@@ -165,7 +165,7 @@ def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
 
 
 def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
-    """This many cells for each region but the smallest of a component, which has the remainder."""
+    """Goals for cells: so many per region, and the remainder for the smallest of a component."""
     goals = np.full(len(found), float(per_region))
     order = np.lexsort((found, components))
     is_first = np.ones(len(order), bool)
@@ -272,7 +272,9 @@ class Balancer:
             if not len(pairs):
                 break
             centers = found.centers.copy()
-            centers[pairs[:, 0]] = found.farthest(clustering.lengths())[pairs[:, 1]]
+            goals = found.farthest(clustering.lengths())[pairs[:, 1]]
+            is_free = ~np.isin(goals, centers)
+            centers[pairs[is_free, 0]] = goals[is_free]
             clustering.classify(centers)
             for _ in range(ITERATIONS_PER_JUMP):
                 clustering.classify(clustering.update())
@@ -289,7 +291,8 @@ class Balancer:
                 break
             centers, offsets = found.centers, self.offsets
             if n < n_rounds:
-                centers = clustering.update()
+                if not found.are_lost.any():  # or else one might move to the cell of another
+                    centers = clustering.update()
                 excess = np.clip(found.sizes / goals - 1.0, -1.0, 1.0)
                 offsets = offsets + np.rint(GAIN * scale * excess).astype(np.int64)
                 middle, limit = int(np.median(offsets)), int(MOST_OFFSET * scale)
@@ -379,7 +382,7 @@ class _Regions:
             ranks[ranks >= limits[groups]] = len(self.centers)  # matches none
             keys.append(groups * (len(self.centers) + 1) + ranks)
             keys[-1][ranks == len(self.centers)] = -len(keys)
-        _, first, second = np.intersect1d(*keys, assume_unique=False, return_indices=True)
+        _, first, second = np.intersect1d(keys[0], keys[1], return_indices=True)
         return np.stack([small[first], large[second]], axis=1)
 
 

@@ -56,12 +56,12 @@ class Iteration:
             if len(coarse) == levels.n_finer and not levels.on_all:
                 clustering = self._balanced(level.graph, clustering, levels.n_finer + 1)
             with timed(self.timings, "update"):
-                labels, centers = clustering.labels(), clustering.centers()
+                labels, centers = _labels_and_centers(clustering)
                 centers = level.refine(labels, centers, self.options.n_threads)
         if levels.on_all or not is_straight(graph):
             clustering = self._run_level(graph, centers, must_stay=not levels.on_all)
             clustering = self._balanced(graph, clustering, 0)
-            return clustering.labels(), clustering.centers()
+            return _labels_and_centers(clustering)
         assert isinstance(clustering, Clustering)
         return self._spread([*coarse, level], clustering, centers)
 
@@ -81,7 +81,7 @@ class Iteration:
 
         `centers` are cells of the graph that the last one was made of.
         """
-        paths = (clustering.lengths(), clustering.labels())
+        paths = (clustering.lengths(), _labels_and_centers(clustering)[0])
         offsets = NO_OFFSETS if self.balancer is None else self.balancer.paths_from()
         while coarse:
             start = time.perf_counter()
@@ -185,6 +185,16 @@ class Iteration:
         answer = None if self.options.progress is None else self.options.progress(n_iter, n_moved)
         if isinstance(answer, (bool, np.bool_)) and not answer:
             self.is_cancelled = True
+
+
+def _labels_and_centers(clustering: Regions) -> tuple[Ints, Ints]:
+    """The labels of a clustering, in which each center has its own, and the centers.
+
+    With offsets, a center may be in another region: it is a region of one cell then.
+    """
+    labels, centers = clustering.labels(), clustering.centers()
+    labels[centers] = np.arange(len(centers), dtype=labels.dtype)
+    return labels, centers
 
 
 def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -> float:

@@ -12,8 +12,9 @@ from .._types import Floats, Ints
 from ..cells.sums import sums_by_label
 from ..clustering.balance import Balancer
 from .edit import BorderCosts
+from .smooth import MAX_DISTANCE, SmoothOptions, straighten
 
-SPREAD = 0.15
+SPREAD = 0.2
 """Sizes of balanced regions end within this fraction of their goals, where cells allow it."""
 
 
@@ -54,6 +55,25 @@ class Goals(NamedTuple):
                 f"a region of {name}_measure={bound:g} is not possible here: one has"
                 f" {found[region]:g}, and no cells to exchange with its neighbors"
             )
+
+
+def settle(
+    costs: BorderCosts, labels: Ints, centers: Ints, goals: Goals, smoothing: SmoothOptions | None
+) -> tuple[Ints, Ints]:
+    """Return labels with sizes of regions within their limits, and centers in these regions.
+
+    Borders are rough where cells were transferred: with `smoothing`, they are smoothed once more.
+    Raises a ValueError if a region is out of its bounds.
+    """
+    positions, measures = costs.surface.positions, costs.surface.measures
+    labels = transfer(costs, labels, goals)
+    centers = recentered(centers, labels, positions, measures)
+    if smoothing is not None:
+        near = smoothing._replace(max_distance=MAX_DISTANCE)
+        labels = transfer(costs, straighten(costs, labels, centers, near, goals[:2]), goals)
+        centers = recentered(centers, labels, positions, measures)
+    goals.check(labels)
+    return labels, centers
 
 
 def transfer(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
