@@ -138,6 +138,24 @@ _OF_SEGMENT = (
         "  [default: keep]",
     ),
     click.option(
+        "--balance",
+        type=Real(0.0, 1.0),
+        help="How equal the areas of regions (volumes, of tetrahedra) are to be, 0 to 1."
+        "  [default: 0]",
+    ),
+    click.option(
+        "--max-measure",
+        type=POSITIVE,
+        help="Greatest area or volume of a region, in the unit of the mesh squared or cubed.",
+    ),
+    click.option("--min-measure", type=NOT_NEGATIVE, help="Least area or volume of a region."),
+    click.option(
+        "--cells-per-region",
+        type=COUNT,
+        help="Exactly so many faces in each region, instead of -n, but for a remainder in each"
+        " component.",
+    ),
+    click.option(
         "--subdivide",
         "is_subdivided",
         is_flag=True,

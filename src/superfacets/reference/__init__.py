@@ -44,6 +44,7 @@ from .spatial import (
     ray_thickness,
     subdivide,
 )
+from .transfer import transfer_cells, walk_regions
 from .vertices import count_segments, mean_normals, spread_labels
 from .weights import quantize_weights, smallest_eigenpairs, superfacet_weights
 
@@ -87,5 +88,7 @@ __all__ = [
     "spread_labels",
     "subdivide",
     "superfacet_weights",
+    "transfer_cells",
     "update_centers",
+    "walk_regions",
 ]
