@@ -256,7 +256,7 @@ def segment(
     balance : float, default 0.0
         How equal the sizes of regions are to be, 0 to 1: sizes go this part of the way from those
         by path length to the mean of their component (or of their part between barriers). With 1,
-        most are within 15 % of it, at some cost in borders that follow creases. Components get as
+        most are within 20 % of it, at some cost in borders that follow creases. Components get as
         many regions as their sizes ask for.
     max_measure, min_measure : float, optional
         Greatest and least size of a region, in the unit of the mesh squared (cubed for volumes), or

@@ -33,6 +33,7 @@ class Members {
     for (Cell cell = 0; std::cmp_less(cell, slots_.size()); ++cell) add(cell);
   }
 
+  LeaveTest test() const { return test_; }
   void set_test(LeaveTest test) { test_ = test; }
   const std::vector<Cell>& of(Label region) const { return lists_[region]; }
 
@@ -236,6 +237,11 @@ class CellTransfer {
     candidates_.push_back(cell);
   }
 
+  // Whether a cell may leave once its region has got another. The last cell may then, too.
+  bool may_pass(Cell cell) {
+    return members_.test() == LeaveTest::kNone || members_.may_leave(cell);
+  }
+
   bool touches(Cell cell, Label region) const {
     const std::span<const Cell> near = regions_.arcs().neighbors(cell);
     return std::any_of(near.begin(), near.end(),
@@ -275,7 +281,7 @@ class CellTransfer {
         if (label == region || std::count(exits.to.begin(), exits.to.end(), label) > 0) continue;
         if (std::count(more.begin(), more.end(), label) == 0) more.push_back(label);
       }
-      if (more.empty() || !members_.may_leave(cell)) continue;
+      if (more.empty() || !may_pass(cell)) continue;
       exits.to.insert(exits.to.end(), more.begin(), more.end());
     }
     std::sort(exits.to.begin(), exits.to.end());

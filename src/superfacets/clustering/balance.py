@@ -291,8 +291,9 @@ class Balancer:
                 break
             centers, offsets = found.centers, self.offsets
             if n < n_rounds:
-                if not found.are_lost.any():  # or else one might move to the cell of another
-                    centers = clustering.update()
+                moved = clustering.update()
+                is_taken = np.isin(moved, centers[found.are_lost])  # these stay, in other regions
+                centers = np.where(is_taken, centers, moved)
                 excess = np.clip(found.sizes / goals - 1.0, -1.0, 1.0)
                 offsets = offsets + np.rint(GAIN * scale * excess).astype(np.int64)
                 middle, limit = int(np.median(offsets)), int(MOST_OFFSET * scale)

@@ -65,7 +65,7 @@ class _Stiffness:
         self, graph: FaceGraph, labels: list[int], stiffness: float, roundness: float
     ) -> None:
         self.of_faces: list[float] = graph.measures.tolist()
-        self.sizes = self.of_faces
+        self.sizes: list[float] = self.of_faces
         self.positions = graph.positions
         areas, moments = [0.0] * (max(labels) + 1), np.zeros((max(labels) + 1, 3))
         for faces in _runs(labels):
@@ -166,6 +166,7 @@ class MovingRegions:
         return [(number, int(self.graph.neighbors[number])) for number in numbers]
 
     def neighbors(self, face: int) -> list[int]:
+        """Faces across the sides of a face."""
         return [neighbor for _, neighbor in self.arcs(face)]
 
     def neighboring_labels(self, face: int) -> list[int]:

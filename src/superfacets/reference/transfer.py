@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
 
 from .._types import Floats
 from ..cells.face_graph import FaceGraph
@@ -100,9 +101,8 @@ class _Transfer(MovingRegions):
     def exits(self, region: int) -> list[int]:
         """Regions that a face of this one may move to."""
         leaving = [face for face in self.faces_of(region) if self.neighboring_labels(face)]
-        return sorted(
-            {b for face in leaving if self.can_leave(face) for b in self.neighboring_labels(face)}
-        )
+        leaving = [face for face in leaving if self.test == 2 or self.can_leave(face)]
+        return sorted({b for face in leaving for b in self.neighboring_labels(face)})
 
     def can_leave(self, face: int) -> bool:
         if len(self.faces_of(self.labels[face])) < 2:
@@ -123,7 +123,7 @@ class _Transfer(MovingRegions):
 
     def push(self, path: list[int], amount: float) -> bool:
         room = max(self.room(path[-1]), 0.0)
-        for i, (region, to) in enumerate(zip(path, path[1:], strict=False)):
+        for i, (region, to) in enumerate(pairwise(path)):
             amount = self.move_between(region, to, amount, room if to == path[-1] else math.inf)
             if amount == 0.0:
                 self.n_stuck += 1
@@ -146,9 +146,9 @@ class _Transfer(MovingRegions):
     def best_face(self, region: int, to: int, most: float) -> int | None:
         touching = [face for face in self.faces_of(region) if to in self.neighboring_labels(face)]
         for face in sorted(touching, key=lambda face: (-self.gain(face, to), face)):
-            if self.sizes[face] <= min(most, self.spare(region)) + self.rounding:
-                if self.can_leave(face):
-                    return face
+            fits = self.sizes[face] <= min(most, self.spare(region)) + self.rounding
+            if fits and self.can_leave(face):
+                return face
         return None
 
 

