@@ -21,6 +21,7 @@ from .content import Content
 from .glb import write_glb
 from .obj import write_obj, write_off
 from .ply import write_cloud_ply, write_ply
+from .stl import write_stl
 from .vtk import write_vtk, write_vtp, write_vtu
 
 Writers: TypeAlias = Mapping[str, Callable[[IO[bytes], Content], None]]
@@ -33,6 +34,7 @@ FACE_WRITERS: Writers = {
     ".glb": write_glb,
 }
 
+TRIANGLE_WRITERS: Writers = {**FACE_WRITERS, ".stl": write_stl}
 TET_WRITERS: Writers = {".vtu": write_vtu, ".vtk": write_vtk}
 CLOUD_WRITERS: Writers = {
     ".ply": write_cloud_ply,
@@ -42,7 +44,7 @@ CLOUD_WRITERS: Writers = {
 }
 
 WRITERS: dict[str, Writers] = {
-    "triangles": FACE_WRITERS,
+    "triangles": TRIANGLE_WRITERS,
     "polygons": FACE_WRITERS,
     "tetrahedra": TET_WRITERS,
     "points": CLOUD_WRITERS,
@@ -50,7 +52,7 @@ WRITERS: dict[str, Writers] = {
 """Writers by name of the kind of cells, then by ending; the default ending is the first. Cells of
 other kinds have only label files."""
 
-MESH_OUTPUTS = (*FACE_WRITERS, *TET_WRITERS)
+MESH_OUTPUTS = (*TRIANGLE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".las", ".laz")
 """Endings of files that hold only point clouds."""
 
@@ -60,9 +62,9 @@ ATTRIBUTE_OUTPUTS = (".ply", ".vtp", ".las", ".laz")
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Endings of files whose array of labels may have any name."""
 
-CLASS_OUTPUTS = (".glb", ".aggregation.json")
+CLASS_OUTPUTS = (".glb", ".stl", ".aggregation.json")
 
-COLORLESS_OUTPUTS = (".obj", ".csv", *TET_WRITERS)
+COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", *TET_WRITERS)
 """Endings of files without colors, for which no colors are computed."""
 
 
