@@ -44,6 +44,7 @@ from .clustering.update import update_centers as update_centers
 from .errors import BalanceWarning as BalanceWarning
 from .errors import IslandWarning as IslandWarning
 from .errors import MeshError as MeshError
+from .errors import MismatchWarning as MismatchWarning
 from .errors import MissingExtraError as MissingExtraError
 from .errors import RenderError as RenderError
 from .errors import SliverWarning as SliverWarning

@@ -7,6 +7,7 @@ another thread, nor the file behind a memory map can change them afterwards. Flo
 
 from __future__ import annotations
 
+import functools
 import math
 import mmap
 import numbers
@@ -14,8 +15,8 @@ import operator
 import os
 import reprlib
 import sys
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -636,6 +637,24 @@ def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
     if value not in choices:
         raise ValueError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
     return value
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def says_what_is_meant(others: Mapping[str, str]) -> Callable[[Function], Function]:
+    """Decorate a function: for a parameter of another tool, the error says which one is meant."""
+
+    def decorate(function: Function) -> Function:
+        @functools.wraps(function)
+        def checked(*args: Any, **keywords: Any) -> Any:
+            for name in keywords.keys() & others.keys():
+                raise TypeError(f"{function.__name__} has no {name}, but {others[name]}")
+            return function(*args, **keywords)
+
+        return cast(Function, checked)
+
+    return decorate
 
 
 def checked_generator(value: Any, name: str) -> np.random.Generator:

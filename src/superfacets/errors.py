@@ -25,6 +25,10 @@ class BalanceWarning(UserWarning):
     """Regions had to fall apart to have the number of cells that was asked for."""
 
 
+class MismatchWarning(UserWarning):
+    """Labels are carried over from a mesh that does not lie where the target does."""
+
+
 class SliverWarning(UserWarning):
     """Regions become stripes because faces are long and thin; the message says what to do."""
 

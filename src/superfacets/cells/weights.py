@@ -59,7 +59,7 @@ ALL_COUNT = np.empty(0, np.uint8)
 """Argument for the core: all arcs count."""
 
 
-WeightName = Literal["creases", "parts", "superfacets", "stk02"]
+WeightName = Literal["parts", "creases", "superfacets", "stk02"]
 
 Weights: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
 """One weight per arc."""
@@ -337,23 +337,22 @@ class Weight:
 
 
 WEIGHTS: Mapping[WeightName, Weight] = {
+    "parts": Weight(
+        about='like ``"creases"``, with straight steps, paths to cells two or three steps away, and'
+        " a price for steps between parts of the shape, as from a finger to the palm (their"
+        ' distance in the `spectral_embedding`); in volumes like ``"creases"``',
+        defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
+        compute=lambda surface, cells, radius, params: _evened_weights(
+            surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
+        ),
+        has_parts=True,
+    ),
     "creases": Weight(
         about="`crease_weights`: a crease costs the same to cross at every resolution of the mesh",
         defaults={"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
         compute=lambda surface, cells, radius, params: _evened_weights(
             surface, cells, _crease_factors(radius, params)
         ),
-    ),
-    "parts": Weight(
-        about='like ``"creases"``, but steps between cells are straight lines, paths lead across'
-        " vertices, too, and a step from one part of the shape to another, as from a finger to the"
-        " palm, costs 2.1 times its distance in the `spectral_embedding`. Without creases there are"
-        ' no parts. In volumes, these weights are those of ``"creases"``',
-        defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
-        compute=lambda surface, cells, radius, params: _evened_weights(
-            surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
-        ),
-        has_parts=True,
     ),
     "superfacets": Weight(
         about="`superfacet_weights`: those of the paper",

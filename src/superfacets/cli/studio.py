@@ -45,7 +45,7 @@ def studio_command(
     port: int | None,
     no_browser: bool,
 ) -> None:  # fmt: skip
-    """Label the mesh or point cloud in the file IN, or those of a FOLDER, in a browser.
+    """Label a mesh or point cloud, or those of a folder, in a browser.
 
     The page is served to this machine alone. All work is saved as it is done.
     """

@@ -175,7 +175,7 @@ class Iteration:
             if self.is_cancelled:
                 return n_iter, "cancelled"
             if _fingerprint(moved_to) in seen:
-                return n_iter, "cycle"
+                return n_iter, "settled"
             if n_iter < max_num_iter:
                 with timed(self.timings, "classify"):
                     clustering.classify(moved_to)
