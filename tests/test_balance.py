@@ -2,16 +2,19 @@
 
 import itertools
 import warnings
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
 import shapes
+from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import superfacets as sf
 from superfacets import _core, reference
 from superfacets.cells.kinds import as_surface
+from superfacets.cli.main import commands
 from superfacets.regions.edit import CREASE_SCALE, read_regions
 
 THREADS = (1, 2, 5)
@@ -435,3 +438,108 @@ def test_the_walk_equals_its_twin(k):
     for n_threads in THREADS:
         found = _core.walk_regions(graph.offsets, graph.neighbors, labels, k, n_threads)
         assert found.tolist() == expected
+
+
+# --- files, commands, benchmarks
+
+
+def solids_of(path):
+    """Number of facets of each solid."""
+    solids = {}
+    for line in path.read_text().splitlines():
+        if line.startswith("solid"):
+            name = line.split(maxsplit=1)[1]
+            assert name not in solids
+            solids[name] = 0
+        solids[name] += line.startswith("  facet")
+    return solids
+
+
+def test_stl_has_a_solid_for_each_region_or_class(tmp_path):
+    mesh = sf.sample_mesh(5_000)
+    labels = sf.segment(mesh, 4).labels
+    path = tmp_path / "part.stl"
+    sf.write_mesh(path, mesh, labels)
+    counts = np.bincount(labels).tolist()
+    assert solids_of(path) == {f"region_{i}": n for i, n in enumerate(counts)}
+    again = sf.read_mesh(path)
+    order = np.argsort(labels, kind="stable")
+    assert np.array_equal(again.vertices[again.faces], mesh.vertices[mesh.faces[order]])
+    normals = [line.split()[2:] for line in path.read_text().splitlines() if "normal" in line]
+    corners = mesh.vertices[mesh.faces[order]]
+    expected = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    assert np.allclose(np.array(normals, float), expected)
+    sf.write_mesh(path, mesh, labels, classes=["inlet", "side wall", "outlet", "side wall"])
+    found = {"inlet": counts[0], "side_wall": counts[1] + counts[3], "outlet": counts[2]}
+    assert solids_of(path) == found
+
+
+def test_stl_of_masked_and_of_unlabeled_faces(tmp_path):
+    mesh = flat(3)
+    path = tmp_path / "part.stl"
+    sf.write_mesh(path, mesh, np.repeat([-1, 2], 9))
+    assert solids_of(path) == {"unlabeled": 9, "region_2": 9}
+    sf.write_mesh(path, mesh)
+    assert solids_of(path) == {"mesh": 18}
+    with pytest.raises(sf.MeshError, match="not as .stl"):
+        sf.write_mesh(path, quad_sheet(2), np.zeros(4, int))
+
+
+def test_the_command_balances_and_writes_solids(tmp_path):
+    sf.write_mesh(tmp_path / "scan.ply", sf.sample_mesh(5_000))
+
+    def run(*arguments):
+        return CliRunner().invoke(commands, ["segment", str(tmp_path / "scan.ply"), *arguments])
+
+    done = run("-n", "20", "--balance", "1", "-o", str(tmp_path / "part.stl"))
+    assert done.exit_code == 0, done.output
+    assert len(solids_of(tmp_path / "part.stl")) == 20
+    done = run("--cells-per-region", "64", "-o", str(tmp_path / "labels.npy"))
+    assert done.exit_code == 0, done.output
+    assert sorted(np.bincount(np.load(tmp_path / "labels.npy")))[1] == 64
+    for wrong, message in [
+        (("--balance", "2"), "0.0<=x<=1.0"),
+        (("-n", "20", "--max-measure", "0.01"), "at least"),
+        (("--cells-per-region", "64", "-n", "20"), "give cells_per_region, or n_segments"),
+        (("--tiled", "--balance", "1"), "--balance does not go with --tiled"),
+        (("--tiled", "--cells-per-region", "64"), "--cells-per-region does not go with --tiled"),
+    ]:
+        failed = run(*wrong, "-o", str(tmp_path / "wrong.npy"))
+        assert failed.exit_code != 0
+        assert message in failed.output
+        assert not (tmp_path / "wrong.npy").exists()
+
+
+def test_the_command_tells_of_pieces(tmp_path):
+    legs = "f 1 2 3\nf 2 1 4\nf 3 2 5\nf 1 3 6\n"
+    corners = "v 0 0 0\nv 2 0 0\nv 1 2 0\nv 1 -2 0\nv 3 2 0\nv -1 2 0\n"
+    (tmp_path / "star.obj").write_text(corners + legs)
+    arguments = ["segment", str(tmp_path / "star.obj"), "--cells-per-region", "2"]
+    done = CliRunner().invoke(commands, [*arguments, "-o", str(tmp_path / "star.npy")])
+    assert done.exit_code == 0
+    assert "1 piece of regions apart from the rest" in done.output
+
+
+def test_batches_take_balance_and_refuse_arrays(tmp_path):
+    sf.write_mesh(tmp_path / "scan.ply", sf.sample_mesh(5_000))
+    done = sf.batch([tmp_path / "scan.ply"], tmp_path / "out", n_segments=20, balance=1.0)
+    assert not done.failed
+    with pytest.raises(TypeError, match="cell_weights is no option for files"):
+        sf.batch([tmp_path / "scan.ply"], tmp_path / "out", cell_weights=[1.0])
+    with pytest.raises(ValueError, match="leave min_size out"):
+        sf.batch([tmp_path / "scan.ply"], tmp_path / "out", balance=1.0, min_size=0.1)
+
+
+def test_the_benchmark_compares_with_metis_and_pyacvd(real_data):
+    if real_data is None or not (find_spec("pymetis") and find_spec("pyacvd")):
+        pytest.skip("needs the Princeton benchmark, pymetis and pyacvd")
+    from benchmarks.balance import METHODS, balance_table, measure_balance
+
+    rows = measure_balance(real_data / "psb", [50], 95, lambda _: None)
+    assert [row.method for row in rows] == list(METHODS)
+    table = balance_table(rows)
+    assert table.count("\n") == 1 + len(METHODS)
+    of = {row.method: row for row in rows}
+    assert of["superfacets, balance=1"].variation < 0.5 * of["superfacets"].variation
+    assert of["METIS, 3 %"].variation < of["METIS, 20 %"].variation

@@ -18,24 +18,22 @@ def write_stl(file: IO[bytes], content: Content) -> None:
     """Write one solid per region, in the order of labels, or one per class.
 
     Solids are named ``region_0``, ...; ``unlabeled`` for label -1; or by their classes, in which
-    spaces become underscores. Programs for meshing and flow name their patches by these. The file is
-    text, as binary STL has one solid only; a normal is 0 where a face has none.
+    spaces become underscores. Programs for meshing and flow name their patches by these. The file
+    is text, as binary STL has one solid only; a normal is 0 where a face has none.
     """
     mesh, labels = content.cells, content.labels
     normals = area_vectors(mesh, checked_threads(None))
     lengths = np.sqrt((normals * normals).sum(axis=1, keepdims=True))
     normals /= np.where(lengths > 0, lengths, 1.0)
-    if labels is None:
-        labels = np.zeros(mesh.n_faces, np.int32)
-        names = np.array(["mesh"])
-    else:
-        values, labels = np.unique(labels, return_inverse=True)
+    solids, names = np.zeros(mesh.n_faces, np.intp), np.array(["mesh"])
+    if labels is not None:
+        values, solids = np.unique(labels, return_inverse=True)
         names = _names_of(values, content.classes)
     number = coordinate_format(mesh.vertices)
     corner = " ".join(["      vertex", *[number] * 3]) + "\n"
     facet = f"  facet normal %.9g %.9g %.9g\n    outer loop\n{3 * corner}    endloop\n  endfacet\n"
     for name in dict.fromkeys(names.tolist()):
-        faces = np.flatnonzero((names == name)[labels])
+        faces = np.flatnonzero((names == name)[solids])
         columns = [*normals[faces].T, *mesh.vertices[mesh.faces[faces]].reshape(-1, 9).T]
         file.write(b"solid %s\n" % name.encode("utf-8"))
         write_rows(file, facet, columns)
