@@ -290,16 +290,19 @@ def options_of(
             if name in preset and keywords.get(name, preset[name]) != preset[name]:
                 raise click.UsageError(f"{option} has {name} of its own: leave --{name} out")
         keywords = {**preset, **keywords} if is_given else keywords
-    return FileOptions.checked(
-        keywords,
-        features=features,
-        subdivide=is_subdivided,
-        max_edge=max_edge,
-        drop_attributes=drop_attributes,
-        ascii=ascii,
-        label_name=label_name,
-        vertex_labels=vertex_labels,
-        force=force,
-        viewpoint=viewpoint,
-        min_opacity=min_opacity,
-    )
+    try:
+        return FileOptions.checked(
+            keywords,
+            features=features,
+            subdivide=is_subdivided,
+            max_edge=max_edge,
+            drop_attributes=drop_attributes,
+            ascii=ascii,
+            label_name=label_name,
+            vertex_labels=vertex_labels,
+            force=force,
+            viewpoint=viewpoint,
+            min_opacity=min_opacity,
+        )
+    except ValueError as error:  # options that contradict each other
+        raise click.UsageError(str(error)) from error

@@ -23,6 +23,7 @@ from .._types import Array, Bools, Floats, Ints, Longs
 from .._validate import exact_array
 from ..cells.constraints import Cut, in_order
 from ..cells.sums import sums_by_label
+from ..errors import MeshError
 from .graphs import CoarseCells
 from .plan import Plan
 from .seeding import CORE_ISLANDS
@@ -88,7 +89,7 @@ class SizeRules:
         one_label = np.zeros(len(sizes), np.int32)
         components, _ = _core.find_components(arcs.offsets, arcs.neighbors, one_label)
         if not sizes.sum() > 0:
-            raise ValueError("cells have no size to balance by: all measures are 0")
+            raise MeshError("cells have no size to balance by: all measures are 0")
         return cls(options, exact_array(sizes, np.float64), components)
 
     def asked(self, size: SizeOptions) -> SizeOptions:
@@ -100,19 +101,19 @@ class SizeRules:
         return replace(size, n_segments=n_segments)
 
     def check(self, n_segments: int) -> None:
-        """Raise a ValueError if so many regions cannot keep the bounds."""
+        """Raise a MeshError if so many regions cannot keep the bounds."""
         low, high = self.options.bounds
         total, largest = float(self.sizes.sum()), float(self.sizes.max())
         if largest > high:
-            raise ValueError(f"max_measure is {high:g} but a cell has {largest:g}")
+            raise MeshError(f"max_measure is {high:g} but a cell has {largest:g}")
         slack = 1e-9 * total
         if n_segments * high < total - slack:
-            raise ValueError(
+            raise MeshError(
                 f"{n_segments} regions of at most max_measure={high:g} hold {n_segments * high:g}"
                 f" of {total:g}: at least {math.ceil(total / high)} are needed"
             )
         if n_segments * low > total + slack:
-            raise ValueError(
+            raise MeshError(
                 f"{n_segments} regions of at least min_measure={low:g} need {n_segments * low:g}"
                 f" of {total:g}: at most {math.floor(total / low)} are possible"
             )

@@ -11,6 +11,7 @@ from .. import _core
 from .._types import Floats, Ints
 from ..cells.sums import sums_by_label
 from ..clustering.balance import Balancer
+from ..errors import MeshError
 from .edit import BorderCosts
 from .smooth import MAX_DISTANCE, SmoothOptions, straighten
 
@@ -47,13 +48,13 @@ class Goals(NamedTuple):
         return cls(rules.sizes, goals, rules.options.bounds, is_exact)
 
     def check(self, labels: Ints) -> None:
-        """Raise a ValueError if a region is out of the bounds."""
+        """Raise a MeshError if a region is out of the bounds."""
         low, high = self.bounds
         found = sums_by_label(labels, self.sizes, len(self.goals))
         slack = 1e-9 * float(found.mean())
         for region in np.flatnonzero((found < low - slack) | (found > high + slack))[:1]:
             name, bound = ("min", low) if found[region] < low else ("max", high)
-            raise ValueError(
+            raise MeshError(
                 f"a region of {name}_measure={bound:g} is not possible here: one has"
                 f" {found[region]:g}, and no cells to exchange with its neighbors"
             )
@@ -65,7 +66,7 @@ def settle(
     """Return labels with sizes of regions within their limits, and centers in these regions.
 
     Borders are rough where cells were transferred: with `smoothing`, they are smoothed once more.
-    Raises a ValueError if a region is out of its bounds.
+    Raises a MeshError if a region is out of its bounds.
     """
     positions, measures = costs.surface.positions, costs.surface.measures
     labels = transfer(costs, labels, goals)

@@ -62,9 +62,9 @@ def metis_partition(
 
     METIS makes a multilevel partition of the face graph: it looks for a small total cost of the
     edges along borders, for parts of at most one and a half times the mean area (`imbalance`). A
-    border along an edge e between faces of weight w costs ``|e| exp(-w / (s |e|))``, where s is twice the sum of
-    all weights divided by the sum of all edge lengths. So borders are short, and cheap in creases.
-    The unit of the weights does not matter.
+    border along an edge e between faces of weight w costs ``|e| exp(-w / (s |e|))``, where s is
+    twice the sum of all weights divided by the sum of all edge lengths. So borders are short, and
+    cheap in creases. The unit of the weights does not matter.
 
     Parameters
     ----------
