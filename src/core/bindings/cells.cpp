@@ -2,16 +2,15 @@
 // superfacets/_validate.py ensures their preconditions.
 #include <new>
 
-#include "base/logarithm.hpp"
+#include "base/elementary.hpp"
 #include "bindings/bindings.hpp"
+#include "cells/arc_prices.hpp"
 #include "cells/components.hpp"
 #include "cells/face_graph.hpp"
 #include "cells/far_arcs.hpp"
-#include "cells/feature_steps.hpp"
 #include "cells/graph_surface.hpp"
 #include "cells/majority.hpp"
 #include "cells/ordered_graph.hpp"
-#include "cells/part_prices.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
 #include "cells/polygon_graph.hpp"
@@ -19,7 +18,6 @@
 #include "cells/sub_surface.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/tet_graph.hpp"
-#include "cells/tet_surface.hpp"
 #include "cells/triangle_surface.hpp"
 #include "cells/turning.hpp"
 #include "cells/walk.hpp"
@@ -133,15 +131,10 @@ auto positions_of(const OrderedGraph& graph, Integers cells) {
 // Builds a graph of cells and arcs that are already sorted along the curve.
 OrderedGraph graph_in_place(Points positions, Doubles measures, Offsets offsets, Integers targets,
                             Floats lengths, ThreadTeam& team) {
-  const auto copied = [](const auto& values) {
-    Buffer<std::remove_const_t<typename std::decay_t<decltype(values)>::element_type>> copy(
-        values.size());
-    std::copy(values.begin(), values.end(), copy.begin());
-    return copy;
-  };
   Buffer<Arc> arcs(targets.size());
   for (std::size_t arc = 0; arc < targets.size(); ++arc) arcs[arc] = {targets[arc], lengths[arc]};
-  return {PlacedCells(copied(positions), copied(measures), team), copied(offsets), std::move(arcs)};
+  return {PlacedCells(copy_of(positions), copy_of(measures), team), copy_of(offsets),
+          std::move(arcs)};
 }
 
 PolygonGraph polygon_graph(Offsets offsets, Integers corners, Integers representative,
@@ -256,10 +249,8 @@ Eigenpairs eigenpairs(Offsets offsets, Integers neighbors, Doubles conductances,
 
 Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,
                                   const Table<double>& features, double factor, ThreadTeam& team) {
-  Buffer<double> sums(weights.size());
-  add_feature_steps({offsets, neighbors}, weights, {features.data(), features.size()},
-                    features.shape(1), factor, team, sums.span());
-  return sums;
+  return add_feature_steps({offsets, neighbors}, weights, {features.data(), features.size()},
+                           features.shape(1), factor, team);
 }
 
 Components components(Offsets offsets, Integers neighbors, Integers labels) {

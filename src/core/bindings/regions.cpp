@@ -124,8 +124,7 @@ Buffer<Label> small_regions_merged(Offsets offsets, Integers neighbors, Points p
 
 // Returns the ring numbers after spreading; `rings` is not changed.
 Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
-  Buffer<std::uint8_t> numbers(rings.size());
-  std::copy(rings.begin(), rings.end(), numbers.begin());
+  Buffer<std::uint8_t> numbers = copy_of(rings);
   SUPERFACETS_ASSERT(all_below(corners, rings.size()));
   const auto corners_of = [&](Cell cell) {
     return corners.subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);

@@ -65,7 +65,7 @@ struct Arcs {
   // Whether offsets rise from 0 to the number of arcs, and all arcs lead to cells.
   bool are_valid() const {
     return !offsets.empty() && offsets.front() == 0 && offsets.back() == n_arcs() &&
-           std::is_sorted(offsets.begin(), offsets.end()) && all_below(targets, n_cells());
+           std::ranges::is_sorted(offsets) && all_below(targets, n_cells());
   }
 };
 

@@ -1,6 +1,5 @@
 #include "cells/components.hpp"
 
-#include <utility>
 #include <vector>
 
 #include "base/assert.hpp"

@@ -69,8 +69,7 @@ class SubSurface final : public Surface {
     const Cell next = whole_.next_around(corner, kept_.cells[before], kept_.cells[here]);
     if (next == kNoCell || new_cells_[next] == kNoCell) return kNoCell;
     const auto neighbors = arcs().neighbors(here);
-    const bool is_kept =
-        std::find(neighbors.begin(), neighbors.end(), new_cells_[next]) != neighbors.end();
+    const bool is_kept = std::ranges::find(neighbors, new_cells_[next]) != neighbors.end();
     return is_kept ? new_cells_[next] : kNoCell;
   }
 

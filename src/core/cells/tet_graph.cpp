@@ -27,7 +27,7 @@ struct TetSides {
     for (int side = 0; side < 4; ++side) {
       std::array<Vertex, 3> v{};
       for (int i = 0; i < 3; ++i) v[i] = representative[tets[tet].corners[kSides[side][i]]];
-      std::sort(v.begin(), v.end());
+      std::ranges::sort(v);
       if (v[0] == v[1] || v[1] == v[2]) continue;
       const SideKey key = static_cast<SideKey>(v[1]) << 32 | static_cast<SideKey>(v[2]);
       visit(side, v[0], key, side % 2 == 0);  // directions have no meaning in a volume

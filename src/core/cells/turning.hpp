@@ -49,11 +49,6 @@ struct NormalPair {
   bool is_opposite;  // whether their normals are opposite
 };
 
-// The order in which pairs are joined.
-inline bool operator<(const NormalPair& a, const NormalPair& b) {
-  return std::tie(a.cost, a.lower, a.higher) < std::tie(b.cost, b.lower, b.higher);
-}
-
 // Consecutive places (a tile), and the neighbors of these outside the tile.
 struct NormalTile {
   NeighborRows neighbors;          // of the tile; indices into the arrays below

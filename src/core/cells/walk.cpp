@@ -14,14 +14,14 @@ class Walker {
  public:
   Walker(const Arcs& arcs, std::span<const Label> labels)
       : arcs_(arcs), labels_(labels), is_visited_(labels.size()) {
-    std::fill(is_visited_.begin(), is_visited_.end(), 0);
+    std::ranges::fill(is_visited_, 0);
   }
 
   // Puts the cells of a region in order. Regions may be walked on several threads at once.
   void walk(std::span<Cell> cells) {
     std::vector<Cell> starts(cells.begin(), cells.end());
-    std::stable_sort(starts.begin(), starts.end(),
-                     [&](Cell a, Cell b) { return n_waiting_around(a) < n_waiting_around(b); });
+    std::ranges::stable_sort(
+        starts, [&](Cell a, Cell b) { return n_waiting_around(a) < n_waiting_around(b); });
     std::size_t n_visited = 0;
     std::vector<Cell> way;
     for (const Cell start : starts) {
@@ -51,8 +51,8 @@ class Walker {
 
   std::ptrdiff_t n_waiting_around(Cell cell) const {
     const std::span<const Cell> near = arcs_.neighbors(cell);
-    return std::count_if(near.begin(), near.end(),
-                         [&](Cell other) { return is_waiting(other, labels_[cell]); });
+    return std::ranges::count_if(near,
+                                 [&](Cell other) { return is_waiting(other, labels_[cell]); });
   }
 
   Cell next_after(Cell cell) const {

@@ -17,7 +17,7 @@ class PieceJoiner {
       : arcs_(arcs), lengths_(lengths), labels_(std::move(labels)), is_loose_(labels_.size()) {}
 
   void join(std::vector<Cell> loose) {
-    std::fill(is_loose_.begin(), is_loose_.end(), 0);
+    std::ranges::fill(is_loose_, 0);
     for (const Cell cell : loose) is_loose_[cell] = 1;
     while (!loose.empty() && join_some(loose)) {
     }
@@ -76,7 +76,7 @@ Buffer<Label> join_loose_pieces(const Arcs& arcs, std::span<const float> lengths
   SUPERFACETS_ASSERT(std::ssize(lengths) == arcs.n_arcs());
   SUPERFACETS_ASSERT(all_below(centers, arcs.n_cells()));
   Buffer<Label> joined(labels.size());
-  std::copy(labels.begin(), labels.end(), joined.begin());
+  std::ranges::copy(labels, joined.begin());
   std::vector<Cell> loose = loose_cells(find_components(arcs, labels), labels, centers);
   if (loose.empty()) return joined;
   PieceJoiner joiner(arcs, lengths, std::move(joined));

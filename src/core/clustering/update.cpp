@@ -77,9 +77,8 @@ std::vector<Point> RegionMeans::means_of(std::span<const Label> regions) const {
   std::vector<Point> means;
   means.reserve(regions.size());
   std::vector<WeightedSum> small(sums_.size());
-  const bool any_small = std::any_of(regions.begin(), regions.end(), [&](Label label) {
-    return FixedPoint::is_too_small(sums_[label]);
-  });
+  const bool any_small = std::ranges::any_of(
+      regions, [&](Label label) { return FixedPoint::is_too_small(sums_[label]); });
   for (Cell cell = 0; any_small && cell < graph_.n_cells(); ++cell) {
     const Place place = graph_.place_of[cell];
     if (labels_[place] == kNoLabel || !FixedPoint::is_too_small(sums_[labels_[place]])) continue;

@@ -75,8 +75,8 @@ void Expansion::clear() {
 void Expansion::restore(std::span<const PathLength> lengths, std::span<const Label> labels) {
   SUPERFACETS_ASSERT(active_.empty() && lengths.size() == lengths_.size() &&
                      labels.size() == labels_.size());
-  std::copy(lengths.begin(), lengths.end(), lengths_.begin());
-  std::copy(labels.begin(), labels.end(), labels_.begin());
+  std::ranges::copy(lengths, lengths_.begin());
+  std::ranges::copy(labels, labels_.begin());
 }
 
 void Expansion::lengthen(std::span<const PathLength> by_label) {

@@ -44,9 +44,6 @@ class HaltedPaths {
   void add_doubt(Place place, const Path& path);
   void find_doubts(const Expansion& exact, std::span<const Place> centers);
   std::vector<Label> centers_in_doubt(std::span<const Place> centers) const;
-  void mark_sources(std::vector<std::vector<char>>& is_source) const;
-  bool reaches(const std::vector<std::vector<char>>& is_source, Place center, std::size_t level,
-               std::size_t index) const;
   void expand(Place center, SourcePaths& worker) const;
   void expand_all(std::span<const Label> labels, std::span<const Place> centers);
   SourcePaths& worker(std::int64_t number);

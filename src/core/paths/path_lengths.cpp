@@ -79,7 +79,7 @@ Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sour
   auto fill_rows = [&](std::int64_t first, std::int64_t last, SourcePaths& paths) {
     for (std::int64_t source = first; source < last; ++source) {
       const std::span<float> row = matrix.span().subspan(source * n_cells, n_cells);
-      std::fill(row.begin(), row.end(), std::numeric_limits<float>::infinity());
+      std::ranges::fill(row, std::numeric_limits<float>::infinity());
       paths.expand(graph.place_of[sources[source]], [](Place, PathLength) { return true; });
       paths.take([&](Place place, PathLength length) {
         row[graph.cells[place]] = in_units(length, unit);

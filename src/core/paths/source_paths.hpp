@@ -20,7 +20,7 @@ class SourcePaths {
  public:
   explicit SourcePaths(const OrderedGraph& graph)
       : graph_(graph), queue_(graph.n_arcs), lengths_(graph.n_cells()) {
-    std::fill(lengths_.begin(), lengths_.end(), kUnreached);
+    std::ranges::fill(lengths_, kUnreached);
   }
 
   // Finds the shortest paths from a place on which is_followed(place, length) holds for every place

@@ -40,8 +40,8 @@ MovingRegions::MovingRegions(const Surface& surface, const BorderCost& cost,
 
 bool MovingRegions::is_at_border(Cell cell) const {
   const std::span<const Cell> neighbors = arcs().neighbors(cell);
-  return std::any_of(neighbors.begin(), neighbors.end(),
-                     [&](Cell neighbor) { return labels_[neighbor] != labels_[cell]; });
+  return std::ranges::any_of(neighbors,
+                             [&](Cell neighbor) { return labels_[neighbor] != labels_[cell]; });
 }
 
 void MovingRegions::prefetch_arcs(Cell cell) const {
@@ -171,8 +171,8 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, StiffGain
                                                  double least_gain) {
   const auto gain_of = [&](const Candidate& of) { return of.gain + stiff.of(of.stiff); };
   while (!candidates_.empty()) {
-    const auto best = std::max_element(
-        candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
+    const auto best =
+        std::ranges::max_element(candidates_, [&](const Candidate& a, const Candidate& b) {
           return std::pair(gain_of(a), b.cell) < std::pair(gain_of(b), a.cell);
         });
     Candidate taken = *best;
@@ -193,8 +193,8 @@ void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   for (const Cell cell : regions_.arcs().neighbors(moved)) {
     if (regions_.label(cell) != from) continue;
     const Candidate updated = candidate(cell, from, to);
-    const auto known = std::find_if(candidates_.begin(), candidates_.end(),
-                                    [&](const Candidate& other) { return other.cell == cell; });
+    const auto known = std::ranges::find_if(
+        candidates_, [&](const Candidate& other) { return other.cell == cell; });
     if (known == candidates_.end()) {
       candidates_.push_back(updated);
     } else {
@@ -230,7 +230,7 @@ std::vector<AreaChange> ChainMover::take_changes() {
 bool ChainMover::would_join_patches(Cell cell, Label from, Label to) const {
   const Patch patch = patches_.of_region[to];
   const std::span<const Cell> neighbors = regions_.arcs().neighbors(cell);
-  return std::any_of(neighbors.begin(), neighbors.end(), [&](Cell neighbor) {
+  return std::ranges::any_of(neighbors, [&](Cell neighbor) {
     const Label label = regions_.label(neighbor);
     if (label == from || label == to) return false;
     const Patch other = patches_.of_region[label];

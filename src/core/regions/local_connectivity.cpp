@@ -58,7 +58,7 @@ class Neighborhood {
   bool joins(const Step& first, const Step& second) const {
     if (surface_.has_corners()) return joins_around_corner(first, second);
     const auto neighbors = surface_.arcs().neighbors(first.to);
-    return std::find(neighbors.begin(), neighbors.end(), second.to) != neighbors.end();
+    return std::ranges::find(neighbors, second.to) != neighbors.end();
   }
 
   // Whether two neighbors are joined around the corner of their sides, by cells of the region other
@@ -82,9 +82,8 @@ class Neighborhood {
 
 bool stays_connected_without(const Surface& surface, std::span<const Label> labels, Cell cell) {
   const std::span<const Cell> neighbors = surface.arcs().neighbors(cell);
-  const auto n_same = std::count_if(neighbors.begin(), neighbors.end(), [&](Cell neighbor) {
-    return labels[neighbor] == labels[cell];
-  });
+  const auto n_same = std::ranges::count_if(
+      neighbors, [&](Cell neighbor) { return labels[neighbor] == labels[cell]; });
   if (n_same <= 1) return n_same == 1;  // most cells at borders
   return Neighborhood(surface, labels, cell).is_joined();
 }

@@ -7,10 +7,8 @@
 #include <utility>
 
 #include "base/assert.hpp"
-#include "base/threads.hpp"
 #include "regions/chains.hpp"
 #include "regions/patches.hpp"
-#include "regions/stiffness.hpp"
 
 namespace superfacets {
 namespace {
@@ -94,7 +92,7 @@ class Smoother {
   GroupedCells by_region(const Lists& lists) const {
     const std::span<const Label> labels = regions_.labels();
     // All regions: without reverse arcs, a region may be adjacent without a cell at a border.
-    const Label n_regions = *std::max_element(labels.begin(), labels.end()) + 1;
+    const Label n_regions = *std::ranges::max_element(labels) + 1;
     return group_cells(lists, [&](Cell cell) { return labels[cell]; }, n_regions);
   }
 
@@ -158,8 +156,7 @@ bool all_lead_back(const Arcs& arcs, ThreadTeam& team) {
   std::atomic<bool> lead_back = true;
   const auto leads_back = [&](Cell from, Cell to) {
     const std::span<const Cell> returning = arcs.neighbors(to);
-    return returning.size() <= kMostArcs &&
-           std::find(returning.begin(), returning.end(), from) != returning.end();
+    return returning.size() <= kMostArcs && std::ranges::find(returning, from) != returning.end();
   };
   team.for_each_block(arcs.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     for (auto cell = static_cast<Cell>(begin); cell < end && lead_back; ++cell) {

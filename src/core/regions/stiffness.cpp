@@ -52,7 +52,7 @@ Stiffness::Stiffness(const Surface& surface, std::span<const Label> labels,
     : surface_(surface), roundness_(options.roundness), sizes_(options.sizes) {
   SUPERFACETS_ASSERT(options.stiffness >= 0.0 && options.roundness >= 0.0);
   if (options.stiffness == 0.0 || labels.empty()) return;
-  const Label n_regions = *std::max_element(labels.begin(), labels.end()) + 1;
+  const Label n_regions = *std::ranges::max_element(labels) + 1;
   const std::vector<Run> sums = sums_of_regions(surface, labels, n_regions, team);
   double total = 0.0;
   for (const Run& sum : sums) total += sum.area;

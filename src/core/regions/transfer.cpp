@@ -158,7 +158,7 @@ class CellTransfer {
     if (end == kNoLabel) return false;
     std::vector<Label> path{end};
     while (path.back() != region) path.push_back(parents_[path.back()]);
-    std::reverse(path.begin(), path.end());
+    std::ranges::reverse(path);
     return push(path, std::min(excess(region), -excess(end)));
   }
 
@@ -167,7 +167,7 @@ class CellTransfer {
     const Label end = search(region, can_spare, [&](Label at, const auto& take) {
       for (const Label from : neighbors(at)) {
         const std::vector<Label>& to = exits(from);
-        if (std::binary_search(to.begin(), to.end(), at)) take(from);
+        if (std::ranges::binary_search(to, at)) take(from);
       }
     });
     if (end == kNoLabel) return false;
@@ -244,12 +244,11 @@ class CellTransfer {
 
   bool touches(Cell cell, Label region) const {
     const std::span<const Cell> near = regions_.arcs().neighbors(cell);
-    return std::any_of(near.begin(), near.end(),
-                       [&](Cell other) { return regions_.label(other) == region; });
+    return std::ranges::any_of(near, [&](Cell other) { return regions_.label(other) == region; });
   }
 
   static bool contains(const std::vector<Cell>& cells, Cell cell) {
-    return std::find(cells.begin(), cells.end(), cell) != cells.end();
+    return std::ranges::find(cells, cell) != cells.end();
   }
 
   // Removes and returns the candidate that gains most, of those that may leave and fit; or kNoCell.
@@ -257,7 +256,7 @@ class CellTransfer {
     ranked_.clear();
     for (const Cell cell : candidates_)
       ranked_.emplace_back(-regions_.gain_of(cell, from, to), cell);
-    std::sort(ranked_.begin(), ranked_.end());
+    std::ranges::sort(ranked_);
     for (const auto& [loss, cell] : ranked_) {
       const double size = bounds_.sizes[cell];
       if (size > most + rounding_ || size > -lack(from) + rounding_) continue;
@@ -278,13 +277,13 @@ class CellTransfer {
       std::vector<Label> more;
       for (const Cell near : regions_.arcs().neighbors(cell)) {
         const Label label = regions_.label(near);
-        if (label == region || std::count(exits.to.begin(), exits.to.end(), label) > 0) continue;
-        if (std::count(more.begin(), more.end(), label) == 0) more.push_back(label);
+        if (label == region || std::ranges::count(exits.to, label) > 0) continue;
+        if (std::ranges::count(more, label) == 0) more.push_back(label);
       }
       if (more.empty() || !may_pass(cell)) continue;
       exits.to.insert(exits.to.end(), more.begin(), more.end());
     }
-    std::sort(exits.to.begin(), exits.to.end());
+    std::ranges::sort(exits.to);
     return exits.to;
   }
 
@@ -294,12 +293,12 @@ class CellTransfer {
     for (const Cell cell : members_.of(region)) {
       for (const Cell near : regions_.arcs().neighbors(cell)) {
         const Label label = regions_.label(near);
-        if (label != region && std::count(found.begin(), found.end(), label) == 0) {
+        if (label != region && std::ranges::count(found, label) == 0) {
           found.push_back(label);
         }
       }
     }
-    std::sort(found.begin(), found.end());
+    std::ranges::sort(found);
     return found;
   }
 

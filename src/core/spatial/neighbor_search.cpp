@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "base/assert.hpp"
 #include "spatial/morton.hpp"
@@ -115,8 +114,7 @@ void NeighborSearch::find_nearby(std::size_t leaf, double farthest,
     const double apart = squared_norm(other.low + other.high - middle);
     if (near != leaf) nearby.push_back({apart, near});
   });
-  std::sort(nearby.begin(), nearby.end(),
-            [](const Nearby& a, const Nearby& b) { return a.apart < b.apart; });
+  std::ranges::sort(nearby, [](const Nearby& a, const Nearby& b) { return a.apart < b.apart; });
 }
 
 // Offers the points of a leaf, except the point at `from`, to the list of a place.

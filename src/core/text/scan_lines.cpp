@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/assert.hpp"
-#include "base/threads.hpp"
 
 namespace superfacets {
 namespace {

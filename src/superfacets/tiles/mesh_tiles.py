@@ -88,7 +88,7 @@ def _measured(faces: Part, n_threads: int) -> tuple[Floats, Floats]:
     points = _points(faces).astype(np.float64)
     corners = np.arange(len(points), dtype=np.int32)
     if not faces.lists:
-        return _core.measure_faces(points, corners.reshape(-1, 3), n_threads)
+        return _core.measure_faces(points, corners.reshape(-1, 3), n_threads)[:2]
     return _core.measure_polygons(points, faces.corners()[0], corners, n_threads)[:2]
 
 

@@ -1,8 +1,6 @@
-#include "base/arctangent.hpp"
+#include "base/elementary.hpp"
 
-#include <cstddef>
-
-#include "base/assert.hpp"
+#include <algorithm>
 
 namespace superfacets {
 namespace {
@@ -21,6 +19,11 @@ void arctangents(std::span<const double> y, std::span<const double> x, std::span
   const std::size_t n = angles.size();
   SUPERFACETS_ASSERT(y.size() == n && x.size() == n && with <= best_instruction_set());
   run_version(with, Loop{}, y.data(), x.data(), angles.data(), n);
+}
+
+void exponentials(std::span<const double> x, std::span<double> powers) {
+  SUPERFACETS_ASSERT(powers.size() == x.size());
+  std::ranges::transform(x, powers.begin(), exponential);
 }
 
 }  // namespace superfacets

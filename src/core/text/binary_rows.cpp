@@ -1,6 +1,9 @@
-#include "text/walk_rows.hpp"
+#include "text/binary_rows.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <type_traits>
 
 #include "base/assert.hpp"
 
@@ -17,6 +20,38 @@ std::int64_t read_count(const std::uint8_t* bytes, const ColumnLayout& column, b
 }
 
 }  // namespace
+
+void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std::uint8_t* copy) {
+  SUPERFACETS_ASSERT(n_rows >= 0 && rows.size > 0);
+  const auto copy_all = [&](auto size) {
+    team.for_each_index(n_rows, [&](std::int64_t i) {
+      std::memcpy(copy + i * size, rows.first + i * rows.stride, size);
+    });
+  };
+  switch (rows.size) {  // if the size is known at compile time, a memcpy is a few instructions
+    case 4:
+      return copy_all(std::integral_constant<std::int64_t, 4>{});
+    case 12:
+      return copy_all(std::integral_constant<std::int64_t, 12>{});
+    case 36:
+      return copy_all(std::integral_constant<std::int64_t, 36>{});
+    default:
+      return copy_all(rows.size);
+  }
+}
+
+Buffer<std::uint8_t> copy_runs(std::span<const std::uint8_t> bytes,
+                               std::span<const std::int64_t> starts,
+                               std::span<const std::int64_t> sizes, ThreadTeam& team) {
+  Buffer<std::int64_t> places(starts.size());
+  std::exclusive_scan(sizes.begin(), sizes.end(), places.begin(), std::int64_t{0});
+  Buffer<std::uint8_t> copy(std::accumulate(sizes.begin(), sizes.end(), std::int64_t{0}));
+  team.for_each_index(std::ssize(starts), [&](std::int64_t run) {
+    SUPERFACETS_ASSERT(starts[run] + sizes[run] <= std::ssize(bytes));
+    std::memcpy(copy.data() + places[run], bytes.data() + starts[run], sizes[run]);
+  });
+  return copy;
+}
 
 WalkedRows walk_rows(std::span<const std::uint8_t> bytes, std::int64_t begin, std::int64_t n_rows,
                      std::span<const ColumnLayout> columns, bool is_big_endian) {

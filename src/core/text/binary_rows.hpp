@@ -1,13 +1,31 @@
-// Finds the rows of a binary table whose lists differ in length.
+// Rows of binary tables: copies of strided rows and of runs of bytes, and the places of rows whose
+// lists differ in length.
 #pragma once
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "base/buffer.hpp"
+#include "base/threads.hpp"
 
 namespace superfacets {
+
+// Row i has the bytes first[i * stride] .. first[i * stride + size - 1].
+struct RowPlaces {
+  const std::uint8_t* first = nullptr;
+  std::int64_t stride = 0;
+  std::int64_t size = 0;
+};
+
+// Writes the rows one after the other to `copy`, which has room for n_rows * rows.size bytes.
+// Numbers in records are not aligned: numpy would copy them one by one.
+void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std::uint8_t* copy);
+
+// Copies runs of bytes one after the other. Run i has sizes[i] >= 0 bytes, from bytes[starts[i]]
+// on.
+Buffer<std::uint8_t> copy_runs(std::span<const std::uint8_t> bytes,
+                               std::span<const std::int64_t> starts,
+                               std::span<const std::int64_t> sizes, ThreadTeam& team);
 
 // Layout of a column in a row: a single value, or the length of a list and then its values.
 struct ColumnLayout {

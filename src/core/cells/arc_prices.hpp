@@ -1,7 +1,8 @@
-// Stage 2: the price of arcs between the parts of a shape.
+// Stage 2: prices of arcs by the distance between rows of numbers of their cells.
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
@@ -26,5 +27,11 @@ float with_price(float length, double factor, double distance);
 Buffer<float> add_part_prices(const Arcs& arcs, std::span<const float> lengths,
                               std::span<const Cell> group_of, const PartVectors& vectors,
                               double factor, ThreadTeam& team);
+
+// Returns given[a] + factor |f_i - f_j|, with the features of the cells at both ends of an
+// arc, `n_features` numbers for each cell. Symmetric in the two, bit for bit.
+Buffer<double> add_feature_steps(const Arcs& arcs, std::span<const double> given,
+                                 std::span<const double> features, std::size_t n_features,
+                                 double factor, ThreadTeam& team);
 
 }  // namespace superfacets

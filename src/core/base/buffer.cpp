@@ -1,12 +1,9 @@
-#include "base/memory.hpp"
-
-#include <new>
+#include "base/buffer.hpp"
 
 #if defined(__linux__)
 #include <sys/mman.h>
 
 #include <algorithm>
-#include <cstddef>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -111,9 +108,8 @@ class Pool {
   // Returns ranges to the system, the largest first, until no more than n_kept bytes are left.
   void shrink(std::size_t n_kept) {
     while (n_free_ > n_kept) {
-      const auto largest =
-          std::max_element(ranges_.begin(), ranges_.end(),
-                           [](const auto& a, const auto& b) { return a.second < b.second; });
+      const auto largest = std::ranges::max_element(
+          ranges_, [](const auto& a, const auto& b) { return a.second < b.second; });
       const std::size_t size = std::min(largest->second, rounded_up(n_free_ - n_kept, kPage));
       largest->second -= size;
       n_free_ -= size;
