@@ -150,30 +150,54 @@ class CellTransfer {
   double excess(Label region) const { return totals_[region] - bounds_.highs[region]; }
   double lack(Label region) const { return bounds_.lows[region] - totals_[region]; }
 
+  // Moves cells away from a region, and to one. Returns whether a cell has moved.
   bool drain(Label region) {
     const auto has_room = [&](Label other) { return -excess(other) >= step_; };
-    const Label end = search(region, has_room, [&](Label at, const auto& take) {
-      for (const Label to : exits(at)) take(to);
-    });
-    if (end == kNoLabel) return false;
-    std::vector<Label> path{end};
-    while (path.back() != region) path.push_back(parents_[path.back()]);
-    std::ranges::reverse(path);
-    return push(path, std::min(excess(region), -excess(end)));
+    const auto next_of = [&](Label at, const auto& take) {
+      for (const Label to : exits(at)) {
+        if (!is_blocked({at, to})) take(to);
+      }
+    };
+    const auto push_on = [&](std::vector<Label> path) {
+      std::ranges::reverse(path);
+      return push(path, std::min(excess(region), -excess(path.back())));
+    };
+    return push_over_paths(region, has_room, next_of, push_on);
   }
 
   bool fill(Label region) {
     const auto can_spare = [&](Label other) { return -lack(other) >= step_; };
-    const Label end = search(region, can_spare, [&](Label at, const auto& take) {
+    const auto next_of = [&](Label at, const auto& take) {
       for (const Label from : neighbors(at)) {
-        const std::vector<Label>& to = exits(from);
-        if (std::ranges::binary_search(to, at)) take(from);
+        if (std::ranges::binary_search(exits(from), at) && !is_blocked({from, at})) take(from);
       }
-    });
-    if (end == kNoLabel) return false;
-    std::vector<Label> path{end};
-    while (path.back() != region) path.push_back(parents_[path.back()]);
-    return push(path, std::min(lack(region), -lack(end)));
+    };
+    const auto push_on = [&](const std::vector<Label>& path) {
+      return push(path, std::min(lack(region), -lack(path.front())));
+    };
+    return push_over_paths(region, can_spare, next_of, push_on);
+  }
+
+  // Tries paths between a region and those that are wanted, the shortest first, until a cell moves.
+  // push_on(path) gets the path that ends at the region.
+  template <typename IsWanted, typename NextOf, typename PushOn>
+  bool push_over_paths(Label region, const IsWanted& is_wanted, const NextOf& next_of,
+                       const PushOn& push_on) {
+    blocked_.clear();
+    while (may_go_on()) {
+      const Label end = search(region, is_wanted, next_of);
+      if (end == kNoLabel) return false;
+      std::vector<Label> path{end};
+      while (path.back() != region) path.push_back(parents_[path.back()]);
+      if (push_on(path)) return true;
+    }
+    return false;
+  }
+
+  using Leg = std::pair<Label, Label>;
+
+  bool is_blocked(const Leg& leg) const {
+    return std::ranges::find(blocked_, leg) != blocked_.end();
   }
 
   // Breadth-first search. Returns the first region that is wanted, or kNoLabel; the way there leads
@@ -205,6 +229,7 @@ class CellTransfer {
       amount = move_between(path[i], path[i + 1], amount, most);
       if (amount > 0.0) continue;
       ++n_stuck_;
+      blocked_.emplace_back(path[i], path[i + 1]);
       return i > 0;
     }
     return true;
@@ -309,6 +334,7 @@ class CellTransfer {
   std::vector<Exits> exits_;    // (K,)
   std::vector<Label> parents_;  // (K,) of the last search; kNoLabel: not visited
   std::vector<Label> queue_;    // of the last search
+  std::vector<Leg> blocked_;    // that no cell could take, since one has moved
   std::vector<Cell> candidates_;
   std::vector<std::pair<double, Cell>> ranked_;
   std::int64_t n_stuck_ = 0;

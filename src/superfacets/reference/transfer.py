@@ -78,19 +78,33 @@ class _Transfer(MovingRegions):
         return has_moved and self.may_go_on()
 
     def drain(self, region: int) -> bool:
-        path = _search(region, lambda other: self.room(other) >= self.step, self.exits)
-        if not path:
-            return False
-        return self.push(path, min(-self.room(region), self.room(path[-1])))
+        self.blocked: set[tuple[int, int]] = set()
+
+        def goals(at: int) -> list[int]:
+            return [to for to in self.exits(at) if (at, to) not in self.blocked]
+
+        while self.may_go_on():
+            path = _search(region, lambda other: self.room(other) >= self.step, goals)
+            if not path:
+                break
+            if self.push(path, min(-self.room(region), self.room(path[-1]))):
+                return True
+        return False
 
     def fill(self, region: int) -> bool:
-        def sources(at: int) -> list[int]:
-            return [other for other in self.around_region(at) if at in self.exits(other)]
+        self.blocked = set()
 
-        path = _search(region, lambda other: self.spare(other) >= self.step, sources)
-        if not path:
-            return False
-        return self.push(path[::-1], min(-self.spare(region), self.spare(path[-1])))
+        def sources(at: int) -> list[int]:
+            around = [other for other in self.around_region(at) if at in self.exits(other)]
+            return [other for other in around if (other, at) not in self.blocked]
+
+        while self.may_go_on():
+            path = _search(region, lambda other: self.spare(other) >= self.step, sources)
+            if not path:
+                break
+            if self.push(path[::-1], min(-self.spare(region), self.spare(path[-1]))):
+                return True
+        return False
 
     def faces_of(self, region: int) -> list[int]:
         return [face for face, label in enumerate(self.labels) if label == region]
@@ -127,6 +141,7 @@ class _Transfer(MovingRegions):
             amount = self.move_between(region, to, amount, room if to == path[-1] else math.inf)
             if amount == 0.0:
                 self.n_stuck += 1
+                self.blocked.add((region, to))
                 return i > 0
         return True
 
