@@ -140,7 +140,9 @@ class CellTransfer {
   bool sweep() {
     bool has_moved = false;
     for (Label region = 0; std::cmp_less(region, totals_.size()); ++region) {
+      blocked_.clear();
       while (excess(region) > rounding_ && may_go_on() && drain(region)) has_moved = true;
+      blocked_.clear();
       while (lack(region) > rounding_ && may_go_on() && fill(region)) has_moved = true;
     }
     return has_moved && may_go_on();
@@ -183,7 +185,6 @@ class CellTransfer {
   template <typename IsWanted, typename NextOf, typename PushOn>
   bool push_over_paths(Label region, const IsWanted& is_wanted, const NextOf& next_of,
                        const PushOn& push_on) {
-    blocked_.clear();
     while (may_go_on()) {
       const Label end = search(region, is_wanted, next_of);
       if (end == kNoLabel) return false;
@@ -232,6 +233,7 @@ class CellTransfer {
       blocked_.emplace_back(path[i], path[i + 1]);
       return i > 0;
     }
+    blocked_.clear();
     return true;
   }
 
@@ -334,7 +336,7 @@ class CellTransfer {
   std::vector<Exits> exits_;    // (K,)
   std::vector<Label> parents_;  // (K,) of the last search; kNoLabel: not visited
   std::vector<Label> queue_;    // of the last search
-  std::vector<Leg> blocked_;    // that no cell could take, since one has moved
+  std::vector<Leg> blocked_;    // that no cell could take, since cells reached the end of a path
   std::vector<Cell> candidates_;
   std::vector<std::pair<double, Cell>> ranked_;
   std::int64_t n_stuck_ = 0;

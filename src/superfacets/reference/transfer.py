@@ -52,6 +52,7 @@ class _Transfer(MovingRegions):
     def begin(self, sizes: Sequence[float], lows: Sequence[float], highs: Sequence[float]) -> None:
         self.sizes, self.lows, self.highs = sizes, lows, highs
         self.totals = [0.0] * len(lows)
+        self.blocked: set[tuple[int, int]] = set()
         for face, label in enumerate(self.labels):
             self.totals[label] += sizes[face]
         total = sum(self.totals)
@@ -71,15 +72,15 @@ class _Transfer(MovingRegions):
         """Bring each region into its bounds, if there is a way; whether a face has moved."""
         has_moved = False
         for region in range(len(self.totals)):
+            self.blocked = set()
             while -self.room(region) > self.rounding and self.may_go_on() and self.drain(region):
                 has_moved = True
+            self.blocked = set()
             while -self.spare(region) > self.rounding and self.may_go_on() and self.fill(region):
                 has_moved = True
         return has_moved and self.may_go_on()
 
     def drain(self, region: int) -> bool:
-        self.blocked: set[tuple[int, int]] = set()
-
         def goals(at: int) -> list[int]:
             return [to for to in self.exits(at) if (at, to) not in self.blocked]
 
@@ -92,8 +93,6 @@ class _Transfer(MovingRegions):
         return False
 
     def fill(self, region: int) -> bool:
-        self.blocked = set()
-
         def sources(at: int) -> list[int]:
             around = [other for other in self.around_region(at) if at in self.exits(other)]
             return [other for other in around if (other, at) not in self.blocked]
@@ -143,6 +142,7 @@ class _Transfer(MovingRegions):
                 self.n_stuck += 1
                 self.blocked.add((region, to))
                 return i > 0
+        self.blocked.clear()
         return True
 
     def move_between(self, region: int, to: int, amount: float, most: float) -> float:

@@ -47,16 +47,22 @@ class Goals(NamedTuple):
         is_exact = rules.options.cells_per_region is not None
         return cls(rules.sizes, goals, rules.options.bounds, is_exact)
 
-    def check(self, labels: Ints) -> None:
-        """Raise a MeshError if a region is out of the bounds."""
+    def out_of_bounds(self, labels: Ints) -> Ints:
+        """Regions whose sizes are out of the bounds."""
         low, high = self.bounds
         found = sums_by_label(labels, self.sizes, len(self.goals))
         slack = 1e-9 * float(found.mean())
-        for region in np.flatnonzero((found < low - slack) | (found > high + slack))[:1]:
-            name, bound = ("min", low) if found[region] < low else ("max", high)
+        return np.flatnonzero((found < low - slack) | (found > high + slack)).astype(np.int32)
+
+    def check(self, labels: Ints) -> None:
+        """Raise a MeshError if a region is out of the bounds."""
+        low, high = self.bounds
+        for region in self.out_of_bounds(labels)[:1].tolist():
+            size = float(self.sizes[labels == region].sum())
+            name, bound = ("min", low) if size < low else ("max", high)
             raise MeshError(
-                f"a region of {name}_measure={bound:g} is not possible here: one has"
-                f" {found[region]:g}, and no cells to exchange with its neighbors"
+                f"no way was found to keep {name}_measure={bound:g}: a region has {size:g}, and its"
+                " neighbors have no cells to exchange with it"
             )
 
 
@@ -73,9 +79,10 @@ def settle(
     centers = recentered(centers, labels, positions, measures)
     if smoothing is not None:
         near = smoothing._replace(max_distance=MAX_DISTANCE)
-        labels = straighten(costs, labels, centers, near, goals[:2])
-        labels = transfer(costs, labels, goals)
-        centers = recentered(centers, labels, positions, measures)
+        again = transfer(costs, straighten(costs, labels, centers, near, goals[:2]), goals)
+        if not len(goals.out_of_bounds(again)):
+            labels = again
+            centers = recentered(centers, labels, positions, measures)
     goals.check(labels)
     return labels, centers
 
