@@ -33,6 +33,10 @@ class SliverWarning(UserWarning):
     """Regions become stripes because faces are long and thin; the message says what to do."""
 
 
+class ViewWarning(UserWarning):
+    """Images that give no votes: their masks are empty, or their cameras see nothing."""
+
+
 def reason_of(error: BaseException) -> str:
     """Return the class of an error and its message, as one line for a record."""
     text = " ".join(str(error).split())

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any, cast
 
@@ -35,7 +36,7 @@ from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, OrderedCells, kind_of
 from .cells.named_features import features_of
 from .cells.parts import PART_CREASE_SCALE, SPARE, PartPrices, groups_to_embed
-from .cells.size import EDGE_PER_RADIUS, sliver_note
+from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.balance import Balancer, SizeRules
 from .clustering.graphs import has_small_regions
@@ -557,20 +558,30 @@ def _add_parts(work: _Work) -> _Work:
     """Stage 2: add arcs to cells farther away, and the prices of steps between parts."""
     if not work.has_parts:
         return work
-    options, graph, levels = work.options.weights, work.graph, work.levels
-    n_threads = work.surface.n_threads
+    options, size, n_threads = work.options.weights, work.plan.size, work.surface.n_threads
     with work.timed("weights", begins=False):
-        factors = (options.params["gamma"], options.crease_price(work.plan.size.radius))
-        if levels.on_all:
-            groups = groups_to_embed(graph, n_threads)
-            parts = PartPrices.of(graph, groups, factors, n_threads)
-            far = has_small_regions(graph, work.plan.size.n_segments)
-            parts.add_to_all(graph, levels.coarse, n_threads, far=far)
-        else:
-            groups = levels.coarse[: levels.n_finer + 1]
-            parts = PartPrices.of(graph, groups, factors, n_threads)
-            parts.add_to_coarse(levels.coarse[levels.n_finer :], n_threads)
+        parts = price_parts(work.graph, work.levels, options, size, n_threads)
     return replace(work, parts=parts)
+
+
+def price_parts(
+    graph: Any, levels: Any, options: WeightOptions, size: RegionSize, n_threads: int
+) -> PartPrices:
+    """Price steps between parts, and add far arcs, on the graphs that the loop runs on.
+
+    `graph` may be one of tiles, unless the loop also runs on all of its cells.
+    """
+    factors = (options.params["gamma"], options.crease_price(size.radius))
+    if levels.on_all:
+        groups = groups_to_embed(graph, n_threads)
+        parts = PartPrices.of(graph, groups, factors, n_threads)
+        far = has_small_regions(graph, size.n_segments)
+        parts.add_to_all(graph, levels.coarse, n_threads, far=far)
+    else:
+        groups = levels.coarse[: levels.n_finer + 1]
+        parts = PartPrices.of(graph, groups, factors, n_threads)
+        parts.add_to_coarse(levels.coarse[levels.n_finer :], n_threads)
+    return parts
 
 
 def _cluster(work: _Work) -> _Work:
@@ -579,12 +590,12 @@ def _cluster(work: _Work) -> _Work:
     note = sliver_note(work.sliver_share, sliver_advice(work.plan.size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=5)  # `segment` is decorated
-    borders = work.arcs if work.has_parts else None
+    join_pieces = partial(_core.join_loose_pieces, *work.arcs) if work.has_parts else None
     balancer = None
     if work.sizes is not None:
         balancer = Balancer.of(work.sizes, work.levels.coarse, work.plan, options.loop)
     result = segment_cells(
-        work.graph, work.levels, work.surface.bounds, work.plan, options.loop, borders, balancer
+        work.graph, work.levels, work.surface.bounds, work.plan, options.loop, join_pieces, balancer
     )
     warn_of_islands(result, 6)
     work = replace(work, graph=None, levels=None, arcs=None, sizes=None)

@@ -9,7 +9,6 @@ from straight_graphs import StraightGraph, all_paths, distances, far_arcs, paths
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.clustering.balance import NO_OFFSETS
 
 THREADS = (1, 3)
 
@@ -187,7 +186,7 @@ def test_paths_spread_from_coarse_cells_and_from_centers(name, n_regions):
         )
         labels, lengths = clustering.labels(), clustering.lengths()
         centers = coarse.refine(labels, seeds, n_threads)
-        found = coarse.spread(lengths, labels, centers, NO_OFFSETS, n_threads)
+        found = coarse.spread(lengths, labels, centers, n_threads)
         starts = [(0, label, int(center)) for label, center in enumerate(centers)]
         starts += [
             (int(length), int(label), int(center))

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <thread>
 #include <utility>
@@ -196,6 +197,22 @@ class ThreadTeam {
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
   std::vector<JoiningThread> helpers_;  // last member: destroyed, and so joined, before the others
+};
+
+// An object for each thread of a team, made when it is first needed.
+template <typename T>
+class PerThread {
+ public:
+  explicit PerThread(std::size_t n_threads) : objects_(n_threads) {}
+
+  template <typename... Arguments>
+  T& get(std::int64_t thread, const Arguments&... arguments) {
+    if (!objects_[thread]) objects_[thread].emplace(arguments...);
+    return *objects_[thread];
+  }
+
+ private:
+  std::vector<std::optional<T>> objects_;
 };
 
 // Number of terms of a partial sum. It does not depend on the number of threads.

@@ -10,6 +10,7 @@
 #include "regions/merge_tree.hpp"
 #include "regions/region_graph.hpp"
 #include "regions/rings.hpp"
+#include "regions/shared_masks.hpp"
 #include "regions/smooth.hpp"
 #include "regions/transfer.hpp"
 #include "regions/vertex_labels.hpp"
@@ -61,11 +62,21 @@ MergeTree tree_of_merges(Doubles areas, Points positions, Doubles features, Inte
 
 Buffer<Label> smoothed(const Surface& surface, Floats lengths, double unit, double crease_scale,
                        Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
-                       int max_sweeps, double stiffness, double roundness, Doubles sizes,
-                       Doubles goals, ThreadTeam& team) {
+                       int max_sweeps, double stiffness, double roundness, ThreadTeam& team) {
   return smooth_borders(surface, {lengths, unit, crease_scale}, labels, fixed,
-                        {max_distance, max_chain, max_sweeps, {stiffness, roundness, sizes, goals}},
+                        {max_distance, max_chain, max_sweeps, {stiffness, roundness, {}, {}}},
                         team);
+}
+
+auto smoothed_to_goals(const Surface& surface, Floats lengths, double unit, double crease_scale,
+                       Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
+                       int max_sweeps, double stiffness, double roundness, int n_threads,
+                       Doubles sizes, Doubles goals) {
+  return on_team(labels.size(), n_threads, [&](ThreadTeam& team) {
+    return smooth_borders(
+        surface, {lengths, unit, crease_scale}, labels, fixed,
+        {max_distance, max_chain, max_sweeps, {stiffness, roundness, sizes, goals}}, team);
+  });
 }
 
 Buffer<Label> transferred(const Surface& surface, Floats lengths, double unit, double crease_scale,
@@ -77,10 +88,12 @@ Buffer<Label> transferred(const Surface& surface, Floats lengths, double unit, d
 
 auto smoothed_part(const Surface& surface, Floats lengths, double unit, double crease_scale,
                    Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
-                   int max_sweeps, int n_threads, Integers rim) {
+                   int max_sweeps, double stiffness, double roundness, int n_threads, Integers rim,
+                   Doubles areas, Points moments) {
+  const RegionSums at_first{{areas.begin(), areas.end()}, {moments.begin(), moments.end()}};
   return on_team(labels.size(), n_threads, [&](ThreadTeam& team) {
-    return smooth_part(surface, {lengths, unit, crease_scale}, labels, fixed, rim,
-                       {max_distance, max_chain, max_sweeps, {}}, team);
+    return smooth_part(surface, {lengths, unit, crease_scale}, labels, fixed, rim, at_first,
+                       {max_distance, max_chain, max_sweeps, {stiffness, roundness}}, team);
   });
 }
 
@@ -133,6 +146,11 @@ Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
   return numbers;
 }
 
+Buffer<Label> joined_by_masks(Offsets offsets, Integers masks, Doubles areas, Integers image_of,
+                              double least) {
+  return join_by_masks({offsets, masks, areas, image_of}, least);
+}
+
 }  // namespace
 
 void bind_regions(nb::module_& module) {
@@ -150,13 +168,16 @@ void bind_regions(nb::module_& module) {
   module.def("trace_lines", serial(&trace_lines), "partners"_a);
   module.def("smooth_borders", threaded(&smoothed), "surface"_a, "lengths"_a, "unit"_a,
              "crease_scale"_a, "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a,
-             "max_sweeps"_a, "stiffness"_a, "roundness"_a, "sizes"_a, "goals"_a, "n_threads"_a);
+             "max_sweeps"_a, "stiffness"_a, "roundness"_a, "n_threads"_a);
+  module.def("smooth_to_goals", &smoothed_to_goals, "surface"_a, "lengths"_a, "unit"_a,
+             "crease_scale"_a, "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a,
+             "max_sweeps"_a, "stiffness"_a, "roundness"_a, "n_threads"_a, "sizes"_a, "goals"_a);
   module.def("transfer_cells", threaded(&transferred), "surface"_a, "lengths"_a, "unit"_a,
              "crease_scale"_a, "labels"_a, "sizes"_a, "lows"_a, "highs"_a, "may_split"_a,
              "n_threads"_a);
   module.def("smooth_part", &smoothed_part, "surface"_a, "lengths"_a, "unit"_a, "crease_scale"_a,
-             "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a, "max_sweeps"_a, "n_threads"_a,
-             "rim"_a);
+             "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a, "max_sweeps"_a, "stiffness"_a,
+             "roundness"_a, "n_threads"_a, "rim"_a, "areas"_a, "moments"_a);
   module.def("cut_borders", threaded(&cut_through_faces), "vertices"_a, "faces"_a,
              "representative"_a, "labels"_a, "n_labels"_a, "is_kept"_a, "options"_a, "n_threads"_a);
   module.def("count_graph_segments", threaded(&segments_of_graph), "positions"_a, "normals"_a,
@@ -170,6 +191,8 @@ void bind_regions(nb::module_& module) {
   module.def("merge_small_regions", serial(&small_regions_merged), "offsets"_a, "neighbors"_a,
              "positions"_a, "normals"_a, "labels"_a, "counts"_a, "n_labels"_a, "least"_a);
   module.def("find_bridges", serial(&bridges_between), "cells"_a, "ranks"_a, "n_components"_a);
+  module.def("join_by_masks", serial(&joined_by_masks), "offsets"_a, "masks"_a, "areas"_a,
+             "image_of"_a, "least"_a);
   module.def("merge_tree", serial(&tree_of_merges), "areas"_a, "positions"_a, "features"_a, "low"_a,
              "high"_a, "lengths"_a, "costs"_a, "crease_weight"_a, "dimension"_a);
 }

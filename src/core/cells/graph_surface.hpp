@@ -27,16 +27,14 @@ class GraphSurface : public Surface {
   Point position(Cell cell) const override { return given_.positions[cell]; }
   double measure(Cell cell) const override { return given_.measures[cell]; }
   double step_length(Cell from, std::int64_t arc) const override {
-    if (!given_.step_lengths.empty()) return given_.step_lengths[arc];
-    return norm(given_.positions[arcs().targets[arc]] - given_.positions[from]);
+    return given_.step_lengths.empty() ? Surface::step_length(from, arc) : given_.step_lengths[arc];
   }
   double border_length(Cell, std::int64_t arc) const override { return given_.border_lengths[arc]; }
   double angle(Cell, std::int64_t arc) const override {
     return given_.angles.empty() ? 0.0 : given_.angles[arc];
   }
   int side(Cell from, std::int64_t arc) const override {
-    if (!given_.sides.empty()) return given_.sides[arc];
-    return static_cast<int>(arc - arcs().offsets[from]);
+    return given_.sides.empty() ? Surface::side(from, arc) : given_.sides[arc];
   }
   bool may_have_one_way_arcs() const override { return true; }
   double open_length(Cell cell) const override {

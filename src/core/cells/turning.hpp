@@ -10,8 +10,6 @@
 
 namespace superfacets {
 
-inline constexpr Place kNoPlace = -1;
-
 // The nearest neighbors of each place, in rows of equal length, padded with kNoPlace.
 struct NeighborRows {
   std::span<const Place> places;  // (N * n_columns,)

@@ -6,12 +6,9 @@
 
 #include "base/assert.hpp"
 #include "clustering/nearest_members.hpp"
-#include "clustering/weighted_sum.hpp"
 
 namespace superfacets {
 namespace {
-
-constexpr Place kNowhere = -1;
 
 void add_shared(std::int64_t& target, std::int64_t value) {
   std::atomic_ref(target).fetch_add(value, std::memory_order_relaxed);
@@ -123,7 +120,7 @@ std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Lab
                     [&](Place place) { return labels[place]; });
   };
   team.for_each_block(graph.n_cells(), take_over);
-  std::vector<Place> members(n_regions, kNowhere);
+  std::vector<Place> members(n_regions, kNoPlace);
   for (Place place = 0; place < graph.n_cells(); ++place) members[labels[place]] = place;
   SUPERFACETS_ASSERT(all_below(members, graph.n_cells()));  // no region is empty
   return means.nearest(members);

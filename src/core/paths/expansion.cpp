@@ -31,17 +31,6 @@ int chunk_bits_for(std::int64_t n_cells, int n_threads) {
   return std::clamp(static_cast<int>(std::bit_width(wanted)), kMinChunkBits, kMaxChunkBits);
 }
 
-// Larger than every path length. Shortest paths are below 2^kTotalBits; paths lengthened by a
-// detour are below twice that. A path through a coarse cell consists of paths of finer cells to and
-// from its center, so each of the few levels doubles it at most.
-constexpr PathLength kLongest = PathLength{1} << 60;
-
-PathLength longer_by(PathLength length, const Arc& arc) {
-  SUPERFACETS_ASSERT(length < kLongest);
-  // Converted through a signed integer, for which processors have an instruction.
-  return length + static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
-}
-
 }  // namespace
 
 Expansion::Expansion(const OrderedGraph& graph, ThreadTeam& team)

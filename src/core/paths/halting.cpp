@@ -22,7 +22,8 @@ HaltedPaths::HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& te
       squared_reach_(reach * reach),
       team_(team),
       doubt_of_(graph.n_cells()),
-      workers_(std::min<std::int64_t>(team.size(), kMaxWorkers)) {
+      n_workers_(std::min<std::int64_t>(team.size(), kMaxWorkers)),
+      workers_(n_workers_) {
   team.for_each_block(graph.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     std::fill(doubt_of_.begin() + begin, doubt_of_.begin() + end, kNoDoubt);
   });
@@ -65,8 +66,7 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
     if (path.label == kNoLabel) continue;
     for (const Arc& arc : graph_.arcs_of(halted[i])) {
       const Path behind = exact.path(arc.to);
-      const PathLength longer = path.length + static_cast<PathLength>(arc.length);
-      if (behind.label != path.label || behind.length != longer) continue;
+      if (behind.label != path.label || behind.length != longer_by(path.length, arc)) continue;
       if (doubt_of_[arc.to] != kNoDoubt) continue;
       add_doubt(arc.to, {});
       halted.push_back(arc.to);
@@ -103,11 +103,6 @@ std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers)
   return labels;
 }
 
-SourcePaths& HaltedPaths::worker(std::int64_t number) {
-  if (!workers_[number]) workers_[number] = std::make_unique<SourcePaths>(graph_);
-  return *workers_[number];
-}
-
 void HaltedPaths::expand(Place center, SourcePaths& worker) const {
   worker.expand(center, [&](Place place, PathLength) { return is_within_reach(center, place); });
 }
@@ -115,8 +110,8 @@ void HaltedPaths::expand(Place center, SourcePaths& worker) const {
 void HaltedPaths::expand_all(std::span<const Label> labels, std::span<const Place> centers) {
   std::atomic<std::size_t> next = 0;
   std::mutex mutex;
-  team_.for_each(static_cast<std::int64_t>(workers_.size()), [&](std::int64_t task, int) {
-    SourcePaths& worker = this->worker(task);
+  team_.for_each(n_workers_, [&](std::int64_t task, int) {
+    SourcePaths& worker = workers_.get(task, graph_);
     for (std::size_t i = next++; i < labels.size(); i = next++) {
       expand(centers[labels[i]], worker);
       std::vector<Doubt> found;
@@ -142,7 +137,7 @@ void HaltedPaths::adopt_orphans(const Expansion& exact, std::vector<Place>& cent
     if (doubts_[doubt_of_[orphan]].path.label != kNoLabel) continue;
     const auto label = static_cast<Label>(centers.size());
     centers.push_back(orphan);
-    SourcePaths& worker = this->worker(0);
+    SourcePaths& worker = workers_.get(0, graph_);
     expand(orphan, worker);
     worker.take([&](Place place, PathLength length) {
       const Path found{length, label};

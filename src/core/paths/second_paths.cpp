@@ -8,10 +8,6 @@
 namespace superfacets {
 namespace {
 
-PathLength longer_by(PathLength length, const Arc& arc) {
-  return length + static_cast<PathLength>(arc.length);
-}
-
 struct Entering {
   Place place;
   Path path;

@@ -71,7 +71,7 @@ class SourcePaths {
   void follow(Place place, PathLength length, const IsFollowed& is_followed, Queue& queue) {
     if (!is_followed(place, length)) return;
     for (const Arc& arc : graph_.arcs_of(place)) {
-      relax(arc.to, length + static_cast<PathLength>(arc.length), queue);
+      relax(arc.to, longer_by(length, arc), queue);
     }
   }
 

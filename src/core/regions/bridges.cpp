@@ -38,8 +38,6 @@ class BridgeSearch {
   }
 
  private:
-  static constexpr Place kNoPlace = -1;
-
   void search_from(Place place) {
     const Cell rank = ranks_[place];
     const Point& target = cells_.positions[place];

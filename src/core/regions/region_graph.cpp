@@ -100,11 +100,6 @@ struct Crossing {
   double angle;
 };
 
-bool leads_to(const Surface& surface, Cell from, Cell to) {
-  return std::ranges::find(surface.arcs().neighbors(from), to) !=
-         surface.arcs().neighbors(from).end();
-}
-
 // Collects the arcs that cross borders between regions.
 class CrossingFinder {
  public:
@@ -113,10 +108,7 @@ class CrossingFinder {
 
   // Appends the arcs of a cell.
   void add_arcs_of(Cell cell, std::vector<Crossing>& found) const {
-    const bool is_inside = std::ranges::all_of(surface_.arcs().neighbors(cell), [&](Cell neighbor) {
-      return labels_[neighbor] == labels_[cell];
-    });
-    if (labels_[cell] == kNoLabel || is_inside) return;
+    if (labels_[cell] == kNoLabel || !surface_.arcs().is_at_border(cell, labels_)) return;
     std::int64_t begin = surface_.arcs().offsets[cell];
     const std::int64_t end = surface_.arcs().offsets[cell + 1];
     while (begin < end) {
@@ -136,7 +128,7 @@ class CrossingFinder {
     const Label other = labels_[neighbor];
     if (other == kNoLabel || own == other) return false;
     if (own < other) return true;
-    return surface_.may_have_one_way_arcs() && !leads_to(surface_, neighbor, cell);
+    return surface_.may_have_one_way_arcs() && !surface_.arcs().leads_to(neighbor, cell);
   }
 
   void add_side(Cell cell, std::int64_t begin, std::int64_t end,

@@ -62,9 +62,10 @@ class WaitingCells {
 
 class Smoother {
  public:
-  Smoother(MovingRegions& regions, const SmoothOptions& options, ThreadTeam& team)
+  Smoother(MovingRegions& regions, const RegionSums& at_first, const SmoothOptions& options,
+           ThreadTeam& team)
       : regions_(regions),
-        stiffness_(regions.surface(), regions.labels(), options.stiff, team),
+        stiffness_(regions.surface(), at_first, regions.labels(), options.stiff),
         waiting_(regions.labels().size(), team),
         team_(team) {
     const auto lists = take_border_cells();
@@ -168,14 +169,15 @@ bool all_lead_back(const Arcs& arcs, ThreadTeam& team) {
   return lead_back;
 }
 
-void smooth(MovingRegions& regions, const SmoothOptions& options, ThreadTeam& team) {
+void smooth(MovingRegions& regions, const RegionSums& at_first, const SmoothOptions& options,
+            ThreadTeam& team) {
   const Surface& surface = regions.surface();
   if (surface.may_have_one_way_arcs() && !all_lead_back(surface.arcs(), team)) {
     // Patches may be adjacent without being recorded as such, so they move one after another.
     ThreadTeam alone(1);
-    Smoother(regions, options, alone).run(options.max_sweeps);
+    Smoother(regions, at_first, options, alone).run(options.max_sweeps);
   } else {
-    Smoother(regions, options, team).run(options.max_sweeps);
+    Smoother(regions, at_first, options, team).run(options.max_sweeps);
   }
 }
 
@@ -183,15 +185,15 @@ void smooth(MovingRegions& regions, const SmoothOptions& options, ThreadTeam& te
 
 SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
                          std::span<const Label> labels, std::span<const Cell> fixed,
-                         std::span<const Cell> rim, const SmoothOptions& options,
-                         ThreadTeam& team) {
+                         std::span<const Cell> rim, const RegionSums& at_first,
+                         const SmoothOptions& options, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
   SUPERFACETS_ASSERT(std::ssize(cost.lengths) == surface.arcs().n_arcs() &&
                      cost.crease_scale > 0.0);
   SUPERFACETS_ASSERT(all_below(fixed, surface.n_cells()) && options.max_distance >= 0.0);
   SUPERFACETS_ASSERT(all_below(rim, surface.n_cells()));
   MovingRegions regions(surface, cost, labels, fixed, team);
-  smooth(regions, options, team);
+  smooth(regions, at_first, options, team);
   SmoothedPart part;
   std::copy_if(rim.begin(), rim.end(), std::back_inserter(part.examined),
                [&](Cell cell) { return regions.was_examined(cell); });
@@ -202,7 +204,9 @@ SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
 Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
                              std::span<const Label> labels, std::span<const Cell> fixed,
                              const SmoothOptions& options, ThreadTeam& team) {
-  return smooth_part(surface, cost, labels, fixed, {}, options, team).labels;
+  const bool is_stiff = options.stiff.stiffness > 0.0;
+  const RegionSums at_first = is_stiff ? sums_of_regions(surface, labels, team) : RegionSums();
+  return smooth_part(surface, cost, labels, fixed, {}, at_first, options, team).labels;
 }
 
 }  // namespace superfacets

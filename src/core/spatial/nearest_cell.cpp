@@ -26,9 +26,9 @@ constexpr std::size_t kQueriesTogether = 64;  // queries of one code left in inp
 struct Answer {
   double squared;
   Cell cell = std::numeric_limits<Cell>::max();
-  Place place = -1;
+  Place place = kNoPlace;
 
-  bool is_found() const { return place >= 0; }
+  bool is_found() const { return place != kNoPlace; }
 };
 
 // Shapes along a space-filling curve, with a tree of boxes over them.
@@ -97,7 +97,7 @@ NearestCells find_nearest(const ShapeSearch<Shape>& shapes, std::span<const Poin
       const Point& p = queries[query];
       answer = shapes.nearest_to(p, max_distance * max_distance, answer);
       const bool is_found = answer.is_found();
-      found.cells[query] = is_found ? answer.cell : kNoLabel;
+      found.cells[query] = is_found ? answer.cell : kNoCell;
       found.distances[query] = is_found ? std::sqrt(answer.squared) : kInfinity;
       found.points[query] = is_found ? shapes.point_of(answer, p) : Point{kNaN, kNaN, kNaN};
     }

@@ -10,14 +10,12 @@
 namespace superfacets {
 namespace {
 
-constexpr Cell kNone = -1;
-
-// For each point, its index among the wanted points; kNone if it is not wanted.
+// For each point, its index among the wanted points; kNoCell if it is not wanted.
 Buffer<Cell> rows_of_wanted(std::span<const std::uint8_t> is_wanted, std::size_t& n_wanted) {
   Buffer<Cell> rows(is_wanted.size());
   n_wanted = 0;
   for (std::size_t i = 0; i < is_wanted.size(); ++i) {
-    rows[i] = is_wanted[i] != 0 ? static_cast<Cell>(n_wanted++) : kNone;
+    rows[i] = is_wanted[i] != 0 ? static_cast<Cell>(n_wanted++) : kNoCell;
   }
   return rows;
 }
@@ -34,10 +32,10 @@ NearestRows nearest_in_part(std::span<const Point> positions,
   std::iota(every.begin(), every.end(), 0);
   const NeighborSearch search(positions, every, team);
   NearestRows found{Buffer<Cell>(n_wanted * n_nearest), Buffer<double>(n_wanted * n_nearest)};
-  std::ranges::fill(found.points, kNone);
+  std::ranges::fill(found.points, kNoCell);
   std::ranges::fill(found.squared, kInfinity);
   search.for_each_wanted(
-      n_nearest, [&](Place place) { return row_of[search.point_at(place)] != kNone; },
+      n_nearest, [&](Place place) { return row_of[search.point_at(place)] != kNoCell; },
       [&](Place place, std::span<const Neighbor> nearest, int) {
         std::size_t next = n_nearest * row_of[search.point_at(place)];
         for (const Neighbor& neighbor : nearest) {
@@ -59,7 +57,7 @@ Buffer<Point> directions_around(std::span<const Point> positions, std::span<cons
       Spread spread(positions[centers[i]]);
       spread.include(positions[centers[i]]);
       for (const Cell near : rows.subspan(n_columns * i, n_columns)) {
-        if (near == kNone) break;
+        if (near == kNoCell) break;
         spread.include(positions[near]);
       }
       directions[i] = direction_of_least_spread(spread);

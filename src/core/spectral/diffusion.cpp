@@ -72,21 +72,19 @@ void relax_row(const Arcs& arcs, const float* shares, std::size_t any_width, Cel
 
 }  // namespace
 
-Conductances step_conductances(const Surface& surface, std::span<const double> areas,
-                               ThreadTeam& team) {
+Buffer<double> step_conductances(const Surface& surface, std::span<const double> areas,
+                                 ThreadTeam& team) {
   const Arcs& arcs = surface.arcs();
-  Conductances found{Buffer<double>(arcs.n_arcs()), Buffer<double>(arcs.n_arcs())};
+  Buffer<double> conductances(arcs.n_arcs());
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
-      const double step = surface.step_length(cell, arc);
       const double width = std::sqrt(areas[cell] + areas[neighbor]);
-      const double least = 1e-6 * width;  // steps between cells at one place count as this long
-      const double open = width > 0.0 ? width / std::max(step, least) : 0.0;
-      found.steps[arc] = step;
-      found.conductances[arc] = open + kLeastConductance;
+      // Steps between cells at one place count as long as a fraction of their width.
+      const double step = std::max(surface.step_length(cell, arc), 1e-6 * width);
+      conductances[arc] = (width > 0.0 ? width / step : 0.0) + kLeastConductance;
     }
   });
-  return found;
+  return conductances;
 }
 
 double straight_step(const OrderedGraph& graph, Place from, const Arc& arc) {

@@ -488,9 +488,9 @@ def creases_and_turn(
     evened: float,
     counted: Bytes,
 ) -> tuple[Floats, int]:
-    """Return `weights_and_turn` with ``"creases"`` for a part of a mesh."""
+    """Return `weights_and_turn` with ``"creases"`` or ``"parts"`` for a part of a mesh."""
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
-    factors = _crease_factors(radius, options.params)
+    factors = _crease_factors(radius, options.params)._replace(is_straight=options.has_parts)
     return weights_and_turn(surface, cells, factors, evened, counted)
 
 

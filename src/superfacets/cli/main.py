@@ -27,12 +27,14 @@ GROUPS = {
         "render": "Draw a picture of a mesh or point cloud with its regions.",
         "view": "Show a mesh or point cloud with its regions in a browser.",
         "studio": "Label a mesh or point cloud, or those of a folder, in a browser.",
+        "agree": "Compare two people's work in the studio, and merge it.",
     },
     "Work with labels": {
         "convert": "Write meshes with their labels in other formats.",
         "regions": "Measure regions: areas, shapes, neighbors.",
         "cut": "Cut a mesh along smooth borders of its regions.",
         "transfer": "Carry labels to another mesh or point cloud of the same object.",
+        "lift": "Label regions of a mesh by masks of images.",
         "evaluate": "Print how good labels are.",
     },
     "Studies": {

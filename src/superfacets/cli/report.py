@@ -17,6 +17,7 @@ from ..export.ids import VERTEX_OUTPUTS
 from ..export.ply import names_replaced
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
+from ..mesh.cells import Cells
 
 
 def notes_of(
@@ -124,6 +125,16 @@ def _notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> lis
     have, them = ("has", "it") if n_lost == 1 else ("have", "them")
     lost = counted(n_lost, "region")
     return [f"{lost} {have} the most area in no face of the input: label files lack {them}"]
+
+
+def notes_on_written(
+    cells: Cells, attributes: MeshAttributes | None, endings: Collection[str], n_lost: int
+) -> list[str]:
+    """Notes on data that files with these endings lack; `n_lost` is as for `notes_on_vertices`."""
+    notes = notes_on_vertices(n_lost, endings)
+    if attributes is not None:
+        notes += notes_on_attributes(attributes, endings, of_points=kind_of(cells).are_points)
+    return notes
 
 
 def notes_on_vertices(n_lost: int, endings: Iterable[str]) -> list[str]:

@@ -109,7 +109,7 @@ _OF_SEGMENT = (
         type=click.Choice(tuple(WEIGHTS)),
         help="What steps between neighbors cost: parts (creases, and steps from one part of a shape"
         " to another), creases, superfacets (as in the paper), or stk02 (Shlafman, Tal and Katz)."
-        "  [default: parts; creases with --tiled]",
+        "  [default: parts]",
     ),
     click.option(
         "--init",

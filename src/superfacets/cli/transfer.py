@@ -32,7 +32,7 @@ from .options import (
     threads_option,
 )
 from .outputs import Job, output_option, plan_jobs, to_option
-from .report import notes_on_attributes, notes_on_vertices
+from .report import notes_on_written
 
 
 @click.command("transfer")
@@ -92,17 +92,9 @@ def transfer_command(
     goal, attributes, carried = run_in_background(compute)
     n_lost = job.write(goal, carried, attributes=attributes, options=form)
     if not is_quiet:
-        for note in [*far, *_notes(job, goal, attributes, n_lost)]:
+        for note in [*far, *notes_on_written(goal, attributes, job.endings, n_lost)]:
             print_note(note)
     _report(job, goal, carried, as_json=as_json, is_quiet=is_quiet)
-
-
-def _notes(job: Job, goal: Cells, attributes: MeshAttributes | None, n_lost: int) -> list[str]:
-    """Notes on data that the outputs lack."""
-    notes = notes_on_vertices(n_lost, job.endings)
-    if attributes is not None:
-        notes += notes_on_attributes(attributes, job.endings, of_points=kind_of(goal).are_points)
-    return notes
 
 
 def _report(

@@ -30,8 +30,6 @@ from .seeding import CORE_ISLANDS
 
 Offsets: TypeAlias = npt.NDArray[np.uint64]
 
-NO_OFFSETS: Offsets = np.empty(0, np.uint64)
-
 JUMP_ROUNDS = 6
 """Largest number of times that centers jump."""
 

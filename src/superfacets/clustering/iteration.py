@@ -12,8 +12,8 @@ import numpy as np
 from .._core import Clustering, CoarseGraph, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
-from .._types import Ints
-from .balance import NO_OFFSETS, Balancer
+from .._types import Array, Ints
+from .balance import Balancer
 from .graphs import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions_of
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
@@ -63,7 +63,10 @@ class Iteration:
             clustering = self._balanced(graph, clustering, 0)
             return _labels_and_centers(clustering)
         assert isinstance(clustering, Clustering)
-        return self._spread([*coarse, level], clustering, centers)
+        paths = clustering.lengths(), _labels_and_centers(clustering)[0]
+        coarse.append(level)
+        del level, clustering  # each graph is freed after its use
+        return self._spread(coarse, paths, centers)
 
     def _balanced(self, graph: AnyGraph, clustering: Regions, level: int) -> Regions:
         """Give regions their sizes, if they are to have any."""
@@ -75,27 +78,34 @@ class Iteration:
             return self.balancer.run(graph, clustering, level)
 
     def _spread(
-        self, coarse: list[CoarseCells], clustering: Clustering, centers: Ints
+        self, coarse: list[CoarseCells], paths: tuple[Array, Ints], centers: Ints
     ) -> tuple[Ints, Ints]:
         """Label all cells by paths on the last of these graphs, which are rounder than on cells.
 
-        `centers` are cells of the graph that the last one was made of.
+        `centers` are cells of the graph that the last one was made of. The list is emptied.
         """
-        paths = (clustering.lengths(), _labels_and_centers(clustering)[0])
-        offsets = NO_OFFSETS if self.balancer is None else self.balancer.paths_from()
         while coarse:
             start = time.perf_counter()
             level = coarse.pop()
-            assert isinstance(level, CoarseGraph)  # tiles have no straight steps
             with timed(self.timings, "classify"):
-                paths = level.spread(*paths, centers, offsets, self.options.n_threads)
-                paths[1][centers] = np.arange(len(centers))  # other offsets may lead there
+                paths = self._spread_once(level, paths, centers)
             seconds = time.perf_counter() - start
             self.levels.append(Level(len(paths[1]), 1, self.stop_reason, seconds))
             if coarse:
                 with timed(self.timings, "update"):
                     centers = coarse[-1].refine(paths[1], centers, self.options.n_threads)
         return paths[1], centers
+
+    def _spread_once(
+        self, level: CoarseCells, paths: tuple[Array, Ints], centers: Ints
+    ) -> tuple[Array, Ints]:
+        if self.balancer is None:
+            return level.spread(*paths, centers, self.options.n_threads)
+        assert isinstance(level, CoarseGraph)  # tiles have no balance
+        offsets = self.balancer.paths_from()
+        lengths, labels = level.spread(*paths, centers, self.options.n_threads, offsets)
+        labels[centers] = np.arange(len(centers))  # paths of other regions may lead there
+        return lengths, labels
 
     def _run_level(self, graph: AnyGraph, centers: Ints, *, must_stay: bool = False) -> Regions:
         """Classify by these centers, and iterate until one of the stop rules holds."""
@@ -109,7 +119,7 @@ class Iteration:
         is_first = not self.levels
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay)
         if is_first and self.options.relocate:
-            assert isinstance(clustering, Clustering)  # tiles do not relocate
+            assert isinstance(clustering, Clustering)  # tiles have coarse cells first
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering

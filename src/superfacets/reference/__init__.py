@@ -46,6 +46,7 @@ from .spatial import (
 )
 from .transfer import transfer_cells, walk_regions
 from .vertices import count_segments, mean_normals, spread_labels
+from .views import join_by_masks, see_surface
 from .weights import quantize_weights, smallest_eigenpairs, superfacet_weights
 
 __all__ = [
@@ -67,6 +68,7 @@ __all__ = [
     "geodesic_seeds",
     "grid_seeds",
     "iterate",
+    "join_by_masks",
     "join_islands",
     "mean_normals",
     "measure_faces",
@@ -83,6 +85,7 @@ __all__ = [
     "region_shapes",
     "relocate_centers",
     "second_nearest",
+    "see_surface",
     "smallest_eigenpairs",
     "smooth_borders",
     "spread_labels",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Floats, Ints
+from .._types import Floats, Ints, Singles
 from .._validate import checked_number, checked_seeds
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -33,7 +33,10 @@ error is lower by 0.0006 at k = 150 and compactness higher by 0.01, and the regi
 are longer: the median elongation is 1.25 in place of 1.19."""
 
 
-NO_SIZES = np.empty(0)
+SmoothArgs: TypeAlias = tuple[
+    _core.Surface, Singles, float, float, Ints, Ints, float, int, int, float, float, int
+]
+"""Border costs, labels, fixed cells, limits, stiffness, roundness, and threads."""
 
 
 class SmoothOptions(NamedTuple):
@@ -42,6 +45,16 @@ class SmoothOptions(NamedTuple):
     max_distance: float = MAX_DISTANCE  # in r
     max_chain: int = MAX_CHAIN
     stiffness: float = 0.0  # in 1 / r
+
+    def args(self, costs: BorderCosts, labels: Ints, fixed: Ints) -> SmoothArgs:
+        """Return the arguments of the kernels."""
+        radius, n_threads = costs.radius, costs.surface.n_threads
+        stiffness = self.stiffness / radius
+        roundness = ROUNDNESS * stiffness / radius / radius
+        if not math.isfinite(roundness):  # regions this small are single cells
+            stiffness = roundness = 0.0
+        limits = self.max_distance * radius, self.max_chain, MAX_SWEEPS
+        return (*costs.args, labels, fixed, *limits, stiffness, roundness, n_threads)
 
 
 OF_PARTS = SmoothOptions(max_distance=2.75, max_chain=16, stiffness=1.5)
@@ -160,25 +173,9 @@ def straighten(
 
     With goals, the sizes of cells and those that regions are to have, regions tend to these.
     """
-    stiffness = options.stiffness / costs.radius
-    roundness = ROUNDNESS * stiffness / costs.radius / costs.radius
-    max_sweeps, sizes, wanted = MAX_SWEEPS, NO_SIZES, NO_SIZES
-    if goals is not None and goals[1].sum() > 0:
-        unit = _core.sum_of(costs.surface.measures, costs.surface.n_threads) / goals[1].sum()
-        sizes, wanted = unit * goals[0], unit * goals[1]
-        stiffness, max_sweeps = BALANCED_STIFFNESS / costs.radius, BALANCED_SWEEPS
-    if not math.isfinite(roundness):  # regions this small are single cells
-        stiffness = roundness = 0.0
-    return _core.smooth_borders(
-        *costs.args,
-        labels,
-        fixed,
-        options.max_distance * costs.radius,
-        options.max_chain,
-        max_sweeps,
-        stiffness,
-        roundness,
-        sizes,
-        wanted,
-        costs.surface.n_threads,
-    )
+    args = options.args(costs, labels, fixed)
+    if goals is None or not goals[1].sum() > 0:
+        return _core.smooth_borders(*args)
+    unit = _core.sum_of(costs.surface.measures, costs.surface.n_threads) / goals[1].sum()
+    stiff = BALANCED_SWEEPS, BALANCED_STIFFNESS / costs.radius, *args[10:]
+    return _core.smooth_to_goals(*args[:8], *stiff, unit * goals[0], unit * goals[1])

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
+from ..batches.mapping import Run
 from ..cells.cell_graph import box_diagonal
 from ..cells.kinds import kind_of
 from ..cells.size import area_of_slivers
@@ -18,7 +19,6 @@ from ..cells.weights import WeightOptions, arc_weights, creases_and_turn, crease
 from ..mesh.faces import signed_volume
 from .arrays import rows
 from .halos import OF_FACES, faces_with_halo, find_halos, points_with_halo
-from .mapping import Run
 from .part import Part, in_order_of_cells, surface_of
 from .store import TileStore
 
@@ -34,6 +34,7 @@ class WeightRule:
     options: WeightOptions
     has_prices: bool  # whether borders need default weights as well, called prices
     n_threads: int
+    spare: float = 1.0  # unit of lengths, in multiples of the usual one
     is_turned: bool = False  # whether normals point inwards, and must be flipped
     evened: float = 0.0  # see `evened_share`
 
@@ -41,7 +42,7 @@ class WeightRule:
     def has_hollows(self) -> bool:
         """Whether weights depend on how hollow the shape is."""
         params = self.options.params
-        return bool(params["weights"] == "creases" and params["alpha"])
+        return bool(params["weights"] in ("creases", "parts") and params["alpha"])
 
 
 class ArcFacts(NamedTuple):
@@ -89,7 +90,7 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
             turn, inside = sum(some.turn for some in sums), enclosed(volume, diagonal)
             evened = evened_share(turn, inside, store.total_measure, diagonal)
             sums = weighed(replace(rule, evened=evened)) if evened else sums
-    unit = _core.unit_of_lengths(sum(some.weights for some in sums))
+    unit = rule.spare * _core.unit_of_lengths(sum(some.weights for some in sums))
     border_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
     run.all(_round_tile, store, store.n_tiles, (unit, border_unit), rule.n_threads)
     return ArcFacts(unit, border_unit, sum(some.sliver_area for some in sums))

@@ -163,7 +163,7 @@ def test_strokes_that_wait_survive_the_page_too(command):
 
 def test_all_is_done_without_a_mouse(studio):
     server, tab = studio
-    for _ in range(60):
+    for _ in range(90):
         if tab.evaluate("document.activeElement.id") == "canvas":
             break
         tab.press("Tab")

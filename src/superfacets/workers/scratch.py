@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 from .._types import Array
-from ..export.scannet import write_npy
+from ..export.scannet import write_array
 from ..io.atomic import held, is_left_behind, writable_folder
 from ..io.guards import fill
 from ..io.readers.npy import npy_header
 from ..io.tables import RecordRows
-from ..workers.threads import despite_interrupts
+from .threads import despite_interrupts
 
 MARK = ".superfacets-tiles-"
 """Prefix of the names of scratch folders."""
@@ -165,12 +165,6 @@ class Scratch:
 
     def _path(self, name: str) -> Path:
         return self.folder / f"{name}.npy"
-
-
-def write_array(path: Path, array: Array) -> None:
-    """Write an array as .npy. `numpy.save` would not report that the disk is full."""
-    with path.open("wb") as file:
-        write_npy(file, np.ascontiguousarray(array))
 
 
 class RowFile:

@@ -1,4 +1,4 @@
-#include "clustering/fixed_point.hpp"
+#include "clustering/sums.hpp"
 
 #include <algorithm>
 #include <cmath>

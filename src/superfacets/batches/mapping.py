@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..batches.cluster import remote_team
 from ..workers.pool import open_pool
 from ..workers.threads import Job, in_turn, thread_team
+from .cluster import remote_team
 
 OnDone = Callable[[int, int], object]
 """Called after each piece, with the number of pieces done and the number of all pieces."""

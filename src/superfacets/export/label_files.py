@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.atomic import StrPath, atomic_outputs, checked_targets, writable_folder
-from .opening import Pieces, TiledSource, files_of
-from .scratch import write_array
+from ..io.readers.pieces import Pieces, files_of
+from .scannet import write_array
 
 
-def label_files(source: TiledSource, out: StrPath) -> list[Path]:
+def label_files(source: object, out: StrPath) -> list[Path]:
     """Return the paths of the label files of a source, and make their folder if there is none.
 
     `out` is a ``.npy`` file. If the source is a folder, `out` may be a folder, too: an existing

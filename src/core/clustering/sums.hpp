@@ -1,4 +1,5 @@
-// Measure-weighted sums over cells, exact in any order of additions and subtractions.
+// Measure-weighted sums over cells: of few cells in floating point, and of all cells in fixed
+// point, exact in any order of additions and subtractions.
 #pragma once
 
 #include <array>
@@ -8,6 +9,28 @@
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {
+
+// Cells must be added in an order that does not depend on the number of threads.
+struct WeightedSum {
+  Point weighted{0.0, 0.0, 0.0};  // of measure times position
+  Point plain{0.0, 0.0, 0.0};     // of positions
+  double measure = 0.0;
+  double count = 0.0;
+
+  void add(Point position, double cell_measure) {
+    weighted = weighted + cell_measure * position;
+    plain = plain + position;
+    measure += cell_measure;
+    count += 1.0;
+  }
+
+  // The plain mean where all measures are 0.
+  Point mean() const {
+    const Point sum = measure > 0.0 ? weighted : plain;
+    const double weight = measure > 0.0 ? measure : count;
+    return {sum.x / weight, sum.y / weight, sum.z / weight};
+  }
+};
 
 // The contribution of one or more cells to a sum: fixed-point numbers in two parts, where a unit of
 // the lower part is 2^-31 of a unit of the upper part. Sums of integers do not depend on their
