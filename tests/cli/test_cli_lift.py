@@ -9,6 +9,7 @@ from command_line import files_in
 from looking import camera_at, masks_of
 
 import superfacets as sf
+from superfacets.studio.imports import read_import
 
 Image = pytest.importorskip("PIL.Image", reason="Pillow is not installed")
 
@@ -53,7 +54,8 @@ def test_regions_are_labeled_by_masks(run, folder):
     assert err.startswith("superfacets: note: replaced by those of the labels: face property label")
     assert out == (
         "wrote cube.superfacets.ply\n"
-        "cube.ply: 8 images see 100.0% of the area, 2 labels cover 100.0%\n"
+        "cube.ply: 8 images see 100.0% of the area, 2 labels cover 100.0%, with a mean score of"
+        " 1.00\n"
     )
     assert sf.read_labels("cube.superfacets.ply").tolist() == [0] * 6 + [1] * 6
     outputs = ("-o", "a.npy", "-o", "a.aggregation.json", "--consistent-ids", "-q")
@@ -72,6 +74,7 @@ def test_poses_of_their_own_and_facts_as_json(run, folder):
         "file": "cube.ply",
         "n_images": 8,
         "n_labels": 2,
+        "mean_score": 1.0,
         "seen_area": 1.0,
         "labeled_area": 1.0,
         "outputs": ["a.aggregation.json"],
@@ -81,6 +84,32 @@ def test_poses_of_their_own_and_facts_as_json(run, folder):
     status, _, err = run(*LIFT[:-1], "poses")
     assert (status, err.count("\n")) == (2, 1)
     assert "intrinsics and size are needed" in err
+
+
+@pytest.mark.parametrize(
+    ("option", "names", "objects"),
+    [((), ["object"], [1, 2]), (("--consistent-ids",), ["1", "2"], [1])],
+)
+def test_the_studio_imports_objects(run, folder, option, names, objects):
+    files = ("a.npy", "a.aggregation.json")
+    assert run(*LIFT, "-o", files[0], "-o", files[1], *option)[0] == 0
+    content = {name: (folder / name).read_bytes() for name in files}
+    found = read_import(content, sf.read_mesh("cube.ply"), ())
+    assert found.cells.tolist() == list(range(12))
+    assert np.unique(found.objects).tolist() == objects
+    assert [entry["name"] for entry in found.class_list] == names
+
+
+def test_masks_that_show_no_region_much_give_no_labels(run, folder):
+    for path in (folder / "masks").iterdir():
+        mask = np.zeros((48, 64), np.uint8)
+        mask[24, 32] = 1
+        Image.fromarray(mask).save(path)
+    status, out, _ = run(*LIFT, "-o", "a.npy", "-o", "a.aggregation.json", "-o", "a.ply")
+    assert status == 0
+    assert "0 labels cover 0.0%, with a mean score of 0.00" in out
+    assert json.loads((folder / "a.aggregation.json").read_text())["segGroups"] == []
+    assert sf.read_labels("a.ply").max() == -1
 
 
 def test_images_that_do_not_vote_are_noted(run, folder):

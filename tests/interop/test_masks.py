@@ -13,7 +13,7 @@ IDS = np.array([[0, 1, 2], [300, 2, 0]])
 def test_label_images_are_read(tmp_path):
     Image.fromarray(IDS.astype(np.uint16)).save(tmp_path / "deep.png")
     Image.fromarray((IDS % 256).astype(np.uint8)).save(tmp_path / "gray.PNG")
-    with_palette = Image.fromarray((IDS % 256).astype(np.uint8), "L").convert("P")
+    with_palette = Image.fromarray((IDS % 256).astype(np.uint8)).convert("P")
     with_palette.putpalette([200 - i for i in range(200) for _ in range(3)])
     with_palette.save(tmp_path / "palette.png")
     Image.fromarray(IDS > 1).save(tmp_path / "two.png")  # one bit a pixel

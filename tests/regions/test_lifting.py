@@ -137,6 +137,23 @@ def test_agreement_decides_between_wholes_and_parts():
     assert len(np.unique(strict.region_labels)) > 1
 
 
+def test_too_many_regions_for_objects_are_refused(monkeypatch):
+    mesh, sides, cameras = box_views()
+    masks = masks_of(mesh, 0 * sides, cameras)
+    monkeypatch.setattr("superfacets.regions.lifting.MOST_PAIRS", 50)
+    with pytest.raises(sf.MeshError, match="masks show up to 3 regions each, too many"):
+        sf.lift(mesh, sides, masks, cameras)
+    assert sf.lift(mesh, sides, masks, cameras, consistent_ids=True).found.tolist() == [1]
+
+
+def test_an_image_whose_masks_show_no_region_much_gives_no_objects():
+    mask = np.zeros((4, 4), int)
+    mask[0, :2] = 1
+    result = sf.lift(SQUARE, [0, 1], [mask], [above()])
+    assert result.labels.tolist() == [-1, -1]
+    assert result.mask_labels == ({1: -1},)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_groups_are_those_of_the_reference(seed):
     rng = np.random.default_rng(seed)
@@ -190,8 +207,8 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
         ({"masks": [[UPPER == 1, UPPER[:2] == 1]]}, sf.MeshError, "differ in size"),
         ({"masks": [np.zeros((4, 4), int)]}, sf.MeshError, "all masks are empty"),
         ({"masks": [[]]}, sf.MeshError, "all masks are empty"),
-        ({"masks": []}, ValueError, "0 images and 1 cameras"),
-        ({"masks": [UPPER, UPPER]}, ValueError, "2 images and 1 cameras"),
+        ({"masks": []}, ValueError, "masks of 0 images for 1 cameras"),
+        ({"masks": [UPPER, UPPER]}, ValueError, "more images than 1, one per"),
         ({"cameras": []}, ValueError, "no cameras"),
         ({"cameras": [np.eye(4)]}, TypeError, r"cameras\[0\] must be a PinholeCamera, got ndarray"),
         (

@@ -145,6 +145,7 @@ def test_names_of_objects_are_kept_and_taken_away(client):
         ("split-object", {"class": 0, "object": 0}, "there is no object 0 of class 0"),
         ("review", {"reviewed": 1}, "reviewed must be True or False"),
         ("compare", {"files": [{"name": "a", "data": "eA=="}]}, "is no work file"),
+        ("compare", {"files": [{"name": str(i), "data": ""} for i in (1, 2)]}, "one work file"),
         ("accept", {"cells": "", "side": "mine"}, "there is no work to compare with"),
         ("accept", {"cells": "", "side": "ours"}, "side must be one of mine, theirs"),
     ],
@@ -397,3 +398,46 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
 def test_the_work_on_another_mesh_is_not_compared(two, document):
     with pytest.raises(ValueError, match="the work is about"):
         document.compare("mine", two[1].read_bytes())
+
+
+def test_more_objects_than_fit_are_refused(two, monkeypatch):
+    path, mine, theirs = two
+    document = Document.open(path, mine)
+    document.paint(_range(110, 112), 1, objects=999)
+    with pytest.raises(ValueError, match="both works have 1000 objects or more of one class"):
+        document.compare("theirs", theirs.read_bytes())
+    monkeypatch.setattr("superfacets.studio.document.MAX_OBJECT", 9)
+    document.paint(np.arange(0, 128, 2, dtype=np.uint32), 1, objects=1)
+    with pytest.raises(ValueError, match="41 pieces are too many: objects go to 9"):
+        document.split_object(1, 1)
+    files = {"a.objects.json": json.dumps(_annotations(128, range(4))).encode()}
+    seq = document.history.seq
+    with pytest.raises(ValueError, match="a class has at most 9 objects"):
+        document.take(read_import(files, document.cells, document.class_list))
+    assert document.history.seq == seq  # new classes neither
+    document.close()
+
+
+def _annotations(n_cells, inside):
+    runs = [inside[0], len(inside), n_cells - len(inside) - inside[0]]
+    names = ("lamp", "chair")
+    return {
+        "categories": [{"id": number, "name": name} for number, name in enumerate(names)],
+        "annotations": [{"category_id": i, "segmentation": {"counts": runs}} for i in range(2)],
+    }
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [({"version": 3}, "was written by a later version"), ({"format": "x"}, "is no work file")],
+)
+def test_a_work_file_that_cannot_be_read_is_not_compared(two, change, message):
+    path, mine, theirs = two
+    header, *rest = theirs.read_bytes().splitlines(keepends=True)
+    line = {**json.loads(header), **change}
+    del line["crc"]
+    document = Document.open(path, mine)
+    with pytest.raises(ValueError, match=message):
+        document.compare("theirs", b"".join([_coded(line), *rest]))
+    assert document.theirs is None
+    document.close()

@@ -19,7 +19,7 @@ const isControl = (event: PointerEvent): boolean => event.ctrlKey || event.metaK
 
 export const SCHEMES: Record<string, Scheme> = {
   studio: {
-    name: "Studio",
+    name: "Mouse: studio",
     hint: "Turn: right drag, or drag beside the mesh · Move: middle drag · Zoom: wheel",
     drag: (event) => {
       if (event.button === 2) return "orbit";
@@ -28,7 +28,7 @@ export const SCHEMES: Record<string, Scheme> = {
     },
   },
   blender: {
-    name: "Like Blender",
+    name: "Mouse: as in Blender",
     hint: "Turn: middle drag, or drag beside the mesh · Move: Shift + middle drag · Zoom: wheel",
     drag: (event) => {
       if (event.button === 2) return "pick";
@@ -37,7 +37,7 @@ export const SCHEMES: Record<string, Scheme> = {
     },
   },
   meshlab: {
-    name: "Like MeshLab (the right button paints)",
+    name: "Mouse: as in MeshLab",
     hint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
     drag: (event) => {
       if (event.button === 2) return isControl(event) ? "pick" : "tool";

@@ -18,6 +18,7 @@
 #include "cells/sub_surface.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/tet_graph.hpp"
+#include "cells/texels.hpp"
 #include "cells/triangle_surface.hpp"
 #include "cells/turning.hpp"
 #include "cells/walk.hpp"
@@ -361,18 +362,21 @@ auto roots_of(TurnedSets& sets, Place begin, Place end) {
 }
 
 // A row of numbers per view: the projection, then the product of focal lengths; and its sizes.
-SeenSurface surface_seen(Points vertices, Triangles faces, const Table<double>& numbers,
-                         Integers sizes, ThreadTeam& team) {
+auto surface_seen(Points vertices, Triangles faces, const Table<double>& numbers, Integers sizes,
+                  int n_threads) {
   std::vector<View> views(numbers.shape(0));
   SUPERFACETS_ASSERT(numbers.shape(1) == 13 && sizes.size() == 2 * views.size());
+  std::size_t work = views.size() * faces.size();
   for (std::size_t i = 0; i < views.size(); ++i) {
     const double* row = numbers.data() + 13 * i;
     std::copy_n(row, 12, views[i].projection);
     views[i].focal_product = row[12];
     views[i].width = sizes[2 * i];
     views[i].height = sizes[2 * i + 1];
+    work += static_cast<std::size_t>(views[i].n_pixels());
   }
-  return see_surface(vertices, faces, views, team);
+  return on_team(work, n_threads,
+                 [&](ThreadTeam& team) { return see_surface(vertices, faces, views, team); });
 }
 
 // Minimum number of cells or queries per thread. Each takes about a microsecond: a cell to insert
@@ -503,7 +507,7 @@ void bind_spatial(nb::module_& module) {
              "queries"_a, "max_distance"_a, "n_threads"_a);
   module.def("nearest_points", threaded<kMinSearched>(&nearest_points), "positions"_a, "queries"_a,
              "max_distance"_a, "n_threads"_a);
-  module.def("see_surface", threaded(&surface_seen), "vertices"_a, "faces"_a, "views"_a, "sizes"_a,
+  module.def("see_surface", &surface_seen, "vertices"_a, "faces"_a, "views"_a, "sizes"_a,
              "n_threads"_a);
   nb::class_<TurnedSets>(module, "TurnedSets")
       .def(nb::init<Place>(), "n_places"_a)
@@ -515,6 +519,31 @@ void bind_spatial(nb::module_& module) {
       .def("roots", serial(&roots_of), "begin"_a, "end"_a);
 }
 
+TexelGrid grid_of(std::int64_t width, std::int64_t height, int wrap_u, int wrap_v) {
+  return {width, height, static_cast<Wrap>(wrap_u), static_cast<Wrap>(wrap_v)};
+}
+
+TexelColors colors_of_texels(Bytes pixels, std::int64_t width, std::int64_t height, int wrap_u,
+                             int wrap_v, Integers linear, Doubles coordinates, Integers corners,
+                             ThreadTeam& team) {
+  const TexelGrid grid = grid_of(width, height, wrap_u, wrap_v);
+  return texel_colors(pixels, grid, linear, {coordinates, corners}, team);
+}
+
+Buffer<std::int32_t> painted_ids(std::int64_t width, std::int64_t height, int wrap_u, int wrap_v,
+                                 Doubles coordinates, Integers corners, Integers ids, int bleed,
+                                 ThreadTeam& team) {
+  const TexelGrid grid = grid_of(width, height, wrap_u, wrap_v);
+  return paint_ids(grid, {coordinates, corners}, ids, bleed, team);
+}
+
+void bind_texels(nb::module_& module) {
+  module.def("texel_colors", threaded(&colors_of_texels), "pixels"_a, "width"_a, "height"_a,
+             "wrap_u"_a, "wrap_v"_a, "linear"_a, "coordinates"_a, "corners"_a, "n_threads"_a);
+  module.def("paint_ids", threaded(&painted_ids), "width"_a, "height"_a, "wrap_u"_a, "wrap_v"_a,
+             "coordinates"_a, "corners"_a, "ids"_a, "bleed"_a, "n_threads"_a);
+}
+
 }  // namespace
 
 void bind_cells(nb::module_& module) {
@@ -523,6 +552,7 @@ void bind_cells(nb::module_& module) {
   bind_weights(module);
   bind_spectral(module);
   bind_spatial(module);
+  bind_texels(module);
 }
 
 }  // namespace superfacets

@@ -32,11 +32,10 @@ auto joined_regions(const Surface& surface, Floats lengths, double unit, double 
 }
 
 auto region_shapes(const Surface& surface, Integers labels, Label n_regions, ThreadTeam& team) {
-  RegionShapes shapes = measure_regions(surface, labels, n_regions, team);
-  return std::tuple(std::move(shapes.measures), std::move(shapes.centroids),
-                    std::move(shapes.squares), std::move(shapes.products),
-                    std::move(shapes.normal_sums), std::move(shapes.lows), std::move(shapes.highs),
-                    std::move(shapes.open_lengths), std::move(shapes.centers));
+  using Shape = RegionShape;
+  return columns(measure_regions(surface, labels, n_regions, team), &Shape::measure,
+                 &Shape::centroid, &Shape::squares, &Shape::products, &Shape::normal_sum,
+                 &Shape::low, &Shape::high, &Shape::open_length, &Shape::center);
 }
 
 auto arcs_between(const Surface& surface, Integers labels, ThreadTeam& team) {

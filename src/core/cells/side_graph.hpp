@@ -63,14 +63,11 @@ SideList list_sides(const Cells& cells, ThreadTeam& team) {
   list.sides = Buffer<ListedSide>(total);
   for_all([&](std::int64_t place, const ListedSide& side) { list.sides[place] = side; });
   // Threads write in any order; sorting makes the result unique.
-  team.for_each_block(cells.n_vertices(), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t vertex = begin; vertex < end; ++vertex) {
-      std::sort(list.sides.data() + list.starts[vertex],
-                list.sides.data() + list.starts[vertex + 1],
-                [](const ListedSide& a, const ListedSide& b) {
-                  return std::tie(a.key, a.cell, a.side) < std::tie(b.key, b.cell, b.side);
-                });
-    }
+  team.for_each_index(cells.n_vertices(), [&](std::int64_t vertex) {
+    const std::int64_t begin = list.starts[vertex];
+    std::ranges::sort(
+        list.sides.span().subspan(begin, list.starts[vertex + 1] - begin), {},
+        [](const ListedSide& side) { return std::tuple(side.key, side.cell, side.side); });
   });
   return list;
 }

@@ -127,7 +127,7 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
       if (best.is_better_than(nearest[piece])) nearest[piece] = best;
     }
   };
-  team.for_each_block(static_cast<std::int64_t>(places.size()), search_range, kBlock);
+  team.for_each_block(std::ssize(places), search_range, kBlock);
   return nearest;
 }
 

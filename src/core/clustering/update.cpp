@@ -18,9 +18,7 @@ void add_shared(std::int64_t& target, std::int64_t value) {
 
 RegionMeans::RegionMeans(const OrderedGraph& graph, ThreadTeam& team)
     : graph_(graph), team_(team), fixed_(graph), labels_(graph.n_cells()) {
-  team.for_each_block(graph.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    std::fill(labels_.begin() + begin, labels_.begin() + end, kNoLabel);
-  });
+  team.fill(labels_.span(), kNoLabel);
 }
 
 void RegionMeans::resize(std::size_t n_regions) {

@@ -134,7 +134,7 @@ void Expansion::deliver() {
 void Expansion::run() {
   while (!active_.empty()) {
     const std::vector<std::int64_t> now = std::exchange(active_, {});
-    team_.for_each(static_cast<std::int64_t>(now.size()), [&](std::int64_t task, int thread) {
+    team_.for_each(std::ssize(now), [&](std::int64_t task, int thread) {
       expand_chunk(now[task], workers_[thread]);
     });
     deliver();

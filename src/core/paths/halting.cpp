@@ -24,9 +24,7 @@ HaltedPaths::HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& te
       doubt_of_(graph.n_cells()),
       n_workers_(std::min<std::int64_t>(team.size(), kMaxWorkers)),
       workers_(n_workers_) {
-  team.for_each_block(graph.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    std::fill(doubt_of_.begin() + begin, doubt_of_.begin() + end, kNoDoubt);
-  });
+  team.fill(doubt_of_.span(), kNoDoubt);
 }
 
 void HaltedPaths::correct(const Expansion& exact, std::span<const Place> centers) {

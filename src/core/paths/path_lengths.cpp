@@ -98,7 +98,7 @@ SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double u
   SparseRows rows{Buffer<std::int64_t>(n_cells + 1), Buffer<Cell>(begins.back()),
                   Buffer<float>(begins.back())};
   rows.offsets[0] = 0;
-  team.for_each(static_cast<std::int64_t>(blocks.size()), [&](std::int64_t index, int) {
+  team.for_each(std::ssize(blocks), [&](std::int64_t index, int) {
     const Block block = std::move(blocks[index]);  // frees its memory after use
     for (std::size_t row = 0; row < block.ends.size(); ++row) {
       rows.offsets[index * kBlock + row + 1] = begins[index] + block.ends[row];

@@ -273,7 +273,7 @@ void BorderField::balance() {
 }
 
 void BorderField::choose_labels() {
-  team_.for_each_index(static_cast<std::int64_t>(near_.size()),
+  team_.for_each_index(std::ssize(near_),
                        [&](std::int64_t i) { chosen_[near_[i]] = best_label(mixes_[near_[i]]); });
 }
 
@@ -293,7 +293,7 @@ Label BorderField::best_label(const LabelMix& mix) const {
 }
 
 void BorderField::cut_faces() {
-  team_.for_each_index(static_cast<std::int64_t>(near_faces_.size()), [&](std::int64_t i) {
+  team_.for_each_index(std::ssize(near_faces_), [&](std::int64_t i) {
     shares_[near_faces_[i]] = cut_of(near_faces_[i]).shares();
   });
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "base/assert.hpp"
@@ -57,7 +56,7 @@ SecondMoment moment_about(const Surface& surface, std::span<const Cell> cells,
 
 Cell nearest_cell(const Surface& surface, std::span<const Cell> cells, const Point& to) {
   Cell nearest = cells.front();
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const Cell cell : cells) {
     const double distance = squared_norm(surface.position(cell) - to);
     if (distance < least) {
@@ -68,8 +67,7 @@ Cell nearest_cell(const Surface& surface, std::span<const Cell> cells, const Poi
   return nearest;
 }
 
-void measure_region(const Surface& surface, std::span<const Cell> cells, std::int64_t region,
-                    RegionShapes& shapes) {
+RegionShape measure_region(const Surface& surface, std::span<const Cell> cells) {
   const Point origin = surface.position(cells.front());
   const Sums sums = sum_cells(surface, cells, origin);
   const bool has_measure = sums.measure > 0.0;
@@ -78,15 +76,9 @@ void measure_region(const Surface& surface, std::span<const Cell> cells, std::in
   // Divided one by one: the inverse of a tiny area may be infinite.
   const Point centroid = origin + Point{moment.x / weight, moment.y / weight, moment.z / weight};
   const SecondMoment covariance = moment_about(surface, cells, centroid, sums.measure);
-  shapes.measures[region] = sums.measure;
-  shapes.centroids[region] = centroid;
-  shapes.squares[region] = covariance.squares;
-  shapes.products[region] = covariance.products;
-  shapes.normal_sums[region] = sums.area_vector;
-  shapes.lows[region] = sums.box.low;
-  shapes.highs[region] = sums.box.high;
-  shapes.open_lengths[region] = sums.open_length;
-  shapes.centers[region] = nearest_cell(surface, cells, centroid);
+  return {sums.measure,        centroid,         covariance.squares,
+          covariance.products, sums.area_vector, sums.box.low,
+          sums.box.high,       sums.open_length, nearest_cell(surface, cells, centroid)};
 }
 
 // An arc between two regions, or a part of it: if several arcs cross one side between the same two
@@ -182,34 +174,21 @@ RegionArc sum_border(std::span<const Crossing> crossings) {
 
 }  // namespace
 
-RegionShapes::RegionShapes(std::size_t n_regions)
-    : measures(n_regions),
-      centroids(n_regions),
-      squares(n_regions),
-      products(n_regions),
-      normal_sums(n_regions),
-      lows(n_regions),
-      highs(n_regions),
-      open_lengths(n_regions),
-      centers(n_regions) {}
-
-RegionShapes measure_regions(const Surface& surface, std::span<const Label> labels, Label n_regions,
-                             ThreadTeam& team) {
+std::vector<RegionShape> measure_regions(const Surface& surface, std::span<const Label> labels,
+                                         Label n_regions, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
   const Lists<Cell> members = group<Cell>(n_regions, [&](const auto& add) {
     for (Cell cell = 0; cell < surface.n_cells(); ++cell) {
       if (labels[cell] != kNoLabel) add(labels[cell], cell);
     }
   });
-  RegionShapes shapes(n_regions);
-  team.for_each_block(
-      n_regions,
-      [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t region = begin; region < end; ++region) {
-          measure_region(surface, members[region], region, shapes);
-        }
-      },
-      kRegionBlock);
+  std::vector<RegionShape> shapes(n_regions);
+  const auto measure_range = [&](std::int64_t begin, std::int64_t end) {
+    for (auto region = begin; region < end; ++region) {
+      shapes[region] = measure_region(surface, members[region]);
+    }
+  };
+  team.for_each_block(n_regions, measure_range, kRegionBlock);
   return shapes;
 }
 

@@ -138,7 +138,7 @@ std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std
 void refine(std::span<const Point> positions, std::span<const std::uint32_t> codes,
             std::size_t n_together, std::span<Cell> order, ThreadTeam& team) {
   const auto runs = long_runs(codes, n_together);
-  team.for_each(static_cast<std::int64_t>(runs.size()), [&](std::int64_t run, int) {
+  team.for_each(std::ssize(runs), [&](std::int64_t run, int) {
     const auto [first, last] = runs[run];
     order_by_halves(positions, order.subspan(first, last - first), n_together);
   });
@@ -158,10 +158,8 @@ Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& 
                                    ThreadTeam& team) {
   const Curve curve(bounds);
   Buffer<std::uint32_t> codes(positions.size());
-  team.for_each_block(std::ssize(positions), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t cell = begin; cell < end; ++cell)
-      codes[cell] = curve.code_of(positions[cell]);
-  });
+  team.for_each_index(std::ssize(positions),
+                      [&](std::int64_t cell) { codes[cell] = curve.code_of(positions[cell]); });
   return codes;
 }
 

@@ -41,9 +41,7 @@ NeighborSearch::NeighborSearch(std::span<const Point> positions, std::span<const
     : positions_(points.size()) {
   Buffer<Point> found(points.size());
   const auto n = static_cast<std::int64_t>(points.size());
-  team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = begin; i < end; ++i) found[i] = positions[points[i]];
-  });
+  team.for_each_index(n, [&](std::int64_t i) { found[i] = positions[points[i]]; });
   points_ = refined_morton_order(found.span(), BoxTree::kLeaf, team);
   team.for_each_index(n, [&](std::int64_t place) {
     positions_[place] = found[points_[place]];

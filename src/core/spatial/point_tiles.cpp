@@ -52,16 +52,14 @@ Buffer<Point> directions_around(std::span<const Point> positions, std::span<cons
   SUPERFACETS_ASSERT(all_below(centers, static_cast<Cell>(positions.size())));
   Buffer<Point> directions(centers.size());
   const std::size_t n_columns = centers.empty() ? 0 : rows.size() / centers.size();
-  team.for_each_block(std::ssize(centers), [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = begin; i < end; ++i) {
-      Spread spread(positions[centers[i]]);
-      spread.include(positions[centers[i]]);
-      for (const Cell near : rows.subspan(n_columns * i, n_columns)) {
-        if (near == kNoCell) break;
-        spread.include(positions[near]);
-      }
-      directions[i] = direction_of_least_spread(spread);
+  team.for_each_index(std::ssize(centers), [&](std::int64_t i) {
+    Spread spread(positions[centers[i]]);
+    spread.include(positions[centers[i]]);
+    for (const Cell near : rows.subspan(n_columns * i, n_columns)) {
+      if (near == kNoCell) break;
+      spread.include(positions[near]);
     }
+    directions[i] = direction_of_least_spread(spread);
   });
   return directions;
 }

@@ -1,17 +1,15 @@
 #include "study/vsa.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <set>
 #include <utility>
 
 #include "base/assert.hpp"
+#include "base/box.hpp"
 #include "mesh/geometry.hpp"
 
 namespace superfacets {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Unit normals cancel out if their area-weighted sum is shorter than this fraction of the area: the
 // rest of the sum is rounding, as on any closed surface.

@@ -28,11 +28,13 @@ from ..cells.named_features import features_of
 from ..cells.point_graph import checked_viewpoint, estimate_normals
 from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
+from ..cells.texels import texture_of_parts
 from ..cells.weights import WeightOptions
 from ..clustering.segmentation import Segmentation
 from ..errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
+from ..io.readers.ply_texture import OF_TEXTURE
 from ..mesh.cells import Cells
 from ..mesh.denoising import checked_denoise
 from ..mesh.point_cloud import PointCloud
@@ -204,7 +206,7 @@ def segment_file(
     with timed(timings, "mesh", on_stage):
         mesh, attributes = load(keeps or bool(options.features) or options.min_opacity > 0)
         threads = checked_threads(options.keywords.get("n_threads"))
-        of_cells = {} if constraints is None else constraints(mesh)
+        of_cells: dict[str, Any] = {} if constraints is None else constraints(mesh)
         if options.min_opacity > 0:
             is_opaque = _opacities(attributes) >= options.min_opacity
             of_cells["mask"] = is_opaque & of_cells.get("mask", True)
@@ -218,7 +220,7 @@ def segment_file(
             parts = _subdivided(mesh, options)
         mesh = parts.mesh
         of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
-        attributes = None if attributes is None else attributes_of_parts(attributes, parts)
+        attributes = None if attributes is None else attributes_of_parts(attributes, given, parts)
     seen = mesh if options.viewpoint is None else _seen_from(options.viewpoint, mesh, threads)
     result = replace(_segmented(seen, of_cells, options, progress, on_stage), cells=mesh)
     if parts is None:
@@ -276,11 +278,20 @@ def _n_kept(mesh: Cells, of_cells: Mapping[str, npt.NDArray[Any]]) -> int:
     return int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
 
 
-def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:
-    """Attributes of a subdivided mesh: the properties of its source's faces, and comments."""
+def attributes_of_parts(
+    attributes: MeshAttributes, source: Cells, parts: Subdivision
+) -> MeshAttributes:
+    """Attributes of a subdivided mesh: properties of its source's faces, texture, and comments."""
     left_out = [
         *attributes.left_out,
         *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),
     ]
     face = {name: values[parts.sources] for name, values in attributes.face.items()}
-    return MeshAttributes({}, face, attributes.comments, tuple(left_out))
+    texture = attributes.texture
+    if texture is not None:
+        face = {name: values for name, values in face.items() if name not in OF_TEXTURE}
+        texture = texture_of_parts(texture, as_mesh(source), parts.mesh, parts.sources)
+        if texture is None:
+            left_out.append("the texture of polygons, which are subdivided as triangles")
+    return MeshAttributes(face=face, comments=attributes.comments, left_out=tuple(left_out),
+                          texture=texture)  # fmt: skip

@@ -169,11 +169,14 @@ def _report(job: Job, run: _Run, *, as_json: bool, is_quiet: bool) -> None:
     total = positive_total(areas)
     seen = float(areas[run.result.seen].sum()) / total
     labeled = float(areas[run.result.seen & (run.result.labels >= 0)].sum()) / total
+    scores = run.result.scores[run.result.region_labels >= 0]
+    score = float(scores.mean()) if len(scores) else 0.0
     n_images, n_labels = len(run.result.mask_labels), len(run.result.found)
-    facts = {"n_images": n_images, "n_labels": n_labels}
+    facts = {"n_images": n_images, "n_labels": n_labels, "mean_score": score}
     text = (
         f"{job.name}: {counted(n_images, 'image')} see {seen:.1%} of the area,"
-        f" {counted(n_labels, 'label')} cover {labeled:.1%}"
+        f" {counted(n_labels, 'label')} cover {labeled:.1%}, with"
+        f" a mean score of {score:.2f}"
     )
     shares = {"seen_area": seen, "labeled_area": labeled}
     job.report(facts | shares, text, as_json=as_json, is_quiet=is_quiet)

@@ -44,6 +44,7 @@ from .spatial import (
     ray_thickness,
     subdivide,
 )
+from .texels import texel_colors
 from .transfer import transfer_cells, walk_regions
 from .vertices import count_segments, mean_normals, spread_labels
 from .views import join_by_masks, see_surface
@@ -91,6 +92,7 @@ __all__ = [
     "spread_labels",
     "subdivide",
     "superfacet_weights",
+    "texel_colors",
     "transfer_cells",
     "update_centers",
     "walk_regions",

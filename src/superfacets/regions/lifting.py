@@ -22,9 +22,14 @@ from .._validate import (
 )
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.sums import sums_by_label, weighted_majority
+from ..errors import MeshError
 from ..mesh.label_images import Overlap
 from ..mesh.pinhole_camera import PinholeCamera
 from .mask_votes import SeenSurface, Votes, collect_votes
+
+MOST_PAIRS = 500_000_000
+"""Largest sum, over all masks, of the squares of their numbers of regions. Objects take two minutes
+then; 100 images of a room in 10,000 regions have a tenth of it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -121,14 +126,16 @@ def lift(
     ------
     MeshError
         If the mesh is not valid, an image has another size than its camera, no camera sees the
-        mesh, or no mask shows a part of it.
+        mesh, no mask shows a part of it, or there are too many regions to find objects.
     ValueError, TypeError
         If regions, masks, cameras or parameters are of the wrong type or number.
 
     Notes
     -----
     Time per image: some 20 ns per triangle and 30 ns per pixel. Images are worked on in parallel;
-    a batch of them is in memory at a time, so `masks` may be a generator.
+    a batch of them is in memory at a time, so `masks` may be a generator. Objects take time that
+    grows with the square of the number of regions: for 100 images of a room, 0.2 s for 2,000 and
+    10 s for 10,000.
 
     Examples
     --------
@@ -226,6 +233,12 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
     balance = np.where(votes.masks >= 0, votes.areas, -votes.areas)
     is_masked = sums_by_label(votes.regions, balance, n_regions) > 0
     chosen = np.flatnonzero((votes.masks >= 0) & is_masked[votes.regions])
+    counts = np.bincount(votes.masks[chosen], minlength=1)
+    if (counts**2).sum() > MOST_PAIRS:
+        raise MeshError(
+            f"masks show up to {counts.max()} regions each, too many to find objects: segment into"
+            " fewer regions"
+        )
     order = chosen[np.lexsort((votes.masks[chosen], votes.regions[chosen]))]
     masks, regions, areas = votes.masks[order], votes.regions[order], votes.areas[order]
     offsets = np.searchsorted(regions, np.arange(n_regions + 1))

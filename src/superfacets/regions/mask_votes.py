@@ -112,7 +112,7 @@ class _ImageVotes(NamedTuple):
     regions: Ints  # (A,)
     areas: Floats  # (A,)
     ids: Array  # (M,) ids of its masks, ascending
-    n_seen: int  # pixels that show the mesh
+    n_seen: int  # pixels that vote
 
 
 def _votes_of_images(
@@ -126,9 +126,10 @@ def _votes_of_images(
             ids = label_image(image, camera.size, overlap).ravel()
         yield _votes_of(ids, regions, areas)
         n_images += 1
-    n_masked = n_images + sum(1 for _ in given)
-    if n_images < len(cameras) or n_masked > n_images:
-        raise ValueError(f"there are masks of {n_masked} images and {len(cameras)} cameras")
+    if n_images < len(cameras):
+        raise ValueError(f"there are masks of {n_images} images for {len(cameras)} cameras")
+    if next(given, given) is not given:
+        raise ValueError(f"there are masks of more images than {len(cameras)}, one per camera")
 
 
 def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:

@@ -290,7 +290,6 @@ class Document:
         """
         with self.lock:
             stroke = f"import {self.history.seq + 1}"
-            self.set_classes(list(imported.class_list), stroke)
             highest = np.zeros(MAX_CLASS + 1, np.int64)
             is_left = np.ones(self.n_cells, bool)
             is_left[imported.cells] = False
@@ -299,6 +298,7 @@ class Document:
             objects += np.where(objects > 0, highest[imported.classes], 0)
             if objects.max(initial=0) > MAX_OBJECT:
                 raise ValueError(f"a class has at most {MAX_OBJECT} objects")
+            self.set_classes(list(imported.class_list), stroke)
             change = self.paint(imported.cells, imported.classes, stroke, objects=objects)
             names = self.state.object_names
             for (number, place), name in imported.names.items():

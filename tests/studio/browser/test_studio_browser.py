@@ -522,4 +522,7 @@ def test_hints_are_seen_whole(bear, serve, open_tab):
                 "hint.scrollWidth <= hint.clientWidth && hint.scrollHeight <= hint.clientHeight"
             )
             assert tab.evaluate(is_whole), (width, key)
-            assert tab.evaluate("hint.offsetTop + hint.offsetHeight <= bar.clientHeight")
+            assert tab.evaluate("mouse.offsetTop + mouse.offsetHeight <= bar.clientHeight")
+        for scheme in ("blender", "meshlab", "studio"):
+            tab.locator("#scheme").select_option(scheme)
+            assert tab.evaluate("mouse.scrollHeight <= mouse.clientHeight"), (width, scheme)

@@ -212,11 +212,15 @@ def test_sections_locks_and_schemes(studio):
     assert tab.evaluate("JSON.stringify(studio.desk.drawing.camera.eye)") != before
     assert np.array_equal(tab.classes(), classes)
     tab.press("Home")
+    narrow = tab.page.viewport_size
+    tab.page.set_viewport_size({"width": 900, "height": 460})  # narrow windows show no hints
+    a, b = (place for _, *place in tab.spots(2))
     tab.locator("#scheme").select_option("meshlab")
     assert "Paint: right drag" in tab.locator("#turning").text_content()
     tab.drag(a, b)
     assert np.array_equal(tab.classes(), classes)
     tab.locator("#scheme").select_option("studio")
+    tab.page.set_viewport_size(narrow)
     box_ = tab.locator("#new-object")
     tab.press("0")
     assert box_.get_attribute("title") == "Choose a class first"
