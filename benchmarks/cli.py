@@ -13,6 +13,7 @@ import numpy as np
 import superfacets as sf
 
 from . import report, runs
+from .balance import balance_table, measure_balance
 from .batch import measure_batch, table
 from .checks import (
     EXPECTED,
@@ -164,6 +165,15 @@ def batch(folder: Path, workers: str, repeats: int, files: int | None) -> None:
     """Time `superfacets batch` on the meshes in FOLDER, on several numbers of workers in turns."""
     counts = [int(count) for count in workers.split(",")]
     click.echo(table(measure_batch(folder, counts, repeats, files)))
+
+
+@commands.command()
+@click.argument("folder", type=FOLDER)
+@click.option("-k", "ks", type=click.IntRange(min=1), multiple=True, help="Numbers of regions.")
+@click.option("--every", type=click.IntRange(min=1), default=1, help="Every n-th model.")
+def balance(folder: Path, ks: tuple[int, ...], every: int) -> None:
+    """Equal areas beside METIS and pyacvd, on the Princeton benchmark in FOLDER."""
+    click.echo(balance_table(measure_balance(folder, ks or (50, 150, 300), every, _say)))
 
 
 @commands.command()

@@ -43,6 +43,7 @@ from .clustering.seeding import place_seeds as place_seeds
 from .clustering.segmentation import Level as Level
 from .clustering.segmentation import Segmentation as Segmentation
 from .clustering.update import update_centers as update_centers
+from .errors import BalanceWarning as BalanceWarning
 from .errors import IslandWarning as IslandWarning
 from .errors import MeshError as MeshError
 from .errors import MismatchWarning as MismatchWarning

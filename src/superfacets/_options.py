@@ -6,6 +6,7 @@ wrong; ``params`` are reported in the result.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
@@ -14,12 +15,15 @@ import numpy as np
 import numpy.typing as npt
 
 from ._timing import OnStage
+from ._types import Floats
 from ._validate import (
     checked_callable,
+    checked_cell_weights,
     checked_choice,
     checked_count,
     checked_flag,
     checked_number,
+    checked_share,
     checked_threads,
 )
 
@@ -109,6 +113,91 @@ class LoopOptions:
             "relocate": self.relocate,
             "islands": self.islands,
         }
+
+
+@dataclass(frozen=True)
+class BalanceOptions:
+    """What sizes regions are to have."""
+
+    balance: float = 0.0
+    max_measure: float | None = None
+    min_measure: float | None = None
+    cells_per_region: int | None = None
+    cell_weights: Any = None  # checked once the number of cells is known
+
+    @classmethod
+    def checked(
+        cls, balance: float, bounds: tuple[float | None, float | None],
+        cells_per_region: int | None, cell_weights: Any,
+    ) -> BalanceOptions:  # fmt: skip
+        """Return the checked options; `bounds` are `min_measure` and `max_measure`."""
+        low, high = bounds
+        balance = checked_share(balance, "balance")
+        low = None if low is None else checked_number(low, "min_measure", zero=True)
+        high = None if high is None else checked_number(high, "max_measure", zero=False)
+        if low is not None and high is not None and low > high:
+            raise ValueError(f"min_measure is {low:g}, more than max_measure, {high:g}")
+        if cells_per_region is not None:
+            cells_per_region = checked_count(cells_per_region, "cells_per_region")
+            given = {"balance": balance or None, "min_measure": low, "max_measure": high}
+            for name, value in (given | {"cell_weights": cell_weights}).items():
+                if value is not None:
+                    raise ValueError(f"cells_per_region makes regions equal: leave {name} out")
+        options = cls(balance, high, low, cells_per_region, cell_weights)
+        if cell_weights is not None and not options.is_used:
+            raise ValueError("cell_weights need balance, max_measure or min_measure")
+        return options
+
+    def check_with(self, size: SizeOptions, loop: LoopOptions, min_size: float) -> None:
+        """Raise a ValueError if other options of `segment` contradict these."""
+        if not self.is_used:
+            return
+        name = "balance" if self.cells_per_region is None else "cells_per_region"
+        if loop.radius_factor is not None:
+            raise ValueError(
+                f"{name} needs the shortest paths to all centers: leave radius_factor out"
+            )
+        if min_size > 0:
+            raise ValueError(f"{name} gives regions their sizes: leave min_size out")
+        if self.cells_per_region is None:
+            return
+        if size.n_segments is not None or size.radius is not None or size.seeds is not None:
+            raise ValueError("give cells_per_region, or n_segments, radius or seeds in init")
+        if loop.islands == "nearest":
+            raise ValueError("regions of exact size are of one component: leave islands out")
+
+    @property
+    def is_used(self) -> bool:
+        """Whether regions are to have other sizes than by paths alone."""
+        bounds = (self.max_measure, self.min_measure, self.cells_per_region)
+        return self.balance > 0 or any(bound is not None for bound in bounds)
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Least and greatest size of a region."""
+        low, high = self.min_measure, self.max_measure
+        return 0.0 if low is None else low, math.inf if high is None else high
+
+    @property
+    def strength(self) -> float:
+        """How equal sizes are to be, 0 to 1."""
+        return 1.0 if self.cells_per_region is not None else self.balance
+
+    def checked_cell_weights(self, n_cells: int) -> Floats:
+        """Return the weights of the cells."""
+        return checked_cell_weights(self.cell_weights, n_cells)
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """The parameters that the result reports, by name: those that are used."""
+        given = {
+            "balance": self.balance or None,
+            "max_measure": self.max_measure,
+            "min_measure": self.min_measure,
+            "cells_per_region": self.cells_per_region,
+            "cell_weights": None if self.cell_weights is None else "given",
+        }
+        return {name: value for name, value in given.items() if value is not None}
 
 
 @dataclass(frozen=True)

@@ -626,6 +626,22 @@ def checked_share(value: Any, name: str) -> float:
     return number
 
 
+def checked_cell_weights(weights: Any, n_cells: int) -> Floats:
+    """One finite number >= 0 per cell, not all 0, as (N,) float64."""
+    refuse_mask(weights, "cell_weights")
+    given = np.asarray(weights)
+    if given.dtype.kind not in "iufb":
+        raise TypeError(f"cell_weights must be numbers, got {given.dtype}")
+    if given.shape != (n_cells,):
+        raise ValueError(f"cell_weights must have shape ({n_cells},), got {given.shape}")
+    array = exact_doubles(given)
+    is_wrong = ~(np.isfinite(array) & (array >= 0))
+    if is_wrong.any():
+        place = int(np.argmax(is_wrong))
+        raise ValueError(f"cell_weights[{place}] is {given[place]}, not finite and >= 0")
+    return array
+
+
 def checked_flag(value: Any, name: str) -> bool:
     """Check a value that must be True or False."""
     if not isinstance(value, (bool, np.bool_)):

@@ -25,6 +25,10 @@ class IslandWarning(UserWarning):
     """There are more regions than asked for, because components of the mesh got no seed."""
 
 
+class BalanceWarning(UserWarning):
+    """Regions had to fall apart to have the number of cells that was asked for."""
+
+
 class MismatchWarning(UserWarning):
     """Labels are carried over from a mesh that does not lie where the target does."""
 

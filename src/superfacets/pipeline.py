@@ -16,7 +16,16 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._options import INITS, CleanupOptions, Init, Islands, LoopOptions, Progress, SizeOptions
+from ._options import (
+    INITS,
+    BalanceOptions,
+    CleanupOptions,
+    Init,
+    Islands,
+    LoopOptions,
+    Progress,
+    SizeOptions,
+)
 from ._timing import OnStage, timed
 from ._types import Ints
 from ._validate import checked_choice, says_what_is_meant
@@ -29,11 +38,12 @@ from .cells.named_features import features_of
 from .cells.parts import PART_CREASE_SCALE, SPARE, PartPrices, groups_to_embed
 from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
+from .clustering.balance import Balancer, SizeRules
 from .clustering.graphs import has_small_regions
 from .clustering.loop import coarsened, segment_cells
 from .clustering.plan import Plan, Start
 from .clustering.segmentation import Segmentation
-from .errors import IslandWarning, SliverWarning
+from .errors import BalanceWarning, IslandWarning, SliverWarning
 from .io.readers.read import read_cells_and_attributes
 from .mesh.cells import Cells
 from .mesh.denoising import Denoise, checked_denoise, denoised
@@ -42,6 +52,7 @@ from .regions.connect import connect_regions
 from .regions.edit import BorderCosts
 from .regions.merge import merge_regions
 from .regions.smooth import OF_PARTS, SmoothOptions, straighten
+from .regions.transfer import Goals, count_extra_pieces, settle
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -138,6 +149,11 @@ def segment(
     islands: Islands = "keep",
     min_size: float = 0.0,
     enforce_connectivity: bool = False,
+    balance: float = 0.0,
+    max_measure: float | None = None,
+    min_measure: float | None = None,
+    cell_weights: npt.ArrayLike | None = None,
+    cells_per_region: int | None = None,
     mask: npt.ArrayLike | None = None,
     barriers: npt.ArrayLike | None = None,
     feature_weight: float = FEATURE_WEIGHT,
@@ -195,6 +211,15 @@ def segment(
         Regions below this fraction of the mean area join a neighbor; see `merge_small_regions`.
     enforce_connectivity : bool
         Whether regions keep one piece each, with `radius_factor`; see `enforce_connectivity`.
+    balance : float
+        How equal the areas (volumes) of regions are to be, 0 to 1.
+    max_measure, min_measure : float, optional
+        Greatest and least area (volume) of a region; an error if they cannot be kept.
+    cell_weights : array_like of float, shape (N,), optional
+        Sizes of the cells for these three, >= 0, in place of areas: such as costs.
+    cells_per_region : int, optional
+        Exactly so many cells in each region, in place of `n_segments`, but for the remainder of
+        each component; see `Segmentation.patches`.
     mask : array_like of bool, shape (N,), optional
         Faces where it is False are left out, with the label -1.
     barriers : array_like of int, shape (N,) or (E, 2), optional
@@ -220,6 +245,8 @@ def segment(
 
     Warns
     -----
+    BalanceWarning
+        If regions had to fall apart for `cells_per_region`.
     SliverWarning
         If more than a tenth of the area is in faces so long and thin that regions become stripes;
         see `subdivide`.
@@ -253,6 +280,9 @@ def segment(
         max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage,
         relocate=relocate,
     )  # fmt: skip
+    bounds = (min_measure, max_measure)
+    sizes = BalanceOptions.checked(balance, bounds, cells_per_region, cell_weights)
+    sizes.check_with(size, loop, min_size)
     options = Options(
         weld,
         init,
@@ -263,6 +293,7 @@ def segment(
         FeatureOptions.checked(features, feature_weight, scale_features),
         ConstraintOptions(mask, barriers),
         checked_denoise(denoise),
+        sizes,
     )
     with _core.Workspace():  # threads for all that follows
         return _run(mesh, options)
@@ -297,6 +328,7 @@ class Options:
     features: FeatureOptions = field(default_factory=FeatureOptions)
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
     denoise: Denoise = None  # once cells are prepared, the number of steps
+    balance: BalanceOptions = field(default_factory=BalanceOptions)
 
     def needs_order(self, kind: Kind) -> bool:
         """Whether the order of the input is kept, even a bad one.
@@ -317,6 +349,7 @@ class Options:
             **self.constraints.params,
             **result.params,
             **self.cleanup.params,
+            **self.balance.params,
         }
 
 
@@ -333,6 +366,8 @@ class _Work:
     source: Any = None  # cells as given
     order: Any = None  # numbers of the cells in the source; None: 0 to N - 1
     plan: Any = None  # Plan
+    sizes: SizeRules | None = None
+    balancer: Balancer | None = None
     sliver_share: float = 0.0
     surface: Any = None  # Surface of all cells
     weights: Any = None  # one per arc of all cells
@@ -448,14 +483,18 @@ def _plan(work: _Work) -> _Work:
         cut = options.constraints.cut(
             cells.source, cells.graph, weld=options.weld, n_threads=n_threads, order=cells.order
         )
+        sizes = SizeRules.of(options.balance, cells.graph, cut, cells.order)
+        size = options.size if sizes is None else sizes.asked(options.size)
         plan = Plan.of(
-            cells.graph, cut, (options.size, options.init), n_threads,
+            cells.graph, cut, (size, options.init), n_threads,
             dimension=cells.kind.dimension, order=cells.order,
         )  # fmt: skip
+        if sizes is not None:
+            sizes.check(plan.size.n_segments)
         share = cells.kind.sliver_share(
             cells.cells, cells.graph, cells.found, plan.size.radius, n_threads
         )
-    return replace(work, plan=plan, sliver_share=share)
+    return replace(work, plan=plan, sizes=sizes, sliver_share=share)
 
 
 def _weigh(work: _Work) -> _Work:
@@ -553,17 +592,21 @@ def _cluster(work: _Work) -> _Work:
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=5)  # `segment` is decorated
     join_pieces = partial(_core.join_loose_pieces, *work.arcs) if work.has_parts else None
+    balancer = None
+    if work.sizes is not None:
+        balancer = Balancer.of(work.sizes, work.levels.coarse, work.plan, options.loop)
     result = segment_cells(
-        work.graph, work.levels, work.surface.bounds, work.plan, options.loop, join_pieces
+        work.graph, work.levels, work.surface.bounds, work.plan, options.loop, join_pieces, balancer
     )
     warn_of_islands(result, 6)
-    return replace(work, graph=None, levels=None, arcs=None, result=result)
+    work = replace(work, graph=None, levels=None, arcs=None, sizes=None)
+    return replace(work, balancer=balancer, result=result)
 
 
 def _clean(work: _Work) -> _Work:
     """Stage 5: make regions one piece each, large enough, and with straight borders."""
     options, plan, n_threads = work.options, work.plan, work.surface.n_threads
-    if not options.cleanup.is_needed:
+    if not (options.cleanup.is_needed or options.balance.is_used):
         return work
     with work.timed("regions"):
         costs = _border_costs(work)
@@ -573,8 +616,26 @@ def _clean(work: _Work) -> _Work:
             lengths = work.parts.border_lengths(arcs, lengths, n_threads)
             costs = replace(costs, lengths=lengths, crease_scale=PART_CREASE_SCALE)
         smoothing = SmoothOptions() if work.parts is None else OF_PARTS
-        result = _cleaned(costs, work.result, options.cleanup, plan.groups, smoothing)
-    return replace(work, lengths=None, result=result)
+        cleanup, goals = options.cleanup, None
+        if work.balancer is not None:
+            labels = work.result.labels
+            goals = Goals.of(work.balancer, labels, work.result.n_segments)
+        result = _cleaned(costs, work.result, cleanup, plan.groups, smoothing, goals)
+        if goals is not None:
+            result = _sized(costs, result, goals, smoothing if cleanup.smooth else None)
+    return replace(work, lengths=None, balancer=None, result=result)
+
+
+def _sized(
+    costs: BorderCosts, result: Segmentation, goals: Goals, smoothing: SmoothOptions | None
+) -> Segmentation:
+    """Return the result with sizes of regions within limits."""
+    labels, centers = settle(costs, result.labels, result.centers, goals, smoothing)
+    n_extra = count_extra_pieces(costs, labels, len(centers)) if goals.is_exact else 0
+    if n_extra > 0:
+        note = f"{n_extra} pieces of regions are apart: these sizes left no other way"
+        warnings.warn(note, BalanceWarning, stacklevel=6)
+    return replace(result, labels=labels, centers=centers, n_extra_pieces=n_extra)
 
 
 def _cleaned(
@@ -583,6 +644,7 @@ def _cleaned(
     options: CleanupOptions,
     groups: Ints,
     smoothing: SmoothOptions,
+    goals: Goals | None = None,
 ) -> Segmentation:
     """Return the result with its regions cleaned up; those of different groups never join."""
     if options.enforce_connectivity:
@@ -602,7 +664,8 @@ def _cleaned(
             n_islands=edit.n_islands,
         )
     if options.smooth:
-        labels = straighten(costs, result.labels, result.centers, smoothing)
+        sizes = None if goals is None else goals[:2]
+        labels = straighten(costs, result.labels, result.centers, smoothing, sizes)
         result = replace(result, labels=labels)
     return result
 

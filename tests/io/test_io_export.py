@@ -524,7 +524,12 @@ class TestNamesAndVertices:
             ("a.vtp", {"label_name": ""}, ValueError, "label_name must be a line of text, got ''"),
             ("a.vtp", {"label_name": 3}, ValueError, "label_name must be a line of text, got 3"),
             ("a.vtp", {"vertex_labels": True}, ValueError, r"vertex_labels is for \.ply"),
-            ("a.ply", {"classes": ["a"]}, ValueError, r"classes is for \.glb, \.aggregation\.json"),
+            (
+                "a.ply",
+                {"classes": ["a"]},
+                ValueError,
+                r"classes is for \.glb, \.stl, \.aggregation\.json",
+            ),
             ("a.glb", {"classes": [1.5, 2]}, TypeError, "names or whole numbers, got 1.5"),
             ("a.glb", {"classes": [1]}, MeshError, "there are 1 classes for 2 regions"),
             ("a.aggregation.json", {"classes": ["a"]}, MeshError, "there are 1 classes for 2"),
@@ -548,7 +553,7 @@ class TestNamesAndVertices:
             write_mesh(tmp_path / "a.segs.json", square)
 
     def test_cells_are_written_to_files_that_hold_them(self, tmp_path):
-        faces = r"\.ply, \.vtp, \.obj, \.off, \.glb or \.ids\.png"
+        faces = r"\.ply, \.vtp, \.obj, \.off, \.glb, \.ids\.png or \.stl"
         with pytest.raises(MeshError, match=rf"faces are written as {faces}, not as \.vtu"):
             write_mesh(tmp_path / "a.vtu", shapes.cube())
         with pytest.raises(MeshError, match=r"points are written as .*, not as \.glb"):

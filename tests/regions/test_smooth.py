@@ -237,17 +237,22 @@ def test_the_kernel_equals_its_twin(name):
         assert smooth_borders(mesh, labels, centers=sorted(fixed)).tolist() == expected
 
 
-def check_twin(mesh, labels, max_chain, max_sweeps, stiffness=0.0):
+def check_twin(mesh, labels, max_chain, max_sweeps, stiffness=0.0, sizes=(), goals=()):
     costs, array, _ = read_regions(as_surface(mesh, weld=True, n_threads=1), labels)
     stiff = (stiffness / costs.radius, ROUNDNESS * stiffness / costs.radius**3)
     expected = reference.smooth_borders(
         build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), set(),
         max_distance=costs.radius, crease_scale=CREASE_SCALE * costs.radius,
         max_chain=max_chain, max_sweeps=max_sweeps, stiffness=stiff[0], roundness=stiff[1],
+        sizes=sizes, goals=goals,
     )  # fmt: skip
     none = np.zeros(0, np.int32)
-    limits = (costs.radius, max_chain, max_sweeps, *stiff)
-    assert _core.smooth_borders(*costs.args, array, none, *limits, 1).tolist() == expected
+    args = (*costs.args, array, none, costs.radius, max_chain, max_sweeps, *stiff, 1)
+    if not goals:
+        assert _core.smooth_borders(*args).tolist() == expected
+    else:
+        found = _core.smooth_to_goals(*args, np.array(sizes), np.array(goals))
+        assert found.tolist() == expected
 
 
 @pytest.mark.parametrize("stiffness", [0.5, 20.0])
@@ -255,6 +260,16 @@ def test_the_kernel_with_stiffness_equals_its_twin(stiffness):
     for mesh in (shapes.bumpy_sheet(16), shapes.dumbbell()):
         for labels in labelings(mesh):
             check_twin(mesh, labels, 16, MAX_SWEEPS, stiffness)
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 20.0])
+def test_the_kernel_with_goals_equals_its_twin(stiffness):
+    rng = np.random.default_rng(4)
+    for mesh in (shapes.bumpy_sheet(16), shapes.dumbbell()):
+        sizes = (0.5 + rng.random(mesh.n_faces)).tolist()
+        for labels in labelings(mesh):
+            goals = [sum(sizes) / (max(labels) + 1)] * (max(labels) + 1)
+            check_twin(mesh, labels, 16, MAX_SWEEPS, stiffness, sizes, goals)
 
 
 def test_stiff_regions_keep_their_areas():

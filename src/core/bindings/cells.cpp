@@ -21,6 +21,7 @@
 #include "cells/texels.hpp"
 #include "cells/triangle_surface.hpp"
 #include "cells/turning.hpp"
+#include "cells/walk.hpp"
 #include "cells/weights.hpp"
 #include "spatial/morton.hpp"
 #include "spatial/nearest_cell.hpp"
@@ -262,6 +263,11 @@ Components components(Offsets offsets, Integers neighbors, Integers labels) {
   return find_components(Arcs{offsets, neighbors}, labels);
 }
 
+Buffer<Cell> walked(Offsets offsets, Integers neighbors, Integers labels, Label n_regions,
+                    ThreadTeam& team) {
+  return walk_regions({offsets, neighbors}, labels, n_regions, team);
+}
+
 auto weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
                           Points normals, double alpha, double eta_convex, double crease_length,
                           double diagonal, double ridges, double evened, bool is_straight,
@@ -445,6 +451,8 @@ void bind_graphs(nb::module_& module) {
   module.def("weighted_majority", serial(&weighted_majority), "groups"_a, "labels"_a, "weights"_a,
              "n_groups"_a);
   module.def("find_components", serial(&components), "offsets"_a, "neighbors"_a, "labels"_a);
+  module.def("walk_regions", threaded(&walked), "offsets"_a, "neighbors"_a, "labels"_a,
+             "n_regions"_a, "n_threads"_a);
 }
 
 void bind_weights(nb::module_& module) {

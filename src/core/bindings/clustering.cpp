@@ -72,9 +72,16 @@ void price_coarse_arcs(CoarseGraph& coarse, const Table<float>& vectors, double 
 
 using Lengths = std::span<const PathLength>;
 
-SpreadPaths spread_paths(const CoarseGraph& coarse, Lengths lengths, Integers labels,
-                         Integers centers, ThreadTeam& team) {
-  return coarse.spread(lengths, labels, centers, team);
+auto spread_paths(const CoarseGraph& coarse, Lengths lengths, Integers labels, Integers centers,
+                  int n_threads, Lengths offsets) {
+  return on_team(coarse.fine().n_cells(), n_threads, [&](ThreadTeam& team) {
+    return coarse.spread(lengths, labels, centers, offsets, team);
+  });
+}
+
+auto spread_without_offsets(const CoarseGraph& coarse, Lengths lengths, Integers labels,
+                            Integers centers, int n_threads) {
+  return spread_paths(coarse, lengths, labels, centers, n_threads, {});
 }
 
 Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats lengths,
@@ -129,6 +136,10 @@ void bind_clustering_stages(nb::module_& module) {
            "islands"_a = Islands::kKeep, nb::keep_alive<1, 2>())
       .def("classify", serial([](Clustering& self, Integers centers) { self.classify(centers); }),
            "centers"_a)
+      .def("classify", serial([](Clustering& self, Integers centers, Lengths offsets) {
+             self.classify(centers, offsets);
+           }),
+           "centers"_a, "offsets"_a)
       .def("update", serial([](Clustering& self) { return self.update(); }))
       .def("relocate", serial([](Clustering& self, std::int64_t n) { return self.relocate(n); }),
            "n_moves"_a)
@@ -151,7 +162,9 @@ void bind_clustering_stages(nb::module_& module) {
       .def("means_of", threaded(&means_of), "rows"_a.noconvert(), "n_threads"_a)
       .def("add_part_prices", threaded(&price_coarse_arcs), "vectors"_a.noconvert(), "factor"_a,
            "n_threads"_a)
-      .def("spread", threaded(&spread_paths), "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a)
+      .def("spread", &spread_without_offsets, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a)
+      .def("spread", &spread_paths, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a,
+           "offsets"_a)
       .def("refine",
            threaded([](const CoarseGraph& coarse, Integers labels, Integers centers,
                        ThreadTeam& team) { return coarse.refine(labels, centers, team); }),

@@ -12,6 +12,7 @@
 #include "regions/rings.hpp"
 #include "regions/shared_masks.hpp"
 #include "regions/smooth.hpp"
+#include "regions/transfer.hpp"
 #include "regions/vertex_labels.hpp"
 
 namespace superfacets {
@@ -62,7 +63,26 @@ Buffer<Label> smoothed(const Surface& surface, Floats lengths, double unit, doub
                        Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
                        int max_sweeps, double stiffness, double roundness, ThreadTeam& team) {
   return smooth_borders(surface, {lengths, unit, crease_scale}, labels, fixed,
-                        {max_distance, max_chain, max_sweeps, {stiffness, roundness}}, team);
+                        {max_distance, max_chain, max_sweeps, {stiffness, roundness, {}, {}}},
+                        team);
+}
+
+auto smoothed_to_goals(const Surface& surface, Floats lengths, double unit, double crease_scale,
+                       Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
+                       int max_sweeps, double stiffness, double roundness, int n_threads,
+                       Doubles sizes, Doubles goals) {
+  return on_team(labels.size(), n_threads, [&](ThreadTeam& team) {
+    return smooth_borders(
+        surface, {lengths, unit, crease_scale}, labels, fixed,
+        {max_distance, max_chain, max_sweeps, {stiffness, roundness, sizes, goals}}, team);
+  });
+}
+
+Buffer<Label> transferred(const Surface& surface, Floats lengths, double unit, double crease_scale,
+                          Integers labels, Doubles sizes, Doubles lows, Doubles highs,
+                          bool may_split, ThreadTeam& team) {
+  return transfer_cells(surface, {lengths, unit, crease_scale}, labels,
+                        {sizes, lows, highs, may_split}, team);
 }
 
 auto smoothed_part(const Surface& surface, Floats lengths, double unit, double crease_scale,
@@ -148,6 +168,12 @@ void bind_regions(nb::module_& module) {
   module.def("smooth_borders", threaded(&smoothed), "surface"_a, "lengths"_a, "unit"_a,
              "crease_scale"_a, "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a,
              "max_sweeps"_a, "stiffness"_a, "roundness"_a, "n_threads"_a);
+  module.def("smooth_to_goals", &smoothed_to_goals, "surface"_a, "lengths"_a, "unit"_a,
+             "crease_scale"_a, "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a,
+             "max_sweeps"_a, "stiffness"_a, "roundness"_a, "n_threads"_a, "sizes"_a, "goals"_a);
+  module.def("transfer_cells", threaded(&transferred), "surface"_a, "lengths"_a, "unit"_a,
+             "crease_scale"_a, "labels"_a, "sizes"_a, "lows"_a, "highs"_a, "may_split"_a,
+             "n_threads"_a);
   module.def("smooth_part", &smoothed_part, "surface"_a, "lengths"_a, "unit"_a, "crease_scale"_a,
              "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a, "max_sweeps"_a, "stiffness"_a,
              "roundness"_a, "n_threads"_a, "rim"_a, "areas"_a, "moments"_a);

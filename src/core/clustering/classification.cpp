@@ -15,15 +15,18 @@ Classification::Classification(const OrderedGraph& graph, double reach, Islands 
   if (std::isfinite(reach)) halted_.emplace(graph, reach, team);
 }
 
-void Classification::classify(std::span<const Place> centers) {
+void Classification::classify(std::span<const Place> centers, std::span<const PathLength> offsets) {
   SUPERFACETS_ASSERT(!centers.empty() && all_below(centers, graph_.n_cells()));
+  SUPERFACETS_ASSERT(offsets.empty() || (offsets.size() == centers.size() && !halted_));
   centers_.assign(centers.begin(), centers.end());
+  const std::vector<PathLength> before =
+      std::exchange(offsets_, std::vector(offsets.begin(), offsets.end()));
   // If arcs have no reverse arc of the same length, the path from the new center to the old one
   // is no upper bound of the increase of path lengths.
   if (started_.empty() || centers.size() < started_.size() || !graph_.is_symmetric) {
     start_all();
   } else {
-    start_moved();
+    start_moved(before);
   }
   exact_.run();
   started_ = centers_;
@@ -43,6 +46,7 @@ bool Classification::is_complete() const {
     const bool is_missing = label == kNoLabel && islands_ == Islands::kKeep;
     if (is_missing || label < kNoLabel || label >= std::ssize(centers_)) return false;
   }
+  if (!offsets_.empty()) return true;
   return std::ranges::all_of(centers_, [&](Place center) {
     return path(center).length == 0 && centers_[path(center).label] == center;
   });
@@ -52,26 +56,32 @@ void Classification::start_all() {
   exact_.clear();
   may_have_orphans_ = true;
   for (std::size_t label = 0; label < centers_.size(); ++label) {
-    exact_.start(centers_[label], static_cast<Label>(label));
+    exact_.start(centers_[label], static_cast<Label>(label), offset(label));
   }
 }
 
 // When a center moves, the paths of its region are lengthened by the detour from the new center to
-// the old one, so they remain valid upper bounds and none has to be forgotten. Shorter paths from
+// the old one, so they remain valid upper bounds and none has to be forgotten; by the increase of
+// its offset, too. Shorter paths from
 // the new center then replace them: nearly everywhere in its own region, and hardly anywhere else.
-void Classification::start_moved() {
+void Classification::start_moved(std::span<const PathLength> offsets_before) {
   std::vector<PathLength> detours(started_.size(), 0);
   for (std::size_t label = 0; label < started_.size(); ++label) {
+    const PathLength before = label < offsets_before.size() ? offsets_before[label] : 0;
+    SUPERFACETS_ASSERT(offset(label) >= before);
+    detours[label] = offset(label) - before;
     if (centers_[label] == started_[label]) continue;
     const Path path = exact_.path(centers_[label]);
     const bool is_inside = std::cmp_equal(path.label, label);
-    detours[label] = is_inside ? path.length : kUnreached;
+    detours[label] = is_inside ? detours[label] + (path.length - before) : kUnreached;
     if (!is_inside) may_have_orphans_ = true;
   }
   exact_.lengthen(detours);
   for (std::size_t label = 0; label < centers_.size(); ++label) {
     const bool has_stayed = label < started_.size() && centers_[label] == started_[label];
-    if (!has_stayed) exact_.start(centers_[label], static_cast<Label>(label));
+    // With offsets, the center may be in another region so far.
+    if (has_stayed && offsets_.empty()) continue;
+    exact_.start(centers_[label], static_cast<Label>(label), offset(label));
   }
 }
 

@@ -21,8 +21,10 @@ class Classification {
   // are reached; if not, unreached cells get kNoLabel.
   Classification(const OrderedGraph& graph, double reach, Islands islands, ThreadTeam& team);
 
-  // Classifies by these centers.
-  void classify(std::span<const Place> centers);
+  // Classifies by these centers. With `offsets`, one for each center, paths from a center begin
+  // with its offset: a center may then be in the region of another, and have no cell. They must be
+  // at least those of the last call, and expansions not halted.
+  void classify(std::span<const Place> centers, std::span<const PathLength> offsets = {});
 
   // The centers of the last call, followed by unreached cells that became centers.
   std::span<const Place> centers() const { return centers_; }
@@ -47,8 +49,11 @@ class Classification {
 
  private:
   bool is_complete() const;
+  PathLength offset(std::size_t label) const {
+    return label < offsets_.size() ? offsets_[label] : PathLength{0};
+  }
   void start_all();
-  void start_moved();
+  void start_moved(std::span<const PathLength> offsets_before);
   void adopt_orphans();
 
   const OrderedGraph& graph_;
@@ -57,7 +62,8 @@ class Classification {
   Expansion exact_;
   std::optional<HaltedPaths> halted_;
   std::vector<Place> centers_;
-  std::vector<Place> started_;  // centers of the exact paths
+  std::vector<Place> started_;       // centers of the exact paths
+  std::vector<PathLength> offsets_;  // of the centers; 0 for those without one
   bool may_have_orphans_ = true;
 };
 

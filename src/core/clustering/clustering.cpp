@@ -15,9 +15,9 @@ Clustering::Clustering(const OrderedGraph& graph, std::span<const Cell> centers,
   classify(centers);
 }
 
-void Clustering::classify(std::span<const Cell> centers) {
+void Clustering::classify(std::span<const Cell> centers, std::span<const PathLength> offsets) {
   SUPERFACETS_ASSERT(all_below(centers, graph_.n_cells()));
-  classification_.classify(graph_.places_of(centers));
+  classification_.classify(graph_.places_of(centers), offsets);
 }
 
 std::vector<Cell> Clustering::centers() const {

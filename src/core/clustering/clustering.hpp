@@ -18,8 +18,9 @@ class Clustering {
   Clustering(const OrderedGraph& graph, std::span<const Cell> centers, double reach,
              Islands islands, int n_threads);
 
-  // Replaces the centers by as many others, in the same order, and classifies again.
-  void classify(std::span<const Cell> centers);
+  // Replaces the centers by as many others, in the same order, and classifies again; for the
+  // offsets see Classification.
+  void classify(std::span<const Cell> centers, std::span<const PathLength> offsets = {});
 
   // The centers of the last call, followed by unreached cells that became centers.
   std::vector<Cell> centers() const;

@@ -132,13 +132,16 @@ Buffer<float> CoarseGraph::means_of(std::span<const float> rows, std::size_t wid
 }
 
 SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<const Label> labels,
-                                std::span<const Cell> centers, ThreadTeam& team) const {
+                                std::span<const Cell> centers, std::span<const PathLength> offsets,
+                                ThreadTeam& team) const {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), graph_.n_cells()));
+  SUPERFACETS_ASSERT(offsets.empty() || offsets.size() == centers.size());
   SUPERFACETS_ASSERT(lengths.size() == labels.size());
   Expansion expansion(fine_, team);
   const std::vector<Place> places = fine_.places_of(centers);
   for (std::size_t label = 0; label < places.size(); ++label) {
-    expansion.start(places[label], static_cast<Label>(label));
+    const PathLength offset = offsets.empty() ? 0 : offsets[label];
+    expansion.start(places[label], static_cast<Label>(label), offset);
   }
   for (std::size_t cell = 0; cell < labels.size(); ++cell) {
     if (labels[cell] == kNoLabel) continue;

@@ -62,9 +62,10 @@ class CoarseGraph {
 
   // Paths to fine cells: over the coarse cell for which the sum of its own path and of the path on
   // from its center is the shortest. The given paths are by coarse cell. `centers` holds a fine
-  // cell of each region, which gets a path of length 0.
+  // cell of each region, which gets a path as long as its offset; without offsets, of length 0.
   SpreadPaths spread(std::span<const PathLength> lengths, std::span<const Label> labels,
-                     std::span<const Cell> centers, ThreadTeam& team) const;
+                     std::span<const Cell> centers, std::span<const PathLength> offsets,
+                     ThreadTeam& team) const;
 
   // The fine cell at the center of each coarse cell.
   std::vector<Cell> centers() const { return fine_.cells_at(centers_); }

@@ -51,7 +51,12 @@ const std::vector<Place>& RegionMeans::nearest(std::span<const Place> members) {
   SUPERFACETS_ASSERT(members.size() == nearest_.size());
   std::vector<Label> changed;
   for (std::size_t label = 0; label < has_changed_.size(); ++label) {
-    if (std::exchange(has_changed_[label], 0) != 0) changed.push_back(static_cast<Label>(label));
+    if (std::exchange(has_changed_[label], 0) == 0) continue;
+    if (std::cmp_equal(labels_[members[label]], label)) {
+      changed.push_back(static_cast<Label>(label));
+    } else {
+      nearest_[label] = members[label];
+    }
   }
   const std::vector<Point> means = means_of(changed);
   std::vector<Place> places;

@@ -45,7 +45,8 @@ class RegionMeans {
     apply(gained, 1);
   }
 
-  // The places nearest to the means. `members` holds any place of each region.
+  // The places nearest to the means. `members` holds any place of each region, or a place of
+  // another region for one without cells, which stays.
   const std::vector<Place>& nearest(std::span<const Place> members);
 
  private:

@@ -45,8 +45,10 @@ class Expansion {
   // improve paths, which the next run does. The graph must be symmetric.
   void lengthen(std::span<const PathLength> by_label);
 
-  // A path of length 0.
-  void start(Place center, Label label) { propose({center, {0, label}}); }
+  // A path of no arc, whose length is the offset.
+  void start(Place center, Label label, PathLength offset = 0) {
+    propose({center, {offset, label}});
+  }
 
   // Sets the paths to all places; no arc may improve any of them.
   void restore(std::span<const PathLength> lengths, std::span<const Label> labels);

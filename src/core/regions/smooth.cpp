@@ -65,7 +65,7 @@ class Smoother {
   Smoother(MovingRegions& regions, const RegionSums& at_first, const SmoothOptions& options,
            ThreadTeam& team)
       : regions_(regions),
-        stiffness_(regions.surface(), at_first, options.stiff),
+        stiffness_(regions.surface(), at_first, regions.labels(), options.stiff),
         waiting_(regions.labels().size(), team),
         team_(team) {
     const auto lists = take_border_cells();

@@ -51,8 +51,8 @@ RegionSums sums_of_regions(const Surface& surface, std::span<const Label> labels
 }
 
 Stiffness::Stiffness(const Surface& surface, const RegionSums& at_first,
-                     const StiffnessOptions& options)
-    : surface_(surface), roundness_(options.roundness) {
+                     std::span<const Label> labels, const StiffnessOptions& options)
+    : surface_(surface), roundness_(options.roundness), sizes_(options.sizes) {
   SUPERFACETS_ASSERT(options.stiffness >= 0.0 && options.roundness >= 0.0);
   SUPERFACETS_ASSERT(at_first.moments.size() == at_first.areas.size());
   if (options.stiffness == 0.0) return;
@@ -67,6 +67,17 @@ Stiffness::Stiffness(const Surface& surface, const RegionSums& at_first,
     weights_.push_back(options.stiffness / area);
     centroids_.push_back((1.0 / area) * at_first.moments[region]);
   }
+  if (!options.goals.empty()) set_goals(labels, options, kLeastShare * mean);
+}
+
+void Stiffness::set_goals(std::span<const Label> labels, const StiffnessOptions& options,
+                          double least) {
+  SUPERFACETS_ASSERT(sizes_.size() == labels.size() && options.goals.size() == weights_.size());
+  for (std::size_t cell = 0; cell < labels.size(); ++cell) changes_[labels[cell]] += sizes_[cell];
+  for (std::size_t region = 0; region < weights_.size(); ++region) {
+    weights_[region] = options.stiffness / std::max(options.goals[region], least);
+    changes_[region] -= options.goals[region];
+  }
 }
 
 StiffCell Stiffness::cell(Cell cell, Label from, Label to) const {
@@ -74,7 +85,7 @@ StiffCell Stiffness::cell(Cell cell, Label from, Label to) const {
   const Point position = surface_.position(cell);
   const double nearer =
       squared_norm(position - centroids_[from]) - squared_norm(position - centroids_[to]);
-  return {area, roundness_ * area * nearer};
+  return {sizes_.empty() ? area : sizes_[cell], roundness_ * area * nearer};
 }
 
 }  // namespace superfacets

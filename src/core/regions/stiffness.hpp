@@ -1,6 +1,7 @@
 // Stage 5: what it costs regions to change their areas, and to spread out from their centroids.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "base/threads.hpp"
@@ -37,6 +38,10 @@ struct StiffGain {
 struct StiffnessOptions {
   double stiffness = 0.0;  // per unit of length; 0 turns all of it off
   double roundness = 0.0;  // per unit of length, cubed
+  // Regions tend to these sizes in place of their areas at first, A_0; the size of a region is the
+  // sum of those of its cells, in place of their areas. Both are empty, or neither.
+  std::span<const double> sizes;  // (N,)
+  std::span<const double> goals;  // (K,)
 };
 
 // The area of each region, and the sum of the positions of its cells, weighted by their areas. The
@@ -50,8 +55,10 @@ RegionSums sums_of_regions(const Surface& surface, std::span<const Label> labels
 
 class Stiffness {
  public:
-  // `at_first` are the sums of all regions; they are not read if stiffness is 0.
-  Stiffness(const Surface& surface, const RegionSums& at_first, const StiffnessOptions& options);
+  // `at_first` are the sums of all regions; they are not read if stiffness is 0. Labels are read if
+  // there are goals.
+  Stiffness(const Surface& surface, const RegionSums& at_first, std::span<const Label> labels,
+            const StiffnessOptions& options);
 
   bool is_off() const { return weights_.empty(); }
   Label n_regions() const { return static_cast<Label>(weights_.size()); }
@@ -70,11 +77,14 @@ class Stiffness {
   }
 
  private:
+  void set_goals(std::span<const Label> labels, const StiffnessOptions& options, double least);
+
   const Surface& surface_;
   const double roundness_;
-  std::vector<double> weights_;   // stiffness / A_0; empty if it is off
-  std::vector<Point> centroids_;  // x_0
-  std::vector<double> changes_;   // A - A_0
+  std::span<const double> sizes_;  // empty: areas
+  std::vector<double> weights_;    // stiffness / A_0; empty if it is off
+  std::vector<Point> centroids_;   // x_0
+  std::vector<double> changes_;    // A - A_0
 };
 
 }  // namespace superfacets

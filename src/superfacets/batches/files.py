@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from .._options import (
     INITS,
+    BalanceOptions,
     CleanupOptions,
     LoopOptions,
     Progress,
@@ -30,7 +31,7 @@ from ..cells.subdivision import Subdivision, subdivide
 from ..cells.texels import texture_of_parts
 from ..cells.weights import WeightOptions
 from ..clustering.segmentation import Segmentation
-from ..errors import IslandWarning, MeshError, SliverWarning
+from ..errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
 from ..io.readers.ply_texture import OF_TEXTURE
@@ -42,7 +43,7 @@ from ..pipeline import segment
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
 """Function that reads a file; its argument says whether attributes are read, too."""
 
-_NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "progress", "on_stage"}
+_NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "cell_weights", "progress", "on_stage"}
 """Parameters of `segment` that batches lack; features are given by name."""
 
 _DEFAULTS = {
@@ -144,17 +145,20 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
         if not isinstance(keywords.get(name, ""), str):
             raise TypeError(f"{name} must be a name: arrays suit one mesh, not many files")
     get = keywords.get
-    SizeOptions.checked(get("n_segments"), get("radius"), "geodesic")
+    size = SizeOptions.checked(get("n_segments"), get("radius"), "geodesic")
     WeightOptions.checked(get("weights", "parts"), get("alpha"), get("eta_convex"), get("ridges"))
     checked_choice(get("init", "geodesic"), "init", INITS)
     islands = get("islands", "keep")
-    LoopOptions.checked(
+    loop = LoopOptions.checked(
         get("max_num_iter", 1), get("tol", 0.0), get("radius_factor"), islands, get("n_threads"),
         None, relocate=get("relocate"),
     )  # fmt: skip
     CleanupOptions.checked(
         get("smooth", True), get("enforce_connectivity", False), get("min_size", 0.0), islands
     )
+    bounds = (get("min_measure"), get("max_measure"))
+    balance = BalanceOptions.checked(get("balance", 0.0), bounds, get("cells_per_region"), None)
+    balance.check_with(size, loop, get("min_size", 0.0))
     checked_denoise(get("denoise"))
     FeatureOptions.checked(None, get("feature_weight", FEATURE_WEIGHT), get("scale_features", True))
 
@@ -264,6 +268,7 @@ def _segmented(
     with warnings.catch_warnings():  # the result holds the same facts
         warnings.simplefilter("ignore", IslandWarning)
         warnings.simplefilter("ignore", SliverWarning)
+        warnings.simplefilter("ignore", BalanceWarning)
         return segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
 
 

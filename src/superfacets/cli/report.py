@@ -81,6 +81,8 @@ def notes_on_result(result: Segmentation) -> list[str]:
         notes.append(f"{counted(result.n_merged, 'small region')} joined another")
     if result.n_islands:
         notes.append(f"{counted(result.n_islands, 'small region')} without a neighbor stayed")
+    if result.n_extra_pieces:
+        notes.append(f"{counted(result.n_extra_pieces, 'piece')} of regions apart from the rest")
     slivers = sliver_note(result.sliver_share or 0.0, "try --subdivide")
     return notes if slivers is None else [*notes, slivers]
 

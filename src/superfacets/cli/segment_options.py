@@ -49,6 +49,9 @@ _GROUPS = {
         "weights", "eta_convex", "ridges", "smooth", "relocate", "min_size", "islands",
         "enforce_connectivity",
     ),
+    "Equal, bounded and exact sizes": (
+        "balance", "max_measure", "min_measure", "cells_per_region",
+    ),
     "What else borders follow": (
         "features", "feature_weight", "mask", "barriers", "labels_named",
     ),
@@ -171,6 +174,24 @@ _OF_SEGMENT = (
         "  [default: keep]",
     ),
     click.option(
+        "--balance",
+        type=Real(0.0, 1.0),
+        help="How equal the areas of regions (volumes, of tetrahedra) are to be, 0 to 1."
+        "  [default: 0]",
+    ),
+    click.option(
+        "--max-measure",
+        type=POSITIVE,
+        help="Greatest area or volume of a region, in the unit of the mesh squared or cubed.",
+    ),
+    click.option("--min-measure", type=NOT_NEGATIVE, help="Least area or volume of a region."),
+    click.option(
+        "--cells-per-region",
+        type=COUNT,
+        help="Exactly so many faces in each region, instead of -n, but for a remainder in each"
+        " component.",
+    ),
+    click.option(
         "--subdivide",
         "is_subdivided",
         is_flag=True,
@@ -269,16 +290,19 @@ def options_of(
             if name in preset and keywords.get(name, preset[name]) != preset[name]:
                 raise click.UsageError(f"{option} has {name} of its own: leave --{name} out")
         keywords = {**preset, **keywords} if is_given else keywords
-    return FileOptions.checked(
-        keywords,
-        features=features,
-        subdivide=is_subdivided,
-        max_edge=max_edge,
-        drop_attributes=drop_attributes,
-        ascii=ascii,
-        label_name=label_name,
-        vertex_labels=vertex_labels,
-        force=force,
-        viewpoint=viewpoint,
-        min_opacity=min_opacity,
-    )
+    try:
+        return FileOptions.checked(
+            keywords,
+            features=features,
+            subdivide=is_subdivided,
+            max_edge=max_edge,
+            drop_attributes=drop_attributes,
+            ascii=ascii,
+            label_name=label_name,
+            vertex_labels=vertex_labels,
+            force=force,
+            viewpoint=viewpoint,
+            min_opacity=min_opacity,
+        )
+    except ValueError as error:  # options that contradict each other
+        raise click.UsageError(str(error)) from error

@@ -67,6 +67,10 @@ _NOT_OF_TILES = {
     "--connect": "enforce_connectivity",
     "--min-size": "min_size",
     "--feature-weight": "feature_weight",
+    "--balance": "balance",
+    "--max-measure": "max_measure",
+    "--min-measure": "min_measure",
+    "--cells-per-region": "cells_per_region",
 }
 """Options that `segment_tiled` lacks, with their keywords in `segment`."""
 

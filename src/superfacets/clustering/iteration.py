@@ -9,10 +9,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._core import Clustering, OrderedGraph
+from .._core import Clustering, CoarseGraph, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
 from .._types import Array, Ints
+from .balance import Balancer
 from .graphs import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions_of
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
@@ -33,6 +34,7 @@ class Iteration:
     timings: dict[str, float]  # seconds of "classify" and "update" are added
     levels: list[Level] = field(default_factory=list)
     is_cancelled: bool = False  # `progress` returned False
+    balancer: Balancer | None = None  # of regions of given sizes
 
     @property
     def stop_reason(self) -> StopReason:
@@ -51,17 +53,29 @@ class Iteration:
         while len(coarse) > levels.n_finer:
             level = coarse.pop()
             clustering = self._run_level(level.graph, centers)
+            if len(coarse) == levels.n_finer and not levels.on_all:
+                clustering = self._balanced(level.graph, clustering, levels.n_finer + 1)
             with timed(self.timings, "update"):
-                labels, centers = clustering.labels(), clustering.centers()
+                labels, centers = _labels_and_centers(clustering)
                 centers = level.refine(labels, centers, self.options.n_threads)
         if levels.on_all or not is_straight(graph):
             clustering = self._run_level(graph, centers, must_stay=not levels.on_all)
-            return clustering.labels(), clustering.centers()
+            clustering = self._balanced(graph, clustering, 0)
+            return _labels_and_centers(clustering)
         assert isinstance(clustering, Clustering)
-        paths = clustering.lengths(), clustering.labels()
+        paths = clustering.lengths(), _labels_and_centers(clustering)[0]
         coarse.append(level)
         del level, clustering  # each graph is freed after its use
         return self._spread(coarse, paths, centers)
+
+    def _balanced(self, graph: AnyGraph, clustering: Regions, level: int) -> Regions:
+        """Give regions their sizes, if they are to have any."""
+        if self.balancer is None:
+            return clustering
+        assert isinstance(graph, OrderedGraph)
+        assert isinstance(clustering, Clustering)  # tiles have no balance
+        with timed(self.timings, "balance"):
+            return self.balancer.run(graph, clustering, level)
 
     def _spread(
         self, coarse: list[CoarseCells], paths: tuple[Array, Ints], centers: Ints
@@ -74,13 +88,24 @@ class Iteration:
             start = time.perf_counter()
             level = coarse.pop()
             with timed(self.timings, "classify"):
-                paths = level.spread(*paths, centers, self.options.n_threads)
+                paths = self._spread_once(level, paths, centers)
             seconds = time.perf_counter() - start
             self.levels.append(Level(len(paths[1]), 1, self.stop_reason, seconds))
             if coarse:
                 with timed(self.timings, "update"):
                     centers = coarse[-1].refine(paths[1], centers, self.options.n_threads)
         return paths[1], centers
+
+    def _spread_once(
+        self, level: CoarseCells, paths: tuple[Array, Ints], centers: Ints
+    ) -> tuple[Array, Ints]:
+        if self.balancer is None:
+            return level.spread(*paths, centers, self.options.n_threads)
+        assert isinstance(level, CoarseGraph)  # tiles have no balance
+        offsets = self.balancer.paths_from()
+        lengths, labels = level.spread(*paths, centers, self.options.n_threads, offsets)
+        labels[centers] = np.arange(len(centers))  # paths of other regions may lead there
+        return lengths, labels
 
     def _run_level(self, graph: AnyGraph, centers: Ints, *, must_stay: bool = False) -> Regions:
         """Classify by these centers, and iterate until one of the stop rules holds."""
@@ -170,6 +195,16 @@ class Iteration:
         answer = None if self.options.progress is None else self.options.progress(n_iter, n_moved)
         if isinstance(answer, (bool, np.bool_)) and not answer:
             self.is_cancelled = True
+
+
+def _labels_and_centers(clustering: Regions) -> tuple[Ints, Ints]:
+    """The labels of a clustering, in which each center has its own, and the centers.
+
+    With offsets, a center may be in another region: it is a region of one cell then.
+    """
+    labels, centers = clustering.labels(), clustering.centers()
+    labels[centers] = np.arange(len(centers), dtype=labels.dtype)
+    return labels, centers
 
 
 def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -> float:

@@ -15,6 +15,7 @@ from .._types import Floats, Ints
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
+from .balance import Balancer
 from .graphs import (
     AnyGraph,
     Levels,
@@ -143,11 +144,13 @@ def segment_cells(
     plan: Plan,
     loop: LoopOptions,
     join_pieces: Callable[[Ints, Ints], Ints] | None = None,
+    balancer: Balancer | None = None,
 ) -> Segmentation:
     """Segment a checked graph of kept cells, by its plan.
 
     `levels` are those from `coarsened`; their list is emptied. `join_pieces` takes labels and
-    centers of regions that may be in pieces, and returns labels of regions in one piece each.
+    centers of regions that may be in pieces, and returns labels of regions in one piece each. With
+    a balancer, regions have about the sizes that are its goals.
     """
     size, options, init = plan.size, plan.asked, plan.init
     timings: dict[str, float] = {}
@@ -157,7 +160,7 @@ def segment_cells(
         graph = graph if coarse else first
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
         del first  # the loop frees each coarse graph after use
-    run = Iteration(size.radius, loop, timings)
+    run = Iteration(size.radius, loop, timings, balancer=balancer)
     labels, centers = run.run(levels, graph, seeds)
     n_unreached = len(centers) - len(seeds)
     if join_pieces is not None and loop.radius_factor is None:

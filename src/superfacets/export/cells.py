@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,12 +23,13 @@ from .content import Content
 from .glb import write_glb
 from .obj import write_obj, write_off
 from .ply import write_cloud_ply, write_ply
+from .stl import write_stl
 from .textures import write_ids
 from .vtk import write_vtk, write_vtp, write_vtu
 
 Writers: TypeAlias = Mapping[str, Callable[[IO[bytes], Content], None]]
 
-FACE_WRITERS: Writers = {
+FACE_WRITERS: dict[str, Callable[[IO[bytes], Content], None]] = {
     ".ply": write_ply,
     ".vtp": write_vtp,
     ".obj": write_obj,
@@ -36,6 +38,7 @@ FACE_WRITERS: Writers = {
     ".ids.png": write_ids,
 }
 
+TRIANGLE_WRITERS: Writers = ChainMap({".stl": write_stl}, FACE_WRITERS)
 TET_WRITERS: Writers = {".vtu": write_vtu, ".vtk": write_vtk}
 CLOUD_WRITERS: Writers = {
     ".ply": write_cloud_ply,
@@ -45,7 +48,7 @@ CLOUD_WRITERS: Writers = {
 }
 
 WRITERS: dict[str, Writers] = {
-    "triangles": FACE_WRITERS,
+    "triangles": TRIANGLE_WRITERS,
     "polygons": FACE_WRITERS,
     "tetrahedra": TET_WRITERS,
     "points": CLOUD_WRITERS,
@@ -53,7 +56,7 @@ WRITERS: dict[str, Writers] = {
 """Writers by name of the kind of cells, then by ending; the default ending is the first. Cells of
 other kinds have only label files."""
 
-MESH_OUTPUTS = (*FACE_WRITERS, *TET_WRITERS)
+MESH_OUTPUTS = (*TRIANGLE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".las", ".laz")
 """Endings of files that hold only point clouds."""
 
@@ -63,9 +66,9 @@ ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".las", ".laz")
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Endings of files whose array of labels may have any name."""
 
-CLASS_OUTPUTS = (".glb", ".aggregation.json")
+CLASS_OUTPUTS = (".glb", ".stl", ".aggregation.json")
 
-COLORLESS_OUTPUTS = (".obj", ".csv", ".ids.png", *TET_WRITERS)
+COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", ".ids.png", *TET_WRITERS)
 """Endings of files without colors, for which no colors are computed."""
 
 

@@ -56,7 +56,8 @@ def write_mesh(
     Parameters
     ----------
     path : path-like
-        For faces, the path ends in ``.ply``, ``.vtp``, ``.obj`` (a group per region), ``.off``
+        For faces, the path ends in ``.ply``, ``.vtp``, ``.obj`` (a group per region), ``.stl``
+        (a solid per region, or per class if there are `classes`; triangles only), ``.off``
         (colors) or ``.glb`` (ids and a table of regions). For a `TetMesh`, it ends in ``.vtu`` or
         ``.vtk``, which hold labels but no colors and attributes. For a `PointCloud`, it ends in
         ``.ply``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz``; the last two need the extra

@@ -45,6 +45,7 @@ from .spatial import (
     subdivide,
 )
 from .texels import texel_colors
+from .transfer import transfer_cells, walk_regions
 from .vertices import count_segments, mean_normals, spread_labels
 from .views import join_by_masks, see_surface
 from .weights import quantize_weights, smallest_eigenpairs, superfacet_weights
@@ -92,5 +93,7 @@ __all__ = [
     "subdivide",
     "superfacet_weights",
     "texel_colors",
+    "transfer_cells",
     "update_centers",
+    "walk_regions",
 ]

@@ -14,16 +14,19 @@ from .seeding import arcs_of, expand, find_components, update_centers
 
 
 def classify_exact(
-    graph: CellGraph, centers: list[int], *, islands: str = "keep"
+    graph: CellGraph, centers: list[int], *, islands: str = "keep", offsets: Sequence[int] = ()
 ) -> tuple[list[int], list[int]]:
     """Labels by one expansion from all centers, and the centers, plus one per island.
 
-    If `islands` is "nearest", islands get no centers, and their cells have label -1.
+    If `islands` is "nearest", islands get no centers, and their cells have label -1. With offsets,
+    one for each center, paths from a center begin with its offset.
     """
     all_centers = list(centers)
     while True:
         labels: dict[int, int] = {}
-        queue = [(0, label, center) for label, center in enumerate(all_centers)]
+        starts = [*offsets, *[0] * (len(all_centers) - len(offsets))]
+        queue = list(zip(starts, range(len(all_centers)), all_centers, strict=True))
+        heapq.heapify(queue)
         while queue:
             length, label, cell = heapq.heappop(queue)
             if cell not in labels:

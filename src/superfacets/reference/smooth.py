@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -25,14 +26,19 @@ def smooth_borders(
     max_sweeps: int,
     stiffness: float = 0.0,
     roundness: float = 0.0,
+    sizes: Sequence[float] = (),
+    goals: Sequence[float] = (),
 ) -> list[int]:
     """Labels after chains of faces have moved across borders, from one region to the next.
 
     ``steps`` are the lengths of the arcs, in the unit of the vertices. A patch knows its own
-    changes of areas, and those of all patches of earlier colors.
+    changes of areas, and those of all patches of earlier colors. With ``goals``, one per region,
+    regions tend to these in place of their areas at first; ``sizes`` of faces then replace areas.
     """
-    regions = _MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
+    regions = MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
     regions.stiffness = _Stiffness(graph, labels, stiffness, roundness)
+    if goals:
+        regions.stiffness.set_goals(labels, sizes, goals, stiffness)
     waiting = set(range(graph.n_cells))
     for _ in range(max_sweeps):
         at_border = [face for face in sorted(waiting) if regions.neighboring_labels(face)]
@@ -59,6 +65,7 @@ class _Stiffness:
         self, graph: FaceGraph, labels: list[int], stiffness: float, roundness: float
     ) -> None:
         self.of_faces: list[float] = graph.measures.tolist()
+        self.sizes: list[float] = self.of_faces
         self.positions = graph.positions
         areas, moments = [0.0] * (max(labels) + 1), np.zeros((max(labels) + 1, 3))
         for faces in _runs(labels):
@@ -79,6 +86,16 @@ class _Stiffness:
         self._turn: tuple[int, int] | None = None
         self._others: list[list[float]] = []  # changes by other patches of this color
 
+    def set_goals(
+        self, labels: list[int], sizes: Sequence[float], goals: Sequence[float], stiffness: float
+    ) -> None:
+        least = 1e-6 * sum(self.of_faces) / len(goals)
+        self.weights = [stiffness / max(goal, least) for goal in goals]
+        self.sizes, self.known = list(sizes), [0.0] * len(goals)
+        for label, size in zip(labels, sizes, strict=True):
+            self.known[label] += size
+        self.known = [size - goal for size, goal in zip(self.known, goals, strict=True)]
+
     def begin(self, turn: tuple[int, int] | None) -> None:
         """Begin a patch, or end the sweep."""
         if turn == self._turn:
@@ -93,12 +110,12 @@ class _Stiffness:
 
     def gain(self, face: int, before: int, label: int) -> float:
         """Decrease of the cost if a face takes a label."""
-        area = self.of_faces[face]
+        area, size = self.of_faces[face], self.sizes[face]
         far, near = (_squared(self.positions[face] - self.centroids[i]) for i in (before, label))
         lost, won = (self.known[i] + self.own[i] for i in (before, label))
         slope = self.weights[label] * won - self.weights[before] * lost
         curvature = 0.5 * (self.weights[label] + self.weights[before])
-        return self.roundness * area * (far - near) - area * (slope + curvature * area)
+        return self.roundness * area * (far - near) - size * (slope + curvature * size)
 
     def change(self, before: int, label: int, area: float) -> None:
         self.own[before] -= area
@@ -120,7 +137,7 @@ def _squared(step: Floats) -> float:
     return float(x * x + y * y + z * z)
 
 
-class _MovingRegions:
+class MovingRegions:
     """Changing labels, and the gain of each move."""
 
     def __init__(
@@ -149,6 +166,7 @@ class _MovingRegions:
         return [(number, int(self.graph.neighbors[number])) for number in numbers]
 
     def neighbors(self, face: int) -> list[int]:
+        """Faces across the sides of a face."""
         return [neighbor for _, neighbor in self.arcs(face)]
 
     def neighboring_labels(self, face: int) -> list[int]:
@@ -245,8 +263,8 @@ class _MovingRegions:
             chain.append((face, self.travels[face]))
             self.travels[face] = float(np.float32(self.travel(face, label)))
             self.labels[face] = label
-            area += self.stiffness.of_faces[face]
-            self.stiffness.change(before, label, self.stiffness.of_faces[face])
+            area += self.stiffness.sizes[face]
+            self.stiffness.change(before, label, self.stiffness.sizes[face])
             if gain > best_gain:
                 best_gain, best_size, best_area = gain, len(chain), area
             around = [f for f in self.neighbors(face) if self.labels[f] == before]

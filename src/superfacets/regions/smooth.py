@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Ints, Singles
+from .._types import Floats, Ints, Singles
 from .._validate import checked_number, checked_seeds
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -154,6 +154,28 @@ def smooth_borders(
     return part.whole_labels(straighten(part.costs, part.labels, fixed, options))
 
 
-def straighten(costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOptions) -> Ints:
-    """Return smoothed labels; arguments are checked."""
-    return _core.smooth_borders(*options.args(costs, labels, fixed))
+BALANCED_STIFFNESS = 15.0
+"""Weight of sizes in 1 / r, where regions have goals. With 5, the coefficient of variation of areas
+is 0.16 before cells are transferred; with 15, 0.13; with 30, 0.12 at 0.1 more compactness."""
+
+BALANCED_SWEEPS = 20
+"""The same as `MAX_SWEEPS`, where regions have goals."""
+
+
+def straighten(
+    costs: BorderCosts,
+    labels: Ints,
+    fixed: Ints,
+    options: SmoothOptions,
+    goals: tuple[Floats, Floats] | None = None,
+) -> Ints:
+    """Return smoothed labels; arguments are checked.
+
+    With goals, the sizes of cells and those that regions are to have, regions tend to these.
+    """
+    args = options.args(costs, labels, fixed)
+    if goals is None or not goals[1].sum() > 0:
+        return _core.smooth_borders(*args)
+    unit = _core.sum_of(costs.surface.measures, costs.surface.n_threads) / goals[1].sum()
+    stiff = BALANCED_SWEEPS, BALANCED_STIFFNESS / costs.radius, *args[10:]
+    return _core.smooth_to_goals(*args[:8], *stiff, unit * goals[0], unit * goals[1])

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._timing import timed
-from ..._validate import checked_threads
+from ..._validate import checked_number, checked_threads
 from ...adapters.convert import MeshLike
 from ...cells.weights import WeightName, WeightOptions, Weights
 from ...clustering.segmentation import Segmentation
@@ -25,10 +25,10 @@ On the 95 benchmark models at hand, k = 150, alpha = 200: from 1 to 3 the unders
 changes by 0.001, and borders get rounder.
 """
 
-IMBALANCE = 500
-"""Largest allowed excess of a part's area over the mean area, in thousandths.
+IMBALANCE = 0.5
+"""Largest allowed excess of a part's area over the mean area, as a fraction of that.
 
-METIS allows 30 by default, with which borders often miss creases: the undersegmentation error is
+METIS allows 0.03 by default, with which borders often miss creases: the undersegmentation error is
 higher by 0.002 on those models, and by 0.03 on the ten smallest of them.
 """
 
@@ -54,16 +54,17 @@ def metis_partition(
     alpha: float | None = None,
     eta_convex: float | None = None,
     weights: WeightName | Weights = "superfacets",
+    imbalance: float = IMBALANCE,
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Segmentation:
     """Label every face of a mesh with one of k parts that METIS finds.
 
     METIS makes a multilevel partition of the face graph: it looks for a small total cost of the
-    edges along borders, for parts of at most one and a half times the mean area. A border along an
-    edge e between faces of weight w costs ``|e| exp(-w / (s |e|))``, where s is twice the sum of
-    all weights divided by the sum of all edge lengths. So borders are short, and cheap in creases.
-    The unit of the weights does not matter.
+    edges along borders, for parts of at most one and a half times the mean area (`imbalance`). A
+    border along an edge e between faces of weight w costs ``|e| exp(-w / (s |e|))``, where s is
+    twice the sum of all weights divided by the sum of all edge lengths. So borders are short, and
+    cheap in creases. The unit of the weights does not matter.
 
     Parameters
     ----------
@@ -78,6 +79,8 @@ def metis_partition(
     alpha, eta_convex, weights
         As for `superfacets.segment`, but ``"superfacets"`` by default. If the two arcs of a pair
         have different given weights, both get the mean.
+    imbalance : float, default 0.5
+        Largest excess of a part's area over the mean, as a fraction, >= 0.001.
     weld : bool, default True
         Count vertices at exactly the same position as one.
     n_threads : int, optional
@@ -111,15 +114,16 @@ def metis_partition(
     """
     threads = checked_threads(n_threads)
     chosen = WeightOptions.checked(weights, alpha, eta_convex)
+    excess = max(1, round(1000 * checked_number(imbalance, "imbalance", zero=False)))
     metis = _import_pymetis()
     cells = read_face_cells(mesh, n_segments, chosen, weld, threads)
     with timed(cells.timings, "partition"):
-        labels = _partition(metis, cells)
+        labels = _partition(metis, cells, excess)
     cells.params.update(method="metis", seed=SEED)
     return cells.segmentation(labels, threads)
 
 
-def _partition(metis: Any, cells: FaceCells) -> npt.NDArray[np.int64]:
+def _partition(metis: Any, cells: FaceCells, excess: int) -> npt.NDArray[np.int64]:
     """Labels of all faces, component by component; some labels may not occur."""
     costs = _cutting_costs(cells)
     areas = cells.graph.measures
@@ -132,7 +136,8 @@ def _partition(metis: Any, cells: FaceCells) -> npt.NDArray[np.int64]:
     labels = np.empty(cells.graph.n_cells, np.int64)
     n_labels = 0
     for component, n in zip(components, n_parts, strict=True):
-        parts = _divide(metis, component, areas[component.faces], costs[component.arcs], n)
+        weights = (areas[component.faces], costs[component.arcs])
+        parts = _divide(metis, component, *weights, n, excess)
         labels[component.faces] = n_labels + parts
         n_labels += n
     return labels
@@ -171,9 +176,9 @@ def _share_out(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
 
 
 def _divide(
-    metis: Any, component: Component, areas: Floats, costs: Floats, n_parts: int
+    metis: Any, component: Component, areas: Floats, costs: Floats, n_parts: int, excess: int
 ) -> npt.NDArray[np.int64]:
-    """Parts of the faces of one component, 0..n_parts - 1."""
+    """Parts of the faces of one component, 0..n_parts - 1; `excess` is in thousandths."""
     n_faces = len(areas)
     if n_parts == 1:
         return np.zeros(n_faces, np.int64)
@@ -187,7 +192,7 @@ def _divide(
         vweights=_whole_numbers(_cap(areas, n_parts)).astype(dtype),
         eweights=pairs.costs.astype(dtype),
         recursive=False,  # only direct partitioning supports connected parts
-        options=metis.Options(contig=1, ufactor=IMBALANCE, seed=SEED),
+        options=metis.Options(contig=1, ufactor=excess, seed=SEED),
     ).vertex_part
     return np.asarray(parts, dtype=np.int64)
 

@@ -1,0 +1,109 @@
+"""Regions of equal area beside those of METIS and pyacvd: how equal, how good, how fast."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+import superfacets as sf
+from superfacets import metrics
+from superfacets.study.baselines import metis_partition
+from superfacets.study.princeton import Benchmark, Model
+
+from .meshes import Arrays
+from .rivals import run_pyacvd
+
+Labels = npt.NDArray[np.int32]
+
+
+def _balanced(mesh: sf.Mesh, k: int) -> Labels:
+    return sf.segment(mesh, k, balance=1.0, n_threads=1).labels
+
+
+def _usual(mesh: sf.Mesh, k: int) -> Labels:
+    return sf.segment(mesh, k, n_threads=1).labels
+
+
+def _metis(imbalance: float) -> Callable[[sf.Mesh, int], Labels]:
+    """METIS with weights of creases, and this largest excess of area."""
+    return lambda mesh, k: metis_partition(mesh, k, imbalance=imbalance, n_threads=1).labels
+
+
+def _pyacvd(mesh: sf.Mesh, k: int) -> Labels:
+    """Each face gets the label of most of its vertices, or of the first."""
+    of_vertices = run_pyacvd(Arrays(mesh.vertices, mesh.faces), k).labels.astype(np.int32)
+    first, second, third = of_vertices[mesh.faces].T
+    labels = np.where(second == third, second, first)
+    return np.unique(labels, return_inverse=True)[1].astype(np.int32)
+
+
+METHODS: dict[str, Callable[[sf.Mesh, int], Labels]] = {
+    "superfacets": _usual,
+    "superfacets, balance=1": _balanced,
+    "METIS, 3 %": _metis(0.03),
+    "METIS, 10 %": _metis(0.1),
+    "METIS, 20 %": _metis(0.2),
+    "pyacvd": _pyacvd,
+}
+
+
+class Row(NamedTuple):
+    """Means over models."""
+
+    k: int
+    method: str
+    error: float
+    compactness: float
+    variation: float  # coefficient of variation of areas
+    largest: float  # in mean areas
+    apart: float  # share of regions that are in several pieces
+    seconds: float
+
+
+def measure_balance(
+    folder: Path, ks: Sequence[int], every: int, say: Callable[[str], None]
+) -> list[Row]:
+    """Measure all methods on every n-th model of the Princeton benchmark; one thread."""
+    benchmark = Benchmark(folder)
+    models = [benchmark.load(number) for number in sorted(benchmark.numbers)[::every]]
+    rows = []
+    for k in ks:
+        for name, method in METHODS.items():
+            say(f"k = {k}: {name}")
+            values = [_measured(model, method, k) for model in models]
+            rows.append(Row(k, name, *np.mean(values, axis=0).tolist()))
+    return rows
+
+
+def _measured(model: Model, method: Callable[[sf.Mesh, int], Labels], k: int) -> list[float]:
+    mesh = model.mesh
+    start = time.process_time()
+    labels = method(mesh, k)
+    seconds = time.process_time() - start
+    areas = sf.build_face_graph(mesh).measures
+    overlaps = [metrics.area_overlap(labels, truth, areas) for truth in model.ground_truths]
+    error = float(np.mean([metrics.undersegmentation_error(overlap) for overlap in overlaps]))
+    found = metrics.evaluate(mesh, labels)
+    sizes = np.bincount(labels, areas)
+    apart = found["n_extra_pieces"] / found["n_regions"]
+    spread = (float(sizes.std() / sizes.mean()), float(sizes.max() / sizes.mean()))
+    return [error, found["compactness"], *spread, apart, seconds]
+
+
+def balance_table(rows: Sequence[Row]) -> str:
+    """Return the rows as a table in Markdown."""
+    lines = [
+        "| k | method | UE | compactness | CV of areas | max / mean | extra pieces | seconds |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {row.k} | {row.method} | {row.error:.4f} | {row.compactness:.3f} |"
+        f" {row.variation:.3f} | {row.largest:.3f} | {row.apart:.2%} | {row.seconds:.3f} |"
+        for row in rows
+    ]
+    return "\n".join(lines)

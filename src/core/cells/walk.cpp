@@ -1,0 +1,96 @@
+#include "cells/walk.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "base/assert.hpp"
+
+namespace superfacets {
+namespace {
+
+class Walker {
+ public:
+  Walker(const Arcs& arcs, std::span<const Label> labels)
+      : arcs_(arcs), labels_(labels), is_visited_(labels.size()) {
+    std::ranges::fill(is_visited_, 0);
+  }
+
+  // Puts the cells of a region in order. Regions may be walked on several threads at once.
+  void walk(std::span<Cell> cells) {
+    std::vector<Cell> starts(cells.begin(), cells.end());
+    std::ranges::stable_sort(
+        starts, [&](Cell a, Cell b) { return n_waiting_around(a) < n_waiting_around(b); });
+    std::size_t n_visited = 0;
+    std::vector<Cell> way;
+    for (const Cell start : starts) {
+      if (is_visited_[start] != 0) continue;
+      way.assign({start});
+      is_visited_[start] = 1;
+      cells[n_visited++] = start;
+      while (!way.empty()) {
+        const Cell next = next_after(way.back());
+        if (next == kNone) {
+          way.pop_back();
+          continue;
+        }
+        is_visited_[next] = 1;
+        cells[n_visited++] = next;
+        way.push_back(next);
+      }
+    }
+  }
+
+ private:
+  static constexpr Cell kNone = -1;
+
+  bool is_waiting(Cell cell, Label label) const {
+    return labels_[cell] == label && is_visited_[cell] == 0;
+  }
+
+  std::ptrdiff_t n_waiting_around(Cell cell) const {
+    const std::span<const Cell> near = arcs_.neighbors(cell);
+    return std::ranges::count_if(near,
+                                 [&](Cell other) { return is_waiting(other, labels_[cell]); });
+  }
+
+  Cell next_after(Cell cell) const {
+    std::pair<std::ptrdiff_t, Cell> best{0, kNone};
+    for (const Cell near : arcs_.neighbors(cell)) {
+      if (!is_waiting(near, labels_[cell])) continue;
+      const std::pair<std::ptrdiff_t, Cell> found{n_waiting_around(near), near};
+      if (best.second == kNone || found < best) best = found;
+    }
+    return best.second;
+  }
+
+  const Arcs& arcs_;
+  const std::span<const Label> labels_;
+  Buffer<std::uint8_t> is_visited_;  // (N,)
+};
+
+}  // namespace
+
+Buffer<Cell> walk_regions(const Arcs& arcs, std::span<const Label> labels, Label n_regions,
+                          ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), arcs.n_cells()));
+  std::vector<std::int64_t> ends(n_regions, 0);
+  for (const Label label : labels) {
+    if (label != kNoLabel) ++ends[label];
+  }
+  std::int64_t total = 0;
+  for (std::int64_t& end : ends) total += std::exchange(end, total);
+  Buffer<Cell> cells(total);
+  for (Cell cell = 0; std::cmp_less(cell, labels.size()); ++cell) {
+    if (labels[cell] != kNoLabel) cells[ends[labels[cell]]++] = cell;
+  }
+  Walker walker(arcs, labels);
+  team.for_each(n_regions, [&](std::int64_t region, int) {
+    const std::int64_t begin = region == 0 ? 0 : ends[region - 1];
+    walker.walk(cells.span().subspan(begin, ends[region] - begin));
+  });
+  return cells;
+}
+
+}  // namespace superfacets

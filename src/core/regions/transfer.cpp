@@ -1,0 +1,361 @@
+#include "regions/transfer.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "base/assert.hpp"
+#include "regions/chains.hpp"
+
+namespace superfacets {
+namespace {
+
+// Sizes that differ by less than this fraction of the mean size of a region are equal.
+constexpr double kRounding = 1e-9;
+
+// Most paths, per region, on which cells got stuck before the end, until the next test of
+// connectedness is used: they only move the excess to another region.
+constexpr std::int64_t kMostStuck = 4;
+
+// Tests of whether a cell may leave its region, in the order in which they are used.
+enum class LeaveTest : std::uint8_t { kLocal, kExact, kNone };
+
+// The cells of each region, and whether one of them may leave.
+class Members {
+ public:
+  Members(MovingRegions& regions, std::size_t n_regions)
+      : regions_(regions),
+        lists_(n_regions),
+        slots_(regions.labels().size()),
+        seen_(regions.labels().size(), 0) {
+    for (Cell cell = 0; std::cmp_less(cell, slots_.size()); ++cell) add(cell);
+  }
+
+  LeaveTest test() const { return test_; }
+  void set_test(LeaveTest test) { test_ = test; }
+  const std::vector<Cell>& of(Label region) const { return lists_[region]; }
+
+  void move(Cell cell, Label to) {
+    std::vector<Cell>& list = lists_[regions_.label(cell)];
+    list[slots_[cell]] = list.back();
+    slots_[list.back()] = slots_[cell];
+    list.pop_back();
+    regions_.move(cell, to, 0.0F);
+    add(cell);
+  }
+
+  bool may_leave(Cell cell) {
+    if (lists_[regions_.label(cell)].size() < 2) return false;
+    if (test_ == LeaveTest::kNone || regions_.may_leave(cell)) return true;
+    return test_ == LeaveTest::kExact && are_joined_without(cell);
+  }
+
+ private:
+  void add(Cell cell) {
+    std::vector<Cell>& list = lists_[regions_.label(cell)];
+    slots_[cell] = list.size();
+    list.push_back(cell);
+  }
+
+  // Whether the neighbors of a cell in its region, of which it has some, are joined without it.
+  bool are_joined_without(Cell cell) {
+    const Label label = regions_.label(cell);
+    std::size_t n_missing = 0;
+    ++stamp_;
+    front_.clear();
+    for (const Cell near : regions_.arcs().neighbors(cell)) {
+      if (near == cell || regions_.label(near) != label || seen_[near] == stamp_) continue;
+      seen_[near] = stamp_;  // until it is reached
+      if (front_.empty()) {
+        front_.push_back(near);
+      } else {
+        ++n_missing;
+      }
+    }
+    return !front_.empty() && reaches(cell, label, n_missing);
+  }
+
+  // Whether paths in the region from the front reach so many cells with the stamp; cells that are
+  // reached get the next one.
+  bool reaches(Cell without, Label label, std::size_t n_missing) {
+    const std::int64_t wanted = stamp_++;
+    seen_[without] = seen_[front_.front()] = stamp_;
+    for (std::size_t i = 0; i < front_.size() && n_missing > 0; ++i) {
+      for (const Cell near : regions_.arcs().neighbors(front_[i])) {
+        if (regions_.label(near) != label || seen_[near] == stamp_) continue;
+        if (seen_[near] == wanted) --n_missing;
+        seen_[near] = stamp_;
+        front_.push_back(near);
+      }
+    }
+    return n_missing == 0;
+  }
+
+  MovingRegions& regions_;
+  LeaveTest test_ = LeaveTest::kLocal;
+  std::vector<std::vector<Cell>> lists_;
+  std::vector<std::size_t> slots_;  // (N,) of each cell in the list of its region
+  std::vector<std::int64_t> seen_;  // (N,) stamp of the last search that saw the cell
+  std::int64_t stamp_ = 0;
+  std::vector<Cell> front_;
+};
+
+class CellTransfer {
+ public:
+  CellTransfer(MovingRegions& regions, const SizeBounds& bounds)
+      : regions_(regions),
+        bounds_(bounds),
+        members_(regions, bounds.lows.size()),
+        totals_(bounds.lows.size(), 0.0),
+        exits_(totals_.size()),
+        parents_(totals_.size(), kNoLabel) {
+    for (std::size_t cell = 0; cell < bounds.sizes.size(); ++cell) {
+      totals_[regions.label(static_cast<Cell>(cell))] += bounds.sizes[cell];
+    }
+    const double sum = std::accumulate(totals_.begin(), totals_.end(), 0.0);
+    rounding_ = kRounding * sum / static_cast<double>(totals_.size());
+    step_ = sum / static_cast<double>(bounds.sizes.size()) - rounding_;
+  }
+
+  void run() {
+    for (const LeaveTest test : {LeaveTest::kLocal, LeaveTest::kExact, LeaveTest::kNone}) {
+      if (test == LeaveTest::kNone && !bounds_.may_split) return;
+      members_.set_test(test);
+      for (Exits& exits : exits_) exits.are_known = false;
+      n_stuck_ = 0;
+      while (sweep()) {
+      }
+    }
+  }
+
+ private:
+  struct Exits {
+    std::vector<Label> to;  // regions that a cell may move to
+    bool are_known = false;
+  };
+
+  // Brings regions into their bounds, as far as there is a way. Returns whether a cell has moved.
+  bool sweep() {
+    bool has_moved = false;
+    for (Label region = 0; std::cmp_less(region, totals_.size()); ++region) {
+      blocked_.clear();
+      while (excess(region) > rounding_ && may_go_on() && drain(region)) has_moved = true;
+      blocked_.clear();
+      while (lack(region) > rounding_ && may_go_on() && fill(region)) has_moved = true;
+    }
+    return has_moved && may_go_on();
+  }
+
+  bool may_go_on() const { return n_stuck_ < kMostStuck * std::ssize(totals_); }
+  double excess(Label region) const { return totals_[region] - bounds_.highs[region]; }
+  double lack(Label region) const { return bounds_.lows[region] - totals_[region]; }
+
+  // Moves cells away from a region, and to one. Returns whether a cell has moved.
+  bool drain(Label region) {
+    const auto has_room = [&](Label other) { return -excess(other) >= step_; };
+    const auto next_of = [&](Label at, const auto& take) {
+      for (const Label to : exits(at)) {
+        if (!is_blocked({at, to})) take(to);
+      }
+    };
+    const auto push_on = [&](std::vector<Label> path) {
+      std::ranges::reverse(path);
+      return push(path, std::min(excess(region), -excess(path.back())));
+    };
+    return push_over_paths(region, has_room, next_of, push_on);
+  }
+
+  bool fill(Label region) {
+    const auto can_spare = [&](Label other) { return -lack(other) >= step_; };
+    const auto next_of = [&](Label at, const auto& take) {
+      for (const Label from : neighbors(at)) {
+        if (std::ranges::binary_search(exits(from), at) && !is_blocked({from, at})) take(from);
+      }
+    };
+    const auto push_on = [&](const std::vector<Label>& path) {
+      return push(path, std::min(lack(region), -lack(path.front())));
+    };
+    return push_over_paths(region, can_spare, next_of, push_on);
+  }
+
+  // Tries paths between a region and those that are wanted, the shortest first, until a cell moves.
+  // push_on(path) gets the path that ends at the region.
+  template <typename IsWanted, typename NextOf, typename PushOn>
+  bool push_over_paths(Label region, const IsWanted& is_wanted, const NextOf& next_of,
+                       const PushOn& push_on) {
+    while (may_go_on()) {
+      const Label end = search(region, is_wanted, next_of);
+      if (end == kNoLabel) return false;
+      std::vector<Label> path{end};
+      while (path.back() != region) path.push_back(parents_[path.back()]);
+      if (push_on(path)) return true;
+    }
+    return false;
+  }
+
+  using Leg = std::pair<Label, Label>;
+
+  bool is_blocked(const Leg& leg) const {
+    return std::ranges::find(blocked_, leg) != blocked_.end();
+  }
+
+  // Breadth-first search. Returns the first region that is wanted, or kNoLabel; the way there leads
+  // over parents.
+  template <typename IsWanted, typename ForEachNext>
+  Label search(Label first, const IsWanted& is_wanted, const ForEachNext& for_each_next) {
+    for (const Label visited : queue_) parents_[visited] = kNoLabel;
+    parents_[first] = first;
+    queue_.assign({first});
+    Label found = kNoLabel;
+    for (std::size_t i = 0; i < queue_.size() && found == kNoLabel; ++i) {
+      const Label at = queue_[i];
+      for_each_next(at, [&](Label next) {
+        if (found != kNoLabel || parents_[next] != kNoLabel) return;
+        parents_[next] = at;
+        queue_.push_back(next);
+        if (is_wanted(next)) found = next;
+      });
+    }
+    return found;
+  }
+
+  // Moves cells from each region of a path to the next. Returns whether one has moved.
+  bool push(const std::vector<Label>& path, double amount) {
+    const double room = std::max(-excess(path.back()), 0.0);
+    for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+      const bool is_last = i + 2 == path.size();
+      const double most = is_last ? room : std::numeric_limits<double>::infinity();
+      amount = move_between(path[i], path[i + 1], amount, most);
+      if (amount > 0.0) continue;
+      ++n_stuck_;
+      blocked_.emplace_back(path[i], path[i + 1]);
+      return i > 0;
+    }
+    blocked_.clear();
+    return true;
+  }
+
+  // Moves cells of at least this size in total, if it can, and at most `most`. Returns the total.
+  double move_between(Label from, Label to, double amount, double most) {
+    candidates_.clear();
+    for (const Cell cell : members_.of(from)) add_candidate(cell, to);
+    double moved = 0.0;
+    while (moved < amount - rounding_) {
+      const Cell cell = take_candidate(from, to, most - moved);
+      if (cell == kNoCell) break;
+      const double size = bounds_.sizes[cell];
+      members_.move(cell, to);
+      totals_[from] -= size;
+      totals_[to] += size;
+      moved += size;
+      for (const Cell near : regions_.arcs().neighbors(cell)) {
+        exits_[regions_.label(near)].are_known = false;
+        if (regions_.label(near) == from) add_candidate(near, to);
+      }
+      exits_[from].are_known = exits_[to].are_known = false;
+    }
+    return moved;
+  }
+
+  void add_candidate(Cell cell, Label to) {
+    if (!touches(cell, to) || contains(candidates_, cell)) return;
+    candidates_.push_back(cell);
+  }
+
+  // Whether a cell may leave once its region has got another. The last cell may then, too.
+  bool may_pass(Cell cell) {
+    return members_.test() == LeaveTest::kNone || members_.may_leave(cell);
+  }
+
+  bool touches(Cell cell, Label region) const {
+    const std::span<const Cell> near = regions_.arcs().neighbors(cell);
+    return std::ranges::any_of(near, [&](Cell other) { return regions_.label(other) == region; });
+  }
+
+  static bool contains(const std::vector<Cell>& cells, Cell cell) {
+    return std::ranges::find(cells, cell) != cells.end();
+  }
+
+  // Removes and returns the candidate that gains most, of those that may leave and fit; or kNoCell.
+  Cell take_candidate(Label from, Label to, double most) {
+    ranked_.clear();
+    for (const Cell cell : candidates_)
+      ranked_.emplace_back(-regions_.gain_of(cell, from, to), cell);
+    std::ranges::sort(ranked_);
+    for (const auto& [loss, cell] : ranked_) {
+      const double size = bounds_.sizes[cell];
+      if (size > most + rounding_ || size > -lack(from) + rounding_) continue;
+      if (!members_.may_leave(cell)) continue;
+      std::erase(candidates_, cell);
+      return cell;
+    }
+    return kNoCell;
+  }
+
+  // The regions that a cell of this one may move to, ascending.
+  const std::vector<Label>& exits(Label region) {
+    Exits& exits = exits_[region];
+    if (exits.are_known) return exits.to;
+    exits.to.clear();
+    exits.are_known = true;
+    for (const Cell cell : members_.of(region)) {
+      std::vector<Label> more;
+      for (const Cell near : regions_.arcs().neighbors(cell)) {
+        const Label label = regions_.label(near);
+        if (label == region || std::ranges::count(exits.to, label) > 0) continue;
+        if (std::ranges::count(more, label) == 0) more.push_back(label);
+      }
+      if (more.empty() || !may_pass(cell)) continue;
+      exits.to.insert(exits.to.end(), more.begin(), more.end());
+    }
+    std::ranges::sort(exits.to);
+    return exits.to;
+  }
+
+  // The regions around one, ascending.
+  std::vector<Label> neighbors(Label region) const {
+    std::vector<Label> found;
+    for (const Cell cell : members_.of(region)) {
+      for (const Cell near : regions_.arcs().neighbors(cell)) {
+        const Label label = regions_.label(near);
+        if (label != region && std::ranges::count(found, label) == 0) {
+          found.push_back(label);
+        }
+      }
+    }
+    std::ranges::sort(found);
+    return found;
+  }
+
+  MovingRegions& regions_;
+  const SizeBounds& bounds_;
+  Members members_;
+  std::vector<double> totals_;  // (K,) sizes of the regions
+  std::vector<Exits> exits_;    // (K,)
+  std::vector<Label> parents_;  // (K,) of the last search; kNoLabel: not visited
+  std::vector<Label> queue_;    // of the last search
+  std::vector<Leg> blocked_;    // that no cell could take, since cells reached the end of a path
+  std::vector<Cell> candidates_;
+  std::vector<std::pair<double, Cell>> ranked_;
+  std::int64_t n_stuck_ = 0;
+  double rounding_ = 0.0;
+  double step_ = 0.0;  // least room of a region at the end of a path: the mean size of a cell
+};
+
+}  // namespace
+
+Buffer<Label> transfer_cells(const Surface& surface, const BorderCost& cost,
+                             std::span<const Label> labels, const SizeBounds& bounds,
+                             ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
+  SUPERFACETS_ASSERT(bounds.sizes.size() == labels.size());
+  SUPERFACETS_ASSERT(bounds.lows.size() == bounds.highs.size());
+  SUPERFACETS_ASSERT(all_below(labels, bounds.lows.size()));
+  MovingRegions regions(surface, cost, labels, {}, team);
+  CellTransfer(regions, bounds).run();
+  return std::move(regions).take_labels();
+}
+
+}  // namespace superfacets

@@ -1,0 +1,394 @@
+"""Stage 4: regions of given sizes. Paths from each center begin with an offset of its own.
+
+After the loop, centers jump from regions that are too small to regions that are too large. Then
+offsets grow where regions are larger than their goals, and shrink where they are smaller, and
+centers move on: shortest paths with additive weights. Regions stay connected, and their borders
+stay in creases. What is left is done cell by cell, in stage 5.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._core import Clustering, OrderedGraph
+from .._options import BalanceOptions, LoopOptions, SizeOptions
+from .._types import Array, Bools, Floats, Ints, Longs
+from .._validate import exact_array
+from ..cells.constraints import Cut, in_order
+from ..cells.sums import sums_by_label
+from ..errors import MeshError
+from .graphs import CoarseCells
+from .plan import Plan
+from .seeding import CORE_ISLANDS
+
+Offsets: TypeAlias = npt.NDArray[np.uint64]
+
+JUMP_ROUNDS = 6
+"""Largest number of times that centers jump."""
+
+ITERATIONS_PER_JUMP = 4
+"""Iterations after centers have jumped."""
+
+MOST_JUMPING = 0.15
+"""Largest share of the centers of a component that jump at once; at least one may."""
+
+SMALL, LARGE = 0.6, 1.5
+"""Size, in goals, below which a region may lose its center, and above which it may get one more."""
+
+ROUNDS = 20
+"""Rounds in which offsets and centers move. 40 are as good."""
+
+ROUNDS_ON_ALL = 6
+"""The same on all cells, after those on coarse cells."""
+
+GAIN = 0.35
+"""Change of an offset in a round, in mean path lengths of a border, per relative excess of size."""
+
+MOST_OFFSET = 0.5
+"""Largest offset, in the same unit. Regions with larger ones flow around their neighbors and leave
+their part of the shape: with 1, the undersegmentation error is 0.01 higher."""
+
+RESCUES = 10
+"""Most rounds at the end that bring back regions that have lost their center."""
+
+ISLAND = 0.5
+"""Components of less than this share of the mean size of a region are islands, as for seeds."""
+
+
+@dataclass(frozen=True, eq=False)
+class SizeRules:
+    """What sizes regions are to have; the size of a region is the sum of those of its cells."""
+
+    options: BalanceOptions
+    sizes: Floats  # (n,) of the kept cells
+    components: Ints  # (n,) component of each
+
+    @classmethod
+    def of(
+        cls, options: BalanceOptions, graph: Any, cut: Cut | None, order: Ints | None
+    ) -> SizeRules | None:
+        """Return the rules for the kept cells of a graph; None if there are none."""
+        if not options.is_used:
+            return None
+        sizes = graph.measures
+        if options.cells_per_region is not None:
+            sizes = np.ones(graph.n_cells)
+        elif options.cell_weights is not None:
+            sizes = in_order(options.checked_cell_weights(graph.n_cells), order)
+        sizes = sizes if cut is None else sizes[cut.cells]
+        arcs = graph if cut is None else cut
+        one_label = np.zeros(len(sizes), np.int32)
+        components, _ = _core.find_components(arcs.offsets, arcs.neighbors, one_label)
+        if not sizes.sum() > 0:
+            raise MeshError("cells have no size to balance by: all measures are 0")
+        return cls(options, exact_array(sizes, np.float64), components)
+
+    def asked(self, size: SizeOptions) -> SizeOptions:
+        """Return the size of regions as asked for, by `cells_per_region` if that is given."""
+        per_region = self.options.cells_per_region
+        if per_region is None:
+            return size
+        n_segments = int((-(-np.bincount(self.components) // per_region)).sum())
+        return replace(size, n_segments=n_segments)
+
+    def check(self, n_segments: int) -> None:
+        """Raise a MeshError if so many regions cannot keep the bounds."""
+        low, high = self.options.bounds
+        total, largest = float(self.sizes.sum()), float(self.sizes.max())
+        if largest > high:
+            raise MeshError(f"max_measure is {high:g} but a cell has {largest:g}")
+        slack = 1e-9 * total
+        if n_segments * high < total - slack:
+            raise MeshError(
+                f"{n_segments} regions of at most max_measure={high:g} hold {n_segments * high:g}"
+                f" of {total:g}: at least {math.ceil(total / high)} are needed"
+            )
+        if n_segments * low > total + slack:
+            raise MeshError(
+                f"{n_segments} regions of at least min_measure={low:g} need {n_segments * low:g}"
+                f" of {total:g}: at most {math.floor(total / low)} are possible"
+            )
+
+    def counts(self, found: Longs) -> Longs:
+        """Number of regions of each component, given those that they have."""
+        totals = sums_by_label(self.components, self.sizes, len(found))
+        if self.options.cells_per_region is not None:
+            return np.asarray(np.ceil(totals / self.options.cells_per_region), np.int64)
+        low, high = self.options.bounds
+        mean = totals[found > 0].sum() / found.sum()
+        is_shared = (found > 1) | ((found == 1) & (totals >= ISLAND * mean))
+        n_cells = np.bincount(self.components, minlength=len(found))
+        counts = found.copy()
+        shared = np.flatnonzero(is_shared)
+        most = np.minimum(n_cells, np.floor(totals / low * (1 + 1e-9)) if low > 0 else n_cells)
+        least = np.maximum(1, np.ceil(totals / high * (1 - 1e-9)))
+        counts[shared] = _divided(
+            int(found[shared].sum()), totals[shared], least[shared], most[shared]
+        )
+        return counts
+
+    def goals(self, found: Floats, components: Ints) -> Floats:
+        """Sizes that regions are to have, given their sizes and components."""
+        counts = np.bincount(components)
+        totals = sums_by_label(components, found, len(counts))
+        if self.options.cells_per_region is not None:
+            return _exact_goals(found, components, self.options.cells_per_region)
+        means = (totals / np.maximum(counts, 1))[components]
+        low, high = self.options.bounds
+        goals = found + self.options.balance * (means - found)
+        if low > 0 or high < math.inf:
+            goals = _within(goals, means, components, (low, high))
+        return goals
+
+
+def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
+    """Divide n by Sainte-Lague's method, from `least` to `most` each, as far as n allows."""
+    counts = np.minimum(least, np.maximum(most, 1)).astype(np.int64)
+    rest = n - int(counts.sum())
+    queue = [(-totals[i] / (counts[i] + 0.5), i) for i in range(len(counts)) if counts[i] < most[i]]
+    heapq.heapify(queue)
+    while rest > 0 and queue:
+        _, i = heapq.heappop(queue)
+        counts[i] += 1
+        rest -= 1
+        if counts[i] < most[i]:
+            heapq.heappush(queue, (-totals[i] / (counts[i] + 0.5), i))
+    return counts
+
+
+def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
+    """Goals for cells: so many per region, and the remainder for the smallest of a component."""
+    goals = np.full(len(found), float(per_region))
+    order = np.lexsort((found, components))
+    is_first = np.ones(len(order), bool)
+    is_first[1:] = components[order[1:]] != components[order[:-1]]
+    smallest = order[is_first]
+    counts = np.bincount(components)
+    totals = sums_by_label(components, found, len(counts))
+    which = components[smallest]
+    goals[smallest] = totals[which] - per_region * (counts[which] - 1)
+    return goals
+
+
+def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float, float]) -> Floats:
+    """Pull the goals of each component towards their mean until all are within bounds, if it is."""
+    low, high = bounds
+    spread = goals - means
+    with np.errstate(divide="ignore", invalid="ignore"):
+        room = np.where(spread > 0, (high - means) / spread, (low - means) / spread)
+    room = np.where(spread == 0, 1.0, np.clip(room, 0.0, 1.0))
+    factors = np.ones(int(components.max()) + 1)
+    np.minimum.at(factors, components, room)
+    return np.asarray(means + factors[components] * spread)
+
+
+@dataclass(eq=False)
+class Balancer:
+    """The rules on each level of the loop, and the goals and offsets that come of them."""
+
+    rules: SizeRules
+    sizes: list[Floats]  # of the cells of each level, all cells first
+    components: list[Ints]
+    n_threads: int
+    islands: _core.Islands
+    may_jump: bool  # whether centers may: not if they are given
+    goals: Floats = field(default_factory=lambda: np.empty(0))  # (K,) empty at first
+    offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))  # (K,)
+
+    @classmethod
+    def of(
+        cls, rules: SizeRules, coarse: list[CoarseCells], plan: Plan, loop: LoopOptions
+    ) -> Balancer:
+        """Return a balancer for the levels of a loop, the finest coarse one first."""
+        n_threads, islands = loop.n_threads, CORE_ISLANDS[loop.islands]
+        may_jump = isinstance(plan.init, str) and loop.relocate is not False
+        sizes, components = [rules.sizes], [rules.components]
+        for level in coarse:
+            assert isinstance(level, _core.CoarseGraph)  # tiles have no balance
+            cells = level.coarse_cells(n_threads)
+            sizes.append(sums_by_label(cells, sizes[-1], level.graph.n_cells))
+            components.append(components[-1][level.centers()])
+        return cls(rules, sizes, components, n_threads, islands, may_jump)
+
+    def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
+        """Balance regions of the cells of a level, the number of coarsenings, after the loop."""
+        cells = (self.sizes[level], self.components[level])
+        if len(self.goals):
+            clustering.classify(clustering.centers(), self.paths_from())
+            n_rounds = ROUNDS_ON_ALL
+        else:
+            clustering = self._counted(graph, clustering, cells)
+            if self.may_jump:
+                self._even_out(clustering, cells)
+            found = _Regions.of(clustering, *cells)
+            self.goals = self.rules.goals(found.sizes, found.components)
+            self.offsets = np.zeros(len(self.goals), np.int64)
+            n_rounds = ROUNDS
+        self._move_offsets(clustering, cells, n_rounds)
+        return clustering
+
+    def paths_from(self) -> Offsets:
+        """The offsets, for the core."""
+        return self.offsets.astype(np.uint64)
+
+    def _counted(
+        self, graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints]
+    ) -> Clustering:
+        """Give each component as many centers as it is to have, one more in a region at a time."""
+        n_components = int(cells[1].max()) + 1
+        while self.may_jump:
+            found = _Regions.of(clustering, *cells)
+            has = np.bincount(found.components, minlength=n_components)
+            change = self.rules.counts(has) - has
+            if not change.any():
+                break
+            smallest_first = found.ranks(found.sizes)
+            stays = smallest_first >= np.maximum(-change, 0)[found.components]
+            largest_first = found.ranks(-found.sizes)
+            gets = largest_first < np.maximum(change, 0)[found.components]
+            more = found.farthest(clustering.lengths())[gets]
+            more = more[~np.isin(more, found.centers)]
+            if stays.all() and not len(more):
+                break  # a region of one cell is the largest
+            centers = np.concatenate([found.centers[stays], more])
+            clustering = Clustering(graph, centers, math.inf, self.n_threads, self.islands)
+        return clustering
+
+    def _even_out(self, clustering: Clustering, cells: tuple[Floats, Ints]) -> None:
+        """Let centers jump from small regions to large ones, within components."""
+        strength = self.rules.options.strength
+        for _ in range(JUMP_ROUNDS if strength > 0 else 0):
+            found = _Regions.of(clustering, *cells)
+            share = found.sizes / found.means
+            pairs = found.matched(share < SMALL * strength, share > LARGE / strength, MOST_JUMPING)
+            if not len(pairs):
+                break
+            centers = found.centers.copy()
+            goals = found.farthest(clustering.lengths())[pairs[:, 1]]
+            is_free = ~np.isin(goals, centers)
+            centers[pairs[is_free, 0]] = goals[is_free]
+            clustering.classify(centers)
+            for _ in range(ITERATIONS_PER_JUMP):
+                clustering.classify(clustering.update())
+
+    def _move_offsets(
+        self, clustering: Clustering, cells: tuple[Floats, Ints], n_rounds: int
+    ) -> None:
+        # Mean path length of a border, as far from the center as that of a disk.
+        scale = 1.5 * float(clustering.lengths().astype(np.float64).mean())
+        goals = np.maximum(self.goals, 1e-9 * self.goals.mean())
+        for n in range(n_rounds + RESCUES):
+            found = _Regions.of(clustering, *cells)
+            if n >= n_rounds and not found.are_lost.any():
+                break
+            centers, offsets = found.centers, self.offsets
+            if n < n_rounds:
+                moved = clustering.update()
+                is_taken = np.isin(moved, centers[found.are_lost])  # these stay, in other regions
+                centers = np.where(is_taken, centers, moved)
+                excess = np.clip(found.sizes / goals - 1.0, -1.0, 1.0)
+                offsets = offsets + np.rint(GAIN * scale * excess).astype(np.int64)
+                middle, limit = int(np.median(offsets)), int(MOST_OFFSET * scale)
+                offsets = np.clip(offsets, middle - limit, middle + limit)
+            if found.are_lost.any():
+                centers, offsets = self._rescued(found, clustering.lengths(), centers, offsets)
+            offsets = offsets - int((offsets - self.offsets).min())  # none may decrease
+            self.offsets = offsets
+            clustering.classify(centers, self.paths_from())
+
+    def _rescued(
+        self, found: _Regions, lengths: Offsets, centers: Ints, offsets: Longs
+    ) -> tuple[Ints, Longs]:
+        """Place centers that other regions have taken over anew, in the largest regions."""
+        pairs = found.matched(found.are_lost, found.sizes > 0, 1.0)
+        lost, large = pairs[:, 0], pairs[:, 1]
+        at = found.farthest(lengths)[large]
+        is_free = ~np.isin(at, centers)
+        lost, large, at = lost[is_free], large[is_free], at[is_free]
+        centers, offsets = centers.copy(), offsets.copy()
+        centers[lost] = at
+        ahead = (lengths[at].astype(np.int64) - self.offsets[large]) // 2
+        offsets[lost] = offsets[large] + ahead
+        return centers, offsets
+
+
+@dataclass(frozen=True, eq=False)
+class _Regions:
+    """The regions of a clustering, and their sizes."""
+
+    labels: Ints  # (n,)
+    centers: Ints  # (K,)
+    sizes: Floats  # (K,)
+    components: Ints  # (K,)
+
+    @classmethod
+    def of(cls, clustering: Clustering, sizes: Floats, components: Ints) -> _Regions:
+        labels, centers = clustering.labels(), clustering.centers()
+        if labels.min() >= 0:
+            found = sums_by_label(labels, sizes, len(centers))
+        else:  # islands
+            has_label = labels >= 0
+            found = sums_by_label(labels[has_label], sizes[has_label], len(centers))
+        return cls(labels, centers, found, components[centers])
+
+    @property
+    def are_lost(self) -> Bools:
+        """Whether the center of each region is in another."""
+        return np.asarray(self.labels[self.centers] != np.arange(len(self.centers)))
+
+    @property
+    def means(self) -> Floats:
+        """Mean size of the regions of the component of each region."""
+        counts = np.bincount(self.components)
+        totals = sums_by_label(self.components, self.sizes, len(counts))
+        means = np.asarray((totals / np.maximum(counts, 1))[self.components])
+        return np.maximum(means, np.finfo(np.float64).tiny)
+
+    def ranks(self, keys: Floats) -> Ints:
+        """The rank of each region in its component, by these keys."""
+        order = np.lexsort((keys, self.components))
+        return _places_in_groups(order, self.components)
+
+    def farthest(self, lengths: Offsets) -> Ints:
+        """The cell with the longest path in each region; its center if it has no cell."""
+        order = np.lexsort((lengths, self.labels))
+        ends = np.searchsorted(self.labels[order], np.arange(len(self.centers)), side="right")
+        cells = order[np.maximum(ends - 1, 0)].astype(np.int32)
+        is_own = self.labels[cells] == np.arange(len(self.centers))
+        return np.where(is_own, cells, self.centers)
+
+    def matched(self, are_small: Bools, are_large: Bools, most: float) -> Longs:
+        """Pairs of a small region and a large one of the same component, (P, 2).
+
+        The smallest and the largest first, each at most once, and at most this share of the
+        regions of each component, or one.
+        """
+        limits = np.maximum(1, (most * np.bincount(self.components)).astype(np.int64))
+        small, large = np.flatnonzero(are_small), np.flatnonzero(are_large)
+        small = small[np.lexsort((self.sizes[small], self.components[small]))]
+        large = large[np.lexsort((-self.sizes[large], self.components[large]))]
+        keys = []
+        for chosen in (small, large):
+            groups = self.components[chosen].astype(np.int64)
+            starts = np.searchsorted(groups, groups)
+            ranks = np.arange(len(groups)) - starts
+            ranks[ranks >= limits[groups]] = len(self.centers)  # matches none
+            keys.append(groups * (len(self.centers) + 1) + ranks)
+            keys[-1][ranks == len(self.centers)] = -len(keys)
+        _, first, second = np.intersect1d(keys[0], keys[1], return_indices=True)
+        return np.stack([small[first], large[second]], axis=1)
+
+
+def _places_in_groups(order: Array, groups: Ints) -> Ints:
+    """The place of each element among those of its group, in an order sorted by group."""
+    sorted_groups = groups[order]
+    places = np.empty(len(order), np.int32)
+    places[order] = np.arange(len(order)) - np.searchsorted(sorted_groups, sorted_groups)
+    return places

@@ -1,0 +1,48 @@
+"""Write STL as text, with a solid for each region or class: named patches for CFD."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import IO
+
+import numpy as np
+
+from .._types import Array
+from .._validate import checked_threads
+from ..mesh.faces import area_vectors
+from .content import Content
+from .text import coordinate_format, write_rows
+
+
+def write_stl(file: IO[bytes], content: Content) -> None:
+    """Write one solid per region, in the order of labels, or one per class.
+
+    Solids are named ``region_0``, ...; ``unlabeled`` for label -1; or by their classes, in which
+    spaces become underscores. Programs for meshing and flow name their patches by these. The file
+    is text, as binary STL has one solid only; a normal is 0 where a face has none.
+    """
+    mesh, labels = content.cells, content.labels
+    normals = area_vectors(mesh, checked_threads(None))
+    lengths = np.sqrt((normals * normals).sum(axis=1, keepdims=True))
+    normals /= np.where(lengths > 0, lengths, 1.0)
+    solids, names = np.zeros(mesh.n_faces, np.intp), np.array(["mesh"])
+    if labels is not None:
+        values, solids = np.unique(labels, return_inverse=True)
+        names = _names_of(values, content.classes)
+    number = coordinate_format(mesh.vertices)
+    corner = " ".join(["      vertex", *[number] * 3]) + "\n"
+    facet = f"  facet normal %.9g %.9g %.9g\n    outer loop\n{3 * corner}    endloop\n  endfacet\n"
+    for name in dict.fromkeys(names.tolist()):
+        faces = np.flatnonzero((names == name)[solids])
+        columns = [*normals[faces].T, *mesh.vertices[mesh.faces[faces]].reshape(-1, 9).T]
+        file.write(b"solid %s\n" % name.encode("utf-8"))
+        write_rows(file, facet, columns)
+        file.write(b"endsolid %s\n" % name.encode("utf-8"))
+
+
+def _names_of(values: Array, classes: Sequence[str] | None) -> Array:
+    """The name of the solid of each label that occurs; -1 is the lowest."""
+    regions = [f"region_{value}" for value in values.tolist() if value >= 0]
+    if classes is not None:
+        regions = ["_".join(name.split()) or "unnamed" for name in classes]
+    return np.array(["unlabeled"] * int(values[0] < 0) + regions)

@@ -1,0 +1,215 @@
+"""Stage 5: sizes of regions within bounds. Stage 7: cells of regions in the order of a walk."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
+
+from .._types import Floats
+from ..cells.face_graph import FaceGraph
+from ..mesh.triangle_mesh import Mesh
+from .smooth import MovingRegions
+
+MOST_STUCK = 4
+
+
+def transfer_cells(
+    graph: FaceGraph,
+    mesh: Mesh,
+    steps: Floats,
+    labels: list[int],
+    sizes: Sequence[float],
+    bounds: tuple[Sequence[float], Sequence[float]],
+    *,
+    crease_scale: float,
+    may_split: bool = False,
+) -> list[int]:
+    """Labels after cells have moved on along paths of regions, until sizes are within bounds.
+
+    Tests of whether a face may leave its region: by the faces around its corners; by paths in the
+    region; none, if regions may split.
+    """
+    moving = _Transfer(graph, mesh, steps, labels, crease_scale)
+    moving.begin(sizes, *bounds)
+    for test in (0, 1, 2) if may_split else (0, 1):
+        moving.test, moving.n_stuck = test, 0
+        while moving.sweep():
+            pass
+    return moving.labels
+
+
+class _Transfer(MovingRegions):
+    """Regions, and what they have beyond their bounds."""
+
+    test, n_stuck = 0, 0
+
+    def __init__(
+        self, graph: FaceGraph, mesh: Mesh, steps: Floats, labels: list[int], crease_scale: float
+    ) -> None:
+        super().__init__(graph, mesh, steps, labels, set(), math.inf, crease_scale)
+
+    def begin(self, sizes: Sequence[float], lows: Sequence[float], highs: Sequence[float]) -> None:
+        self.sizes, self.lows, self.highs = sizes, lows, highs
+        self.totals = [0.0] * len(lows)
+        self.blocked: set[tuple[int, int]] = set()
+        for face, label in enumerate(self.labels):
+            self.totals[label] += sizes[face]
+        total = sum(self.totals)
+        self.rounding = 1e-9 * total / len(lows)
+        self.step = total / len(sizes) - self.rounding
+
+    def room(self, region: int) -> float:
+        return self.highs[region] - self.totals[region]
+
+    def spare(self, region: int) -> float:
+        return self.totals[region] - self.lows[region]
+
+    def may_go_on(self) -> bool:
+        return self.n_stuck < MOST_STUCK * len(self.totals)
+
+    def sweep(self) -> bool:
+        """Bring each region into its bounds, if there is a way; whether a face has moved."""
+        has_moved = False
+        for region in range(len(self.totals)):
+            self.blocked = set()
+            while -self.room(region) > self.rounding and self.may_go_on() and self.drain(region):
+                has_moved = True
+            self.blocked = set()
+            while -self.spare(region) > self.rounding and self.may_go_on() and self.fill(region):
+                has_moved = True
+        return has_moved and self.may_go_on()
+
+    def drain(self, region: int) -> bool:
+        def goals(at: int) -> list[int]:
+            return [to for to in self.exits(at) if (at, to) not in self.blocked]
+
+        while self.may_go_on():
+            path = _search(region, lambda other: self.room(other) >= self.step, goals)
+            if not path:
+                break
+            if self.push(path, min(-self.room(region), self.room(path[-1]))):
+                return True
+        return False
+
+    def fill(self, region: int) -> bool:
+        def sources(at: int) -> list[int]:
+            around = [other for other in self.around_region(at) if at in self.exits(other)]
+            return [other for other in around if (other, at) not in self.blocked]
+
+        while self.may_go_on():
+            path = _search(region, lambda other: self.spare(other) >= self.step, sources)
+            if not path:
+                break
+            if self.push(path[::-1], min(-self.spare(region), self.spare(path[-1]))):
+                return True
+        return False
+
+    def faces_of(self, region: int) -> list[int]:
+        return [face for face, label in enumerate(self.labels) if label == region]
+
+    def around_region(self, region: int) -> list[int]:
+        return sorted({b for face in self.faces_of(region) for b in self.neighboring_labels(face)})
+
+    def exits(self, region: int) -> list[int]:
+        """Regions that a face of this one may move to."""
+        leaving = [face for face in self.faces_of(region) if self.neighboring_labels(face)]
+        leaving = [face for face in leaving if self.test == 2 or self.can_leave(face)]
+        return sorted({b for face in leaving for b in self.neighboring_labels(face)})
+
+    def can_leave(self, face: int) -> bool:
+        if len(self.faces_of(self.labels[face])) < 2:
+            return False
+        return self.test == 2 or self.may_leave(face) or (self.test == 1 and self.is_joined(face))
+
+    def is_joined(self, face: int) -> bool:
+        """Whether the neighbors of a face in its region, of which it has some, stay connected."""
+        region = set(self.faces_of(self.labels[face])) - {face}
+        wanted = region & set(self.neighbors(face))
+        reached = set(list(wanted)[:1])
+        front = list(reached)
+        while front:
+            more = {near for at in front for near in self.neighbors(at)} & region - reached
+            reached |= more
+            front = list(more)
+        return bool(wanted) and wanted <= reached
+
+    def push(self, path: list[int], amount: float) -> bool:
+        room = max(self.room(path[-1]), 0.0)
+        for i, (region, to) in enumerate(pairwise(path)):
+            amount = self.move_between(region, to, amount, room if to == path[-1] else math.inf)
+            if amount == 0.0:
+                self.n_stuck += 1
+                self.blocked.add((region, to))
+                return i > 0
+        self.blocked.clear()
+        return True
+
+    def move_between(self, region: int, to: int, amount: float, most: float) -> float:
+        moved = 0.0
+        while moved < amount - self.rounding:
+            face = self.best_face(region, to, most - moved)
+            if face is None:
+                break
+            size = self.sizes[face]
+            self.labels[face] = to
+            self.totals[region] -= size
+            self.totals[to] += size
+            moved += size
+        return moved
+
+    def best_face(self, region: int, to: int, most: float) -> int | None:
+        touching = [face for face in self.faces_of(region) if to in self.neighboring_labels(face)]
+        for face in sorted(touching, key=lambda face: (-self.gain(face, to), face)):
+            fits = self.sizes[face] <= min(most, self.spare(region)) + self.rounding
+            if fits and self.can_leave(face):
+                return face
+        return None
+
+
+def _search(
+    first: int, is_wanted: Callable[[int], bool], next_of: Callable[[int], Iterable[int]]
+) -> list[int]:
+    """The way to the first region that is wanted, breadth first; empty if there is none."""
+    parents = {first: first}
+    queue = [first]
+    for at in queue:
+        for region in next_of(at):
+            if region in parents:
+                continue
+            parents[region] = at
+            queue.append(region)
+            if is_wanted(region):
+                path = [region]
+                while path[-1] != first:
+                    path.append(parents[path[-1]])
+                return path[::-1]
+    return []
+
+
+def walk_regions(neighbors: Sequence[Sequence[int]], labels: Sequence[int]) -> list[int]:
+    """The cells of each region in the order of a walk, those of label 0 first.
+
+    It begins where the fewest neighbors are in the region, and goes on to the neighbor with the
+    fewest that are left to visit; from a dead end, back along its way.
+    """
+    walked: list[int] = []
+    left = {cell for cell, label in enumerate(labels) if label >= 0}
+
+    def waiting(cell: int) -> list[int]:
+        return [near for near in neighbors[cell] if near in left and labels[near] == labels[cell]]
+
+    starts = sorted(left, key=lambda cell: (labels[cell], len(waiting(cell)), cell))
+    for start in starts:
+        way = [start] if start in left else []
+        left.discard(start)
+        walked += way
+        while way:
+            onward = waiting(way[-1])
+            if not onward:
+                way.pop()
+                continue
+            way.append(min(onward, key=lambda cell: (len(waiting(cell)), cell)))
+            left.discard(way[-1])
+            walked.append(way[-1])
+    return walked

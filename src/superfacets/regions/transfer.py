@@ -1,0 +1,116 @@
+"""Stage 5: sizes of regions within bounds, exactly where that is asked for."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import _core
+from .._types import Floats, Ints
+from ..cells.sums import sums_by_label
+from ..clustering.balance import Balancer
+from ..errors import MeshError
+from .edit import BorderCosts
+from .smooth import MAX_DISTANCE, SmoothOptions, straighten
+
+SPREAD = 0.2
+"""Sizes of balanced regions end within this fraction of their goals, where cells allow it. On the
+benchmark models at k = 150 the undersegmentation error is 0.135, compactness 4.50, and the
+coefficient of variation of areas 0.09; with 0.15, these are 0.139, 4.5 and 0.083."""
+
+
+class Goals(NamedTuple):
+    """The sizes that regions are to have; the size of a region is the sum of those of its cells."""
+
+    sizes: Floats  # (N,) of the cells
+    goals: Floats  # (K,) of the regions
+    bounds: tuple[float, float] = (0.0, math.inf)  # least and greatest size
+    is_exact: bool = False  # whether sizes are to be the goals, even if regions fall apart
+
+    @property
+    def limits(self) -> tuple[Floats, Floats]:
+        """Least and greatest size of each region."""
+        if self.is_exact:
+            return self.goals, self.goals
+        low, high = self.bounds
+        lows, highs = (1.0 - SPREAD) * self.goals, (1.0 + SPREAD) * self.goals
+        return np.clip(lows, low, high), np.clip(highs, low, high)
+
+    @classmethod
+    def of(cls, balancer: Balancer, labels: Ints, n_regions: int) -> Goals:
+        """Return the goals of the loop; those of islands, which came later, are their sizes."""
+        rules = balancer.rules
+        found = sums_by_label(labels, rules.sizes, n_regions)
+        goals = np.concatenate([balancer.goals, found[len(balancer.goals) :]])
+        is_exact = rules.options.cells_per_region is not None
+        return cls(rules.sizes, goals, rules.options.bounds, is_exact)
+
+    def out_of_bounds(self, labels: Ints) -> Ints:
+        """Regions whose sizes are out of the bounds."""
+        low, high = self.bounds
+        found = sums_by_label(labels, self.sizes, len(self.goals))
+        slack = 1e-9 * float(found.mean())
+        return np.flatnonzero((found < low - slack) | (found > high + slack)).astype(np.int32)
+
+    def check(self, labels: Ints) -> None:
+        """Raise a MeshError if a region is out of the bounds."""
+        low, high = self.bounds
+        for region in self.out_of_bounds(labels)[:1].tolist():
+            size = float(self.sizes[labels == region].sum())
+            name, bound = ("min", low) if size < low else ("max", high)
+            raise MeshError(
+                f"no way was found to keep {name}_measure={bound:g}: a region has {size:g}, and its"
+                " neighbors have no cells to exchange with it"
+            )
+
+
+def settle(
+    costs: BorderCosts, labels: Ints, centers: Ints, goals: Goals, smoothing: SmoothOptions | None
+) -> tuple[Ints, Ints]:
+    """Return labels with sizes of regions within their limits, and centers in these regions.
+
+    Borders are rough where cells were transferred: with `smoothing`, they are smoothed once more.
+    Raises a MeshError if a region is out of its bounds.
+    """
+    positions, measures = costs.surface.positions, costs.surface.measures
+    labels = transfer(costs, labels, goals)
+    centers = recentered(centers, labels, positions, measures)
+    if smoothing is not None:
+        near = smoothing._replace(max_distance=MAX_DISTANCE)
+        again = transfer(costs, straighten(costs, labels, centers, near, goals[:2]), goals)
+        if not len(goals.out_of_bounds(again)):
+            labels = again
+            centers = recentered(centers, labels, positions, measures)
+    goals.check(labels)
+    return labels, centers
+
+
+def transfer(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
+    """Return labels with sizes of regions within their limits, as far as there is a way.
+
+    Cells move from regions that are too large, along shortest paths of neighboring regions, to
+    those with room. Regions stay connected, except where an exact size has no other way.
+    """
+    lows, highs = goals.limits
+    return _core.transfer_cells(
+        *costs.args, labels, goals.sizes, lows, highs, goals.is_exact, costs.surface.n_threads
+    )
+
+
+def count_extra_pieces(costs: BorderCosts, labels: Ints, n_regions: int) -> int:
+    """Number of pieces of regions beyond one for each."""
+    surface = costs.surface
+    return _core.find_components(surface.offsets, surface.neighbors, labels)[1] - n_regions
+
+
+def recentered(centers: Ints, labels: Ints, positions: Floats, measures: Floats) -> Ints:
+    """Return centers in their regions: in place of one in another, the cell nearest to the mean."""
+    centers = centers.copy()
+    for region in np.flatnonzero(labels[centers] != np.arange(len(centers))).tolist():
+        cells = np.flatnonzero(labels == region)
+        weights = measures[cells] if measures[cells].sum() > 0 else None
+        offsets = positions[cells] - np.average(positions[cells], axis=0, weights=weights)
+        centers[region] = cells[np.argmin((offsets * offsets).sum(axis=1))]
+    return centers

@@ -1,0 +1,545 @@
+"""Regions of equal, bounded or exact size."""
+
+import itertools
+import warnings
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+import shapes
+from click.testing import CliRunner
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import superfacets as sf
+from superfacets import _core, reference
+from superfacets.cells.kinds import as_surface
+from superfacets.cli.main import commands
+from superfacets.regions.edit import CREASE_SCALE, read_regions
+
+THREADS = (1, 2, 5)
+
+
+def areas_of(mesh, labels):
+    return np.bincount(labels, sf.build_face_graph(mesh).measures)
+
+
+def n_pieces(cells, labels):
+    surface = as_surface(cells, weld=True, n_threads=1)
+    kept = np.where(labels < 0, labels.max() + 1, labels).astype(np.int32)
+    pieces, _ = _core.find_components(surface.offsets, surface.neighbors, kept)
+    return len(np.unique(pieces[labels >= 0]))
+
+
+def components_of(cells):
+    surface = as_surface(cells, weld=True, n_threads=1)
+    none = np.zeros(surface.n_cells, np.int32)
+    return _core.find_components(surface.offsets, surface.neighbors, none)[0]
+
+
+def spread(sizes):
+    return sizes.std() / sizes.mean()
+
+
+def grid_points(n):
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    return np.stack([x.ravel(), y.ravel(), np.zeros(n * n)], axis=1).astype(float)
+
+
+def _grid(nx, ny):
+    x, y = np.meshgrid(np.arange(nx), np.arange(ny))
+    vertices = np.stack([x.ravel(), y.ravel(), np.zeros(nx * ny)], axis=1).astype(float)
+    corner = (np.arange(nx - 1)[None, :] + nx * np.arange(ny - 1)[:, None]).ravel()
+    first = np.stack([corner, corner + 1, corner + nx + 1], axis=1)
+    second = np.stack([corner, corner + nx + 1, corner + nx], axis=1)
+    return vertices, np.concatenate([first, second])
+
+
+def flat(n):
+    return sf.Mesh(*_grid(n + 1, n + 1))
+
+
+def quad_sheet(n):
+    vertices, triangles = _grid(n + 1, n + 1)
+    first, second = np.split(triangles, 2)
+    quads = np.concatenate([first, second[:, 2:]], axis=1)
+    return sf.PolygonMesh(vertices, np.arange(0, 4 * len(quads) + 1, 4), quads.ravel())
+
+
+def apart(first, second):
+    """Two meshes as one, far from each other."""
+    vertices = np.concatenate([first.vertices, second.vertices + [100.0, 0, 0]])
+    return sf.Mesh(vertices, np.concatenate([first.faces, second.faces + first.n_vertices]))
+
+
+def tet_block(n):
+    """A cube of n^3 cubes of six tetrahedra each."""
+    axis = np.arange(n + 1)
+    vertices = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    steps = np.array([(n + 1) ** 2, n + 1, 1])
+    low = axis[:n]
+    corners = (np.stack(np.meshgrid(low, low, low, indexing="ij"), axis=-1) @ steps).ravel()
+    tets = []
+    for a, b, c in itertools.permutations(range(3)):
+        ways = np.cumsum([0, steps[a], steps[b], steps[c]])
+        tets.append(corners[:, None] + ways)
+    return sf.TetMesh(vertices.astype(float), np.concatenate(tets))
+
+
+# --- equal sizes
+
+
+def test_regions_are_equal_connected_and_as_many_as_asked_for():
+    mesh = sf.sample_mesh(20_000)
+    usual = sf.segment(mesh, 60)
+    equal = sf.segment(mesh, 60, balance=1.0)
+    assert equal.n_segments == 60 == n_pieces(mesh, equal.labels)
+    assert spread(areas_of(mesh, usual.labels)) > 0.2
+    areas = areas_of(mesh, equal.labels)
+    assert spread(areas) < 0.12
+    assert areas.max() < 1.25 * areas.mean()
+    assert equal.labels[equal.centers].tolist() == list(range(60))
+    assert equal.params["balance"] == 1.0
+    assert "balance" not in usual.params
+
+
+def test_without_balance_nothing_changes():
+    mesh = shapes.bumpy_sheet(40)
+    assert np.array_equal(sf.segment(mesh, 20).labels, sf.segment(mesh, 20, balance=0.0).labels)
+
+
+def test_half_a_balance_is_in_between():
+    mesh = sf.sample_mesh(10_000)
+    spreads = [spread(areas_of(mesh, sf.segment(mesh, 40, balance=b).labels)) for b in (0, 0.5, 1)]
+    assert spreads[0] > spreads[1] > spreads[2]
+
+
+@pytest.mark.parametrize(
+    "options", [{"balance": 1.0}, {"cells_per_region": 64}, {"balance": 1.0, "weights": "creases"}]
+)
+def test_labels_do_not_depend_on_the_number_of_threads(options):
+    mesh = sf.sample_mesh(30_000)
+    n = None if "cells_per_region" in options else 50
+    first = sf.segment(mesh, n, n_threads=1, **options)
+    for n_threads in THREADS[1:]:
+        again = sf.segment(mesh, n, n_threads=n_threads, **options)
+        assert np.array_equal(again.labels, first.labels)
+        assert np.array_equal(again.centers, first.centers)
+
+
+def test_cell_weights_replace_areas():
+    mesh = sf.sample_mesh(10_000)
+    costs = np.where(np.arange(mesh.n_faces) % 10 == 0, 7.0, 1.0)
+    costs[sf.build_face_graph(mesh).positions[:, 2] > 0] *= 3
+    result = sf.segment(mesh, 30, balance=1.0, cell_weights=costs)
+    assert spread(np.bincount(result.labels, costs)) < 0.14
+    assert spread(np.bincount(result.labels)) > 0.3
+    assert n_pieces(mesh, result.labels) == 30
+
+
+@pytest.mark.parametrize("weights", ["creases", "superfacets", "stk02"])
+def test_all_weights_can_be_balanced(weights):
+    mesh = sf.sample_mesh(12_000)
+    result = sf.segment(mesh, 25, balance=1.0, weights=weights)
+    assert spread(areas_of(mesh, result.labels)) < 0.2
+    assert n_pieces(mesh, result.labels) == 25
+
+
+def test_components_get_regions_by_their_areas():
+    mesh = apart(flat(30), flat(20))
+    result = sf.segment(mesh, 26, balance=1.0)
+    n_of_first = len(np.unique(result.labels[: 2 * 30 * 30]))
+    assert n_of_first == 18  # of 26, as 900 of 1,300
+    assert spread(areas_of(mesh, result.labels)) < 0.13
+
+
+def test_barriers_keep_areas_apart_and_each_is_divided_evenly():
+    mesh = flat(40)
+    x = sf.build_face_graph(mesh).positions[:, 0]
+    sides = (x > np.quantile(x, 0.25)).astype(int)
+    result = sf.segment(mesh, 20, balance=1.0, barriers=sides)
+    assert [len(np.unique(result.labels[sides == side])) for side in (0, 1)] == [5, 15]
+    assert all(len(np.unique(sides[result.labels == region])) == 1 for region in range(20))
+    assert spread(areas_of(mesh, result.labels)) < 0.13
+
+
+def test_regions_of_regions_are_equal_children():
+    mesh = sf.sample_mesh(20_000)
+    parents = sf.segment(mesh, 10, balance=1.0).labels
+    children = sf.segment(mesh, 40, balance=1.0, barriers=parents).labels
+    parent_of = np.zeros(40, int)
+    parent_of[children] = parents
+    assert np.array_equal(parent_of[children], parents)
+    assert set(np.bincount(parent_of)) <= {3, 4, 5}
+    assert spread(areas_of(mesh, children)) < 0.15
+
+
+def test_a_mask_counts_for_no_area():
+    mesh = flat(40)
+    mask = sf.build_face_graph(mesh).positions[:, 0] > 10
+    result = sf.segment(mesh, 12, balance=1.0, mask=mask)
+    assert (result.labels[~mask] == -1).all()
+    areas = np.bincount(result.labels[mask], sf.build_face_graph(mesh).measures[mask])
+    assert len(areas) == 12
+    assert spread(areas) < 0.13
+
+
+def test_features_polygons_points_and_tets():
+    sheet = flat(40)
+    colors = (sf.build_face_graph(sheet).positions[:, 1] > 17.3).astype(float)
+    striped = sf.segment(sheet, 12, balance=1.0, features=colors[:, None])
+    assert spread(areas_of(sheet, striped.labels)) < 0.16
+    cloud = sf.PointCloud(grid_points(40), np.tile([0.0, 0.0, 1.0], (1600, 1)))
+    points = sf.segment(cloud, 16, balance=1.0)
+    assert spread(np.bincount(points.labels)) < 0.13
+    assert n_pieces(cloud, points.labels) == 16
+    tets = tet_block(8)
+    volumes = sf.segment(tets, 12, balance=1.0)
+    assert spread(np.bincount(volumes.labels)) < 0.19
+    assert n_pieces(tets, volumes.labels) == 12
+    quads = quad_sheet(30)
+    squares = sf.segment(quads, 9, balance=1.0)
+    assert spread(np.bincount(squares.labels)) < 0.13
+
+
+# --- bounds
+
+
+@given(
+    seed=st.integers(0, 10**6),
+    k=st.integers(2, 20),
+    low=st.floats(0.2, 0.9),
+    high=st.floats(1.1, 2),
+)
+@settings(max_examples=25, deadline=None)
+def test_bounds_hold(seed, k, low, high):
+    mesh = shapes.bumpy_sheet(14)
+    costs = np.random.default_rng(seed).integers(1, 4, mesh.n_faces).astype(float)
+    mean = costs.sum() / k
+    bounds = {"min_measure": low * mean, "max_measure": high * mean}
+    result = sf.segment(mesh, k, cell_weights=costs, **bounds)
+    sizes = np.bincount(result.labels, costs, k)
+    assert sizes.min() >= low * mean - 1e-6
+    assert sizes.max() <= high * mean + 1e-6
+    assert n_pieces(mesh, result.labels) == result.n_segments == k
+
+
+def test_bounds_of_the_sample_hold():
+    mesh = sf.sample_mesh(10_000)
+    mean = sf.build_face_graph(mesh).measures.sum() / 50
+    areas = areas_of(mesh, sf.segment(mesh, 50, max_measure=1.2 * mean).labels)
+    assert areas.max() <= 1.2 * mean * (1 + 1e-9)
+    areas = areas_of(mesh, sf.segment(mesh, 50, min_measure=0.8 * mean).labels)
+    assert areas.min() >= 0.8 * mean * (1 - 1e-9)
+
+
+def test_islands_that_are_too_small_are_told():
+    mesh = apart(flat(20), flat(2))
+    area = sf.build_face_graph(mesh).measures.sum()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sf.IslandWarning)
+        with pytest.raises(ValueError, match="min_measure"):
+            sf.segment(mesh, 4, min_measure=0.1 * area)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"balance": 1.5}, "balance must be 0 to 1"),
+        ({"balance": True}, "balance must be a number"),
+        ({"max_measure": -1.0}, "max_measure must be finite and positive"),
+        ({"max_measure": 1.0, "min_measure": 2.0}, "more than max_measure"),
+        ({"max_measure": 20.0, "n_segments": 3}, "at least 40 are needed"),
+        ({"min_measure": 300.0, "n_segments": 3}, "at most 2 are possible"),
+        ({"max_measure": 0.1, "n_segments": 3}, "but a cell has 0.5"),
+        ({"cell_weights": np.ones(1600)}, "cell_weights need balance"),
+        ({"balance": 1.0, "cell_weights": np.ones(7)}, r"cell_weights must have shape \(1600,\)"),
+        ({"balance": 1.0, "cell_weights": -np.ones(1600)}, r"cell_weights\[0\] is -1.0"),
+        ({"balance": 1.0, "cell_weights": ["a"] * 1600}, "cell_weights must be numbers"),
+        ({"balance": 1.0, "cell_weights": np.zeros(1600)}, "no size to balance by"),
+        ({"balance": 1.0, "radius_factor": 2.0}, "leave radius_factor out"),
+        ({"balance": 1.0, "min_size": 0.1}, "leave min_size out"),
+        ({"cells_per_region": 0}, "cells_per_region must be at least 1"),
+        ({"cells_per_region": 64, "balance": 1.0}, "leave balance out"),
+        ({"cells_per_region": 64, "n_segments": 3}, "give cells_per_region, or n_segments"),
+        ({"cells_per_region": 64, "islands": "nearest"}, "leave islands out"),
+    ],
+)
+def test_wrong_options_are_told(options, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        sf.segment(sf.Mesh(*_grid(41, 21)), **options)
+
+
+# --- exact sizes
+
+
+def check_exact(cells, per_region, labels, components=None):
+    """Each component has full regions and at most one with the remainder."""
+    components = components_of(cells) if components is None else components
+    counts = np.bincount(labels)
+    component_of = np.zeros(len(counts), int)
+    component_of[labels] = components
+    assert np.array_equal(component_of[labels], components)
+    for component, n in enumerate(np.bincount(components)):
+        found = sorted(counts[component_of == component].tolist(), reverse=True)
+        full, rest = divmod(int(n), per_region)
+        assert found == [per_region] * full + [rest] * (rest > 0)
+
+
+@pytest.mark.parametrize("per_region", [1, 2, 7, 64, 500, 10**6])
+def test_regions_have_exactly_as_many_cells(per_region):
+    mesh = shapes.bumpy_sheet(30)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sf.BalanceWarning)
+        result = sf.segment(mesh, cells_per_region=per_region)
+    check_exact(mesh, per_region, result.labels)
+    assert result.n_extra_pieces == n_pieces(mesh, result.labels) - result.n_segments
+    if per_region not in (2, 7):  # hardly any pairs are left to choose from
+        assert result.n_extra_pieces <= 0.01 * result.n_segments
+
+
+@st.composite
+def meshes(draw):
+    """Sheets with faces left out at random: components of all sizes, holes and thin bridges."""
+    rng = np.random.default_rng(draw(st.integers(0, 10**6)))
+    vertices, faces = _grid(draw(st.integers(2, 20)), draw(st.integers(2, 20)))
+    is_kept = rng.random(len(faces)) > draw(st.sampled_from([0.0, 0.05, 0.2, 0.5]))
+    is_kept[0] = True
+    vertices[:, 2] = rng.normal(0, draw(st.sampled_from([0.0, 0.2, 1.0])), len(vertices))
+    return sf.Mesh(vertices, faces[is_kept])
+
+
+@given(mesh=meshes(), per_region=st.sampled_from([1, 3, 8, 64]))
+@settings(max_examples=40, deadline=None)
+def test_sizes_are_exact_on_random_meshes(mesh, per_region):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        result = sf.segment(mesh, cells_per_region=per_region)
+    check_exact(mesh, per_region, result.labels)
+    assert result.labels[result.centers].tolist() == list(range(result.n_segments))
+    assert result.n_extra_pieces == n_pieces(mesh, result.labels) - result.n_segments
+
+
+def test_what_cannot_be_connected_is_told_and_counted():
+    """A star of three arms of two faces and a middle one cannot be divided into connected pairs."""
+    legs = [[0, 1, 2], [1, 0, 3], [2, 1, 4], [0, 2, 5]]
+    vertices = [[0, 0, 0], [2, 0, 0], [1, 2, 0], [1, -2, 0], [3, 2, 0], [-1, 2, 0]]
+    star = sf.Mesh(vertices, legs)
+    with pytest.warns(sf.BalanceWarning, match="left no other way"):
+        result = sf.segment(star, cells_per_region=2)
+    check_exact(star, 2, result.labels)
+    assert result.n_extra_pieces == 1
+
+
+def test_exact_sizes_of_points_tets_and_polygons():
+    cloud = sf.PointCloud(grid_points(20), np.tile([0.0, 0.0, 1.0], (400, 1)))
+    for cells in (cloud, tet_block(5), quad_sheet(12)):
+        result = sf.segment(cells, cells_per_region=32)
+        check_exact(cells, 32, result.labels)
+        assert result.n_extra_pieces == 0
+
+
+def test_exact_sizes_between_barriers_and_in_masks():
+    mesh = flat(20)
+    x = sf.build_face_graph(mesh).positions[:, 0]
+    sides = (x > np.quantile(x, 0.3)).astype(int)
+    result = sf.segment(mesh, cells_per_region=50, barriers=sides)
+    check_exact(mesh, 50, result.labels, sides)
+    masked = sf.segment(mesh, cells_per_region=50, mask=sides == 1)
+    counts = np.bincount(masked.labels[sides == 1])
+    assert sorted(counts)[1:] == [50] * (len(counts) - 1)
+    assert (masked.labels[sides == 0] < 0).all()
+
+
+# --- patches
+
+
+def test_patches_hold_each_cell_once_in_the_order_of_a_walk():
+    mesh = sf.sample_mesh(6_000)
+    result = sf.segment(mesh, cells_per_region=64)
+    patches = result.patches
+    assert patches.shape == (result.n_segments, 64)
+    assert sorted(patches[patches >= 0].tolist()) == list(range(mesh.n_faces))
+    for region, patch in enumerate(patches):
+        assert (result.labels[patch[patch >= 0]] == region).all()
+        assert (patch[np.argmax(patch < 0) :] < 0).all() or (patch >= 0).all()
+    graph = sf.build_face_graph(mesh)
+    arcs = set(zip(graph.sources.tolist(), graph.neighbors.tolist(), strict=True))
+    steps = [pair for patch in patches for pair in itertools.pairwise(patch)]
+    assert np.mean([pair in arcs for pair in steps]) > 0.85
+
+
+def test_patches_need_cells_and_leave_masked_cells_out():
+    mesh = flat(10)
+    mask = np.arange(mesh.n_faces) % 7 > 0
+    result = sf.segment(mesh, 5, mask=mask, islands="nearest")
+    assert sorted(result.patches[result.patches >= 0].tolist()) == np.flatnonzero(mask).tolist()
+    with pytest.raises(ValueError, match="does not know its cells"):
+        sf.Segmentation(result.labels, result.centers, 1, "converged", {}, {}).patches  # noqa: B018
+
+
+# --- twins
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_offsets_equal_the_twin(seed):
+    rng = np.random.default_rng(seed)
+    faces = sf.build_face_graph(shapes.bumpy_sheet(12))
+    weights = sf.crease_weights(shapes.bumpy_sheet(12), faces, 0.1)
+    graph = sf.CellGraph(faces.positions, faces.measures, *faces.arcs, weights, faces.bounds)
+    centers = rng.permutation(graph.n_cells)[:8].astype(np.int32)
+    step = int(np.median(graph.lengths))
+    for n_threads in THREADS:
+        clustering = _core.Clustering(graph.ordered(n_threads), centers, np.inf, n_threads)
+        offsets = np.zeros(8, np.int64)
+        for _ in range(4):
+            offsets += rng.integers(0, 4 * step, 8)
+            clustering.classify(centers, offsets.astype(np.uint64))
+            expected, _ = reference.classify_exact(
+                graph, centers.tolist(), offsets=offsets.tolist()
+            )
+            assert clustering.labels().tolist() == expected
+
+
+@pytest.mark.parametrize("may_split", [False, True])
+@pytest.mark.parametrize("seed", range(5))
+def test_the_transfer_equals_its_twin(seed, may_split):
+    mesh = shapes.bumpy_sheet(9)
+    rng = np.random.default_rng(seed)
+    seeds = rng.permutation(mesh.n_faces)[:6]
+    labels = sf.segment(mesh, init=seeds, max_num_iter=0, smooth=False).labels
+    costs, array, k = read_regions(as_surface(mesh, weld=True, n_threads=1), labels)
+    sizes = np.ones(mesh.n_faces) if may_split else rng.integers(1, 4, mesh.n_faces).astype(float)
+    goals = np.full(k, sizes.sum() / k)
+    lows, highs = (goals // 1, goals // 1) if may_split else (0.9 * goals, 1.1 * goals)
+    if may_split:
+        lows[: mesh.n_faces - int(lows.sum())] += 1
+        highs = lows
+    unit = costs.args[2]
+    expected = reference.transfer_cells(
+        sf.build_face_graph(mesh), mesh, costs.lengths.astype(np.float64) * unit, array.tolist(),
+        sizes.tolist(), (lows.tolist(), highs.tolist()),
+        crease_scale=CREASE_SCALE * costs.radius, may_split=may_split,
+    )  # fmt: skip
+    found = _core.transfer_cells(*costs.args, array, sizes, lows, highs, may_split, 1)
+    assert found.tolist() == expected
+    if may_split:
+        assert np.bincount(found).tolist() == lows.tolist()
+
+
+@pytest.mark.parametrize("k", [1, 5, 30])
+def test_the_walk_equals_its_twin(k):
+    mesh = shapes.bumpy_sheet(12)
+    labels = sf.segment(mesh, k).labels
+    labels[::17] = -1
+    graph = sf.build_face_graph(mesh)
+    neighbors = [graph.neighbors[a:b].tolist() for a, b in itertools.pairwise(graph.offsets)]
+    expected = reference.walk_regions(neighbors, labels.tolist())
+    for n_threads in THREADS:
+        found = _core.walk_regions(graph.offsets, graph.neighbors, labels, k, n_threads)
+        assert found.tolist() == expected
+
+
+# --- files, commands, benchmarks
+
+
+def solids_of(path):
+    """Number of facets of each solid."""
+    solids = {}
+    for line in path.read_text().splitlines():
+        if line.startswith("solid"):
+            name = line.split(maxsplit=1)[1]
+            assert name not in solids
+            solids[name] = 0
+        solids[name] += line.startswith("  facet")
+    return solids
+
+
+def test_stl_has_a_solid_for_each_region_or_class(tmp_path):
+    mesh = sf.sample_mesh(5_000)
+    labels = sf.segment(mesh, 4).labels
+    path = tmp_path / "part.stl"
+    sf.write_mesh(path, mesh, labels)
+    counts = np.bincount(labels).tolist()
+    assert solids_of(path) == {f"region_{i}": n for i, n in enumerate(counts)}
+    again = sf.read_mesh(path)
+    order = np.argsort(labels, kind="stable")
+    assert np.allclose(again.vertices[again.faces], mesh.vertices[mesh.faces[order]], atol=1e-8)
+    normals = [line.split()[2:] for line in path.read_text().splitlines() if "normal" in line]
+    corners = mesh.vertices[mesh.faces[order]]
+    expected = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    assert np.allclose(np.array(normals, float), expected)
+    sf.write_mesh(path, mesh, labels, classes=["inlet", "side wall", "outlet", "side wall"])
+    found = {"inlet": counts[0], "side_wall": counts[1] + counts[3], "outlet": counts[2]}
+    assert solids_of(path) == found
+
+
+def test_stl_of_masked_and_of_unlabeled_faces(tmp_path):
+    mesh = flat(3)
+    path = tmp_path / "part.stl"
+    sf.write_mesh(path, mesh, np.repeat([-1, 2], 9))
+    assert solids_of(path) == {"unlabeled": 9, "region_2": 9}
+    sf.write_mesh(path, mesh)
+    assert solids_of(path) == {"mesh": 18}
+    with pytest.raises(sf.MeshError, match=r"not as \.stl"):
+        sf.write_mesh(path, quad_sheet(2), np.zeros(4, int))
+
+
+def test_the_command_balances_and_writes_solids(tmp_path):
+    sf.write_mesh(tmp_path / "scan.ply", sf.sample_mesh(5_000))
+
+    def run(*arguments):
+        return CliRunner().invoke(commands, ["segment", str(tmp_path / "scan.ply"), *arguments])
+
+    done = run("-n", "20", "--balance", "1", "-o", str(tmp_path / "part.stl"))
+    assert done.exit_code == 0, done.output
+    assert len(solids_of(tmp_path / "part.stl")) == 20
+    done = run("--cells-per-region", "64", "-o", str(tmp_path / "labels.npy"))
+    assert done.exit_code == 0, done.output
+    assert sorted(np.bincount(np.load(tmp_path / "labels.npy")))[1] == 64
+    for wrong, message in [
+        (("--balance", "2"), "0.0<=x<=1.0"),
+        (("-n", "20", "--max-measure", "0.01"), "at least"),
+        (("--cells-per-region", "64", "-n", "20"), "give cells_per_region, or n_segments"),
+        (("--tiled", "--balance", "1"), "--balance does not go with --tiled"),
+        (("--tiled", "--cells-per-region", "64"), "--cells-per-region does not go with --tiled"),
+    ]:
+        failed = run(*wrong, "-o", str(tmp_path / "wrong.npy"))
+        assert failed.exit_code != 0
+        assert message in failed.output
+        assert not (tmp_path / "wrong.npy").exists()
+
+
+def test_the_command_tells_of_pieces(tmp_path):
+    legs = "f 1 2 3\nf 2 1 4\nf 3 2 5\nf 1 3 6\n"
+    corners = "v 0 0 0\nv 2 0 0\nv 1 2 0\nv 1 -2 0\nv 3 2 0\nv -1 2 0\n"
+    (tmp_path / "star.obj").write_text(corners + legs)
+    arguments = ["segment", str(tmp_path / "star.obj"), "--cells-per-region", "2"]
+    done = CliRunner().invoke(commands, [*arguments, "-o", str(tmp_path / "star.npy")])
+    assert done.exit_code == 0
+    assert "1 piece of regions apart from the rest" in done.output
+
+
+def test_batches_take_balance_and_refuse_arrays(tmp_path):
+    sf.write_mesh(tmp_path / "scan.ply", sf.sample_mesh(5_000))
+    done = sf.batch([tmp_path / "scan.ply"], tmp_path / "out", n_segments=20, balance=1.0)
+    assert done.n_failed == 0
+    with pytest.raises(TypeError, match="cell_weights is no option for files"):
+        sf.batch([tmp_path / "scan.ply"], tmp_path / "out", cell_weights=[1.0])
+    with pytest.raises(ValueError, match="leave min_size out"):
+        sf.batch([tmp_path / "scan.ply"], tmp_path / "out", balance=1.0, min_size=0.1)
+
+
+def test_the_benchmark_compares_with_metis_and_pyacvd(real_data):
+    if real_data is None or not (find_spec("pymetis") and find_spec("pyacvd")):
+        pytest.skip("needs the Princeton benchmark, pymetis and pyacvd")
+    from benchmarks.balance import METHODS, balance_table, measure_balance
+
+    rows = measure_balance(real_data / "psb", [50], 95, lambda _: None)
+    assert [row.method for row in rows] == list(METHODS)
+    table = balance_table(rows)
+    assert table.count("\n") == 1 + len(METHODS)
+    of = {row.method: row for row in rows}
+    assert of["superfacets, balance=1"].variation < 0.5 * of["superfacets"].variation
+    assert of["METIS, 3 %"].variation < of["METIS, 20 %"].variation
