@@ -40,7 +40,7 @@ def bracket():
 PARTS = {
     "cube": (lambda: subdivided(box(1, 1, 1), 4), 20),
     "plate": (lambda: subdivided(box(4, 4, 0.1), 5), 20),
-    "bar": (lambda: subdivided(box(10, 0.5, 0.5), 4), 20),
+    "bar": (lambda: subdivided(box(10, 0.5, 0.5), 5), 20),
     "bracket": (lambda: subdivided(bracket(), 4), 20),
     "drilled block": (lambda: subdivided(shapes.drilled_block(), 2), 20),
     "table": (lambda: subdivided(shapes.table(), 3), 40),  # 30 flat faces

@@ -107,7 +107,7 @@ class EdgeSums(NamedTuple):
     @property
     def are_of_machine_part(self) -> bool:
         """Whether faces are flat or finely rounded, and most other edges are sharp."""
-        is_sharp = 0 < self.n_sharp and self.n_soft <= MOST_SOFT * self.n_sharp
+        is_sharp = self.n_sharp > 0 and self.n_soft <= MOST_SOFT * self.n_sharp
         return is_sharp and 2 * self.n_sharp <= self.n_edges
 
 
@@ -533,12 +533,14 @@ def weights_and_sums(
     handle = surface.handle
     is_counted = ALL_COUNT if counted is None else counted
     costs = (*factors[:3], surface.diagonal, factors.ridges, factors.evened)
-    options = (factors.is_straight, factors.all_sharp, counted is not None, is_counted)
-    n_threads = surface.n_threads
+    is_straight, all_sharp, n_threads = factors.is_straight, factors.all_sharp, surface.n_threads
+    turning = (counted is not None, is_counted)
     if isinstance(handle, _core.TriangleSurface):
-        found = _core.superfacet_weights(handle, *cells, *costs, *options, n_threads)
+        found = _core.superfacet_weights(
+            handle, *cells, *costs, is_straight, all_sharp, *turning, n_threads
+        )
     else:
-        found = _core.surface_weights(handle, *costs, *options, n_threads)
+        found = _core.surface_weights(handle, *costs, is_straight, all_sharp, *turning, n_threads)
     return found[0], EdgeSums(*found[1:])
 
 

@@ -27,8 +27,8 @@ def superfacet_weights(
     """Weight of each arc, eq. 1-3 of the paper; `crease_length` replaces |e| in eq. 2.
 
     On ridges, the factor of convex edges is `ridges` if that is more than `eta_convex`. With
-    `hollows`, the factors of smooth concave and convex edges are evened if the shape is hollow. With
-    `all_sharp`, all sharp convex edges are ridges but those of faces that share several.
+    `hollows`, the factors of smooth concave and convex edges are evened if the shape is hollow.
+    With `all_sharp`, all sharp convex edges are ridges, except between faces that share several.
     """
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
