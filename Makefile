@@ -36,8 +36,9 @@ newest: $(VENV)/group-bounds ## run tests with the newest; BOUNDS_PYTHON=3.14 ta
 	@tools/ensure-gl $(BIN)/python
 	tools/test-bounds newest $(BIN)/python
 
-workflows: ## check the files in .github/workflows with actionlint
+workflows: $(VENV)/group-dev ## check the files in .github/workflows with actionlint and zizmor
 	tools/lint-workflows
+	$(BIN)/zizmor --offline --quiet .github/workflows
 
 lint: $(VENV)/group-dev ## formats, lints and types of Python and C++
 	$(BIN)/ruff check . tools/fuzz
@@ -88,7 +89,7 @@ blender: ## zip the Blender extension; WHEELS="dist/*.whl" puts wheels of superf
 	$(PYTHON) tools/make-blender-extension dist/superfacets-blender.zip $(WHEELS)
 
 clean: ## remove all that was built
-	rm -rf $(VENV) build dist wheelhouse demo docs/_build docs/api bench.json
+	rm -rf $(VENV) build dist wheelhouse demo docs/_build docs/api docs/help bench.json
 
 $(VENV)/made:
 	@tools/ensure-toolchain $(PYTHON)

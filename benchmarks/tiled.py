@@ -31,8 +31,8 @@ from unittest import mock
 import click
 import numpy as np
 
+from superfacets.batches.mapping import Run, Work, open_run
 from superfacets.tiles import segmenting
-from superfacets.tiles.mapping import Run, Work, open_run
 from superfacets.tiles.store import TileStore
 from superfacets.workers.threads import Job
 
@@ -266,7 +266,7 @@ def compare_command(mesh: Path, n_segments: int, repeats: int) -> None:
 
         def run(name: str) -> None:
             command = [sys.executable, "-P", "-m", "superfacets", "segment", str(mesh), "-q"]
-            command += ["-n", str(n_segments), "--weights", "creases", "-o", str(files[name])]
+            command += ["-n", str(n_segments), "-o", str(files[name])]
             command += ["--tiled"] if name == "tiles" else []
             subprocess.run(command, check=True)
 
@@ -283,7 +283,7 @@ def compare_command(mesh: Path, n_segments: int, repeats: int) -> None:
 
 def _count_faces(mesh: Path, folder: Path) -> int:
     from superfacets.tiles.opening import open_pieces
-    from superfacets.tiles.scratch import scratch_folder
+    from superfacets.workers.scratch import scratch_folder
 
     with scratch_folder(folder) as scratch:
         return open_pieces(mesh, scratch, for_workers=True).n_cells

@@ -8,7 +8,7 @@ from pathlib import Path
 import gallery_meshes
 from PIL import Image
 from playwright.sync_api import Browser, sync_playwright
-from shrink_images import IMAGES, read, save_small
+from shrink_images import IMAGES, read, save_page
 
 import superfacets as sf
 
@@ -40,7 +40,7 @@ def cloud() -> sf.PointCloud:
 
 
 def montage(shots: list[Path], name: str) -> None:
-    """Put four pictures of one size into one, two by two, with few colors."""
+    """Put four pictures of one size into one, two by two."""
     pictures = [read(path) for path in shots]
     width, height = pictures[0].size
     sheet = Image.new("RGB", (2 * width + GAP, 2 * height + GAP), "#8a8f98")
@@ -48,5 +48,5 @@ def montage(shots: list[Path], name: str) -> None:
         row, column = divmod(i, 2)
         sheet.paste(picture, (column * (width + GAP), row * (height + GAP)))
     small = sheet.resize((WIDTH, sheet.height * WIDTH // sheet.width), Image.Resampling.LANCZOS)
-    save_small(small, IMAGES / name)
+    save_page(small, IMAGES / name)
     print(f"{name}: {(IMAGES / name).stat().st_size:,} bytes")

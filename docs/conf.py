@@ -1,11 +1,14 @@
 """Settings of the documentation."""
 
+from pathlib import Path
 from typing import Any
 
+from click.testing import CliRunner
 from sphinx.application import Sphinx
 from sphinx.pycode import ModuleAnalyzer
 
 import superfacets
+from superfacets.cli.main import COMMANDS, commands
 
 project = "superfacets"
 author = copyright = "The superfacets developers"
@@ -20,7 +23,7 @@ extensions = [
     "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
 ]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "help"]
 templates_path = ["_templates"]
 nitpicky = True
 # Types of other projects and words of numpydoc's type descriptions, which have no page here.
@@ -44,10 +47,11 @@ html_title = "superfacets"
 def add_docstring_of_data(
     app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]
 ) -> None:
-    """Take the docstring of PAPER from the module that defines it, as data has none at run time."""
-    if name == "superfacets.PAPER":
-        documented = ModuleAnalyzer.for_module("superfacets.pipeline").find_attr_docs()
-        lines[:] = documented["", "PAPER"]
+    """Take the docstring of a preset from its module, because data has none at run time."""
+    preset = name.removeprefix("superfacets.")
+    documented = ModuleAnalyzer.for_module("superfacets.pipeline").find_attr_docs()
+    if preset.isupper() and ("", preset) in documented:
+        lines[:] = documented["", preset]
 
 
 def skip_fields_of_tuples(
@@ -57,6 +61,17 @@ def skip_fields_of_tuples(
     return True if type(obj).__name__ == "_tuplegetter" else None
 
 
+def write_help(app: Sphinx) -> None:
+    """Write the help text of each command to ``help/COMMAND.txt``, for the page of the command."""
+    folder = Path(app.srcdir, "help")
+    folder.mkdir(exist_ok=True)
+    for name in COMMANDS:
+        arguments = [name, "--help"]
+        text = CliRunner().invoke(commands, arguments, prog_name="superfacets", terminal_width=100)
+        Path(folder, f"{name}.txt").write_text(text.output, encoding="utf-8")
+
+
 def setup(app: Sphinx) -> None:
+    app.connect("builder-inited", write_help)
     app.connect("autodoc-skip-member", skip_fields_of_tuples)
     app.connect("autodoc-process-docstring", add_docstring_of_data, priority=100)

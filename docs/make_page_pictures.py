@@ -77,7 +77,7 @@ def main() -> None:
         for shot in shots(data):
             taken.append(folder / f"{shot.name}.png")
             take(browser, shot, taken[-1])
-        montage(taken, "page.png")
+        montage(taken, "page.webp")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Take the pictures of the studio anew: ``python docs/make_studio_pictures.py DATA``.
 
-DATA is a folder with ``meshes/bunny.ply`` and ``psb/off``. Playwright and Chromium are needed.
+DATA is a folder with ``meshes/bunny.ply``, ``psb/off`` and ``rooms``. Playwright and Chromium are
+needed.
 """
 
 import shutil
@@ -12,11 +13,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from browser_shots import PATIENCE, chromium, cloud, large_bear, montage
 from playwright.sync_api import Page
-from shrink_images import IMAGES, read, save_small
+from shrink_images import IMAGES, read, save_page
 
-from superfacets import write_mesh
+from superfacets import Mesh, write_mesh
+from superfacets.studio.classes import default_classes
+from superfacets.studio.document import Document
 
 SIZE = {"width": 1280, "height": 800}
 MODELS = ("125", "181", "281", "301", "397")
@@ -24,11 +28,13 @@ Line = list[tuple[int, int]]
 
 # What the lasso goes around on the bunny, by class.
 BUNNY: list[tuple[str, Line]] = [
-    ("1", [(612, 248), (660, 100), (880, 105), (880, 220), (670, 265)]),
-    ("2", [(455, 300), (520, 225), (615, 248), (670, 280), (690, 345), (560, 450), (460, 440)]),
-    ("3", [(942, 620), (975, 585), (1045, 590), (1045, 735), (930, 735)]),
-    ("4", [(540, 640), (700, 640), (870, 700), (870, 770), (540, 770)]),
+    ("1", [(642, 263), (688, 119), (902, 124), (902, 236), (698, 279)]),
+    ("2", [(489, 314), (552, 241), (645, 263), (698, 294), (718, 357), (591, 459), (494, 450)]),
+    ("3", [(963, 625), (995, 591), (1063, 596), (1063, 737), (951, 737)]),
+    ("4", [(572, 644), (727, 644), (893, 703), (893, 771), (572, 771)]),
 ]
+ROOM = {1: "ball", 2: "shelf", 3: "box", 6: "floor", 9: "wall"}
+LEFT_OUT = 5  # a shelf
 NAMES = ("ears", "head", "tail", "feet", "body")
 
 
@@ -50,7 +56,7 @@ def wait(page: Page) -> None:
 
 def name_classes(page: Page) -> None:
     for number, name in enumerate(NAMES):
-        page.locator("input[aria-label^='Name of']").nth(number).fill(name)
+        page.locator(".class input[aria-label^='Name of']").nth(number).fill(name)
         page.keyboard.press("Enter")
         page.wait_for_timeout(500)
 
@@ -80,12 +86,12 @@ def label_bunny(page: Page) -> None:
         lasso(page, key, line)
     page.keyboard.press("5")
     page.keyboard.press("v")
-    page.mouse.move(850, 470)
+    page.mouse.move(873, 479)
     page.mouse.down()
-    page.mouse.move(900, 580, steps=4)
+    page.mouse.move(922, 586, steps=4)
     page.wait_for_timeout(300)
     page.mouse.up()
-    page.mouse.move(775, 450)
+    page.mouse.move(800, 459)
 
 
 def label_largest(page: Page) -> None:
@@ -98,7 +104,7 @@ def label_largest(page: Page) -> None:
     page.locator("#canvas").focus()
     page.keyboard.press("Escape")
     page.keyboard.press("Home")
-    page.mouse.move(300, 760)
+    page.mouse.move(360, 760)
 
 
 def label_folder(page: Page) -> None:
@@ -108,6 +114,36 @@ def label_folder(page: Page) -> None:
     label_largest(page)
     small = "[...document.querySelectorAll('#files img')].every(one => one.naturalWidth)"
     page.wait_for_function(f"() => {small}", timeout=120_000)
+
+
+def storage(data: Path, place: Path) -> Path:
+    """A room whose objects are labeled by its ground truth, region by region, but for a shelf."""
+    room = np.load(data / "rooms" / "storage_d1.npz")
+    path = place / "storage.ply"
+    write_mesh(path, Mesh(room["vertices"].astype(float), room["faces"]))
+    names = [ROOM.get(number, f"class {number}") for number in range(1, 10)]
+    document = Document.open(path, None, 300, default_classes(names))
+    labels, objects = document.revision.labels, room["instances"][room["faces"]][:, 1]
+    classes = room["classes"].astype(int) + 1
+    winners = [
+        np.bincount(objects[labels == region]).argmax() for region in range(labels.max() + 1)
+    ]
+    for one in set(winners) - {LEFT_OUT}:
+        cells = np.flatnonzero(np.isin(labels, np.flatnonzero(np.equal(winners, one))))
+        number = np.count_nonzero(classes[:one] == classes[one]) + 1
+        document.paint(cells.astype(np.uint32), int(classes[one]), objects=int(number))
+    document.close()
+    return path
+
+
+def look_at_boxes(page: Page) -> None:
+    page.locator("#canvas").focus()
+    page.keyboard.press("Alt+3")
+    page.keyboard.press("3")
+    page.locator("#canvas").focus()
+    for _ in range(4):
+        page.keyboard.press("ArrowUp")
+    page.mouse.move(900, 400, steps=3)
 
 
 def main() -> None:
@@ -127,6 +163,7 @@ def main() -> None:
             (folder, label_folder, "dark", "studio-folder.png"),
             (rug, label_largest, "light", "rug.png"),
             (bear, label_largest, "dark", "bear.png"),
+            (storage(data, Path(place)), look_at_boxes, "light", "studio-objects.png"),
         ]
         taken = []
         for path, label, scheme, name in jobs:
@@ -137,13 +174,14 @@ def main() -> None:
                 page.set_default_timeout(PATIENCE)
                 page.goto(address)
                 wait(page)
+                page.locator("#welcome-close").click()
                 label(page)
                 taken.append(Path(place) / name)
                 take(page, taken[-1])
                 page.close()
-        for path in taken[:2]:
-            save_small(read(path), IMAGES / path.name)
-        montage(taken, "studio-four.png")
+        for path in (*taken[:2], taken[4]):
+            save_page(read(path), IMAGES / path.name)
+        montage(taken[:4], "studio-four.webp")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 """Keep the pictures of the documentation small: ``python docs/shrink_images.py``.
 
-Pictures of more than 150 KB get a palette of 256 colors; if that is not enough, they are halved.
+Pictures in PNG of more than 150 KB get a palette of 256 colors; if that is not enough, they are
+halved.
+Pictures of pages, with their smooth shades and small text, are WebP files in all their colors.
 """
 
 from pathlib import Path
@@ -34,6 +36,11 @@ def save_small(picture: Image.Image, path: Path) -> None:
     palette = picture.quantize(N_COLORS)
     few = picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
     few.save(path, optimize=True)
+
+
+def save_page(picture: Image.Image, path: Path) -> None:
+    """Write the picture of a page as WebP: all colors, no dither."""
+    picture.save(path.with_suffix(".webp"), quality=88, method=6)
 
 
 if __name__ == "__main__":

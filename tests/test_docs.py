@@ -141,7 +141,7 @@ def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
     needs = {block.needs for block in read_blocks(path)} - {None}
     assert needs <= {
         "trimesh", "pyvista", "open3d", "psb", "meshio", "skimage", "pandas", "networkx", "xatlas",
-        "pyfqmr", "psutil",
+        "pyfqmr", "psutil", "segment_anything",
     }  # fmt: skip
     assert all(compile(block.code, str(path), "exec") for block in python_blocks(path))
 
@@ -184,7 +184,7 @@ def test_each_mesh_of_the_gallery_has_a_picture_and_commands():
 
 def test_pictures_are_small():
     """`python docs/shrink_images.py` makes them so."""
-    sizes = {path.name: path.stat().st_size for path in (DOCS / "images").rglob("*.png")}
+    sizes = {path.name: path.stat().st_size for path in (DOCS / "images").rglob("*.*")}
     assert {name for name, size in sizes.items() if size > shrink_images.MAX_BYTES} == set()
 
 

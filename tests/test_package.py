@@ -53,7 +53,9 @@ RESULTS = [
 
 @pytest.mark.parametrize("function", FUNCTIONS, ids=lambda function: function.__name__)
 def test_the_documented_parameters_are_those_there_are(function):
-    documented = names_in_section(inspect.getdoc(function), "Parameters")
+    docstring = inspect.getdoc(function)
+    documented = names_in_section(docstring, "Parameters")
+    documented |= names_in_section(docstring, "Other Parameters")
     assert documented == set(inspect.signature(function).parameters)
 
 

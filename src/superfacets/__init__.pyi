@@ -43,9 +43,11 @@ from .clustering.segmentation import Segmentation as Segmentation
 from .clustering.update import update_centers as update_centers
 from .errors import IslandWarning as IslandWarning
 from .errors import MeshError as MeshError
+from .errors import MismatchWarning as MismatchWarning
 from .errors import MissingExtraError as MissingExtraError
 from .errors import RenderError as RenderError
 from .errors import SliverWarning as SliverWarning
+from .errors import ViewWarning as ViewWarning
 from .export.pyg import write_graphs as write_graphs
 from .export.regions import write_regions as write_regions
 from .export.write import write_labels as write_labels
@@ -54,11 +56,14 @@ from .interop import segmentator as segmentator
 from .interop.aggregation import RegroupedObject as RegroupedObject
 from .interop.aggregation import regroup_segments as regroup_segments
 from .interop.attach import attach_labels as attach_labels
+from .interop.masks import read_masks as read_masks
 from .io.attributes import MeshAttributes as MeshAttributes
+from .io.readers.cameras import read_cameras as read_cameras
 from .io.readers.labels import read_labels as read_labels
 from .io.readers.read import read_attributes as read_attributes
 from .io.readers.read import read_cloud as read_cloud
 from .io.readers.read import read_mesh as read_mesh
+from .mesh.pinhole_camera import PinholeCamera as PinholeCamera
 from .mesh.point_cloud import PointCloud as PointCloud
 from .mesh.polygon_mesh import PolygonMesh as PolygonMesh
 from .mesh.polygon_mesh import Triangulation as Triangulation
@@ -80,6 +85,9 @@ from .pipeline import segment as segment
 from .regions.connect import enforce_connectivity as enforce_connectivity
 from .regions.edit import RegionEdit as RegionEdit
 from .regions.hierarchy import Hierarchy as Hierarchy
+from .regions.lifting import LiftedLabels as LiftedLabels
+from .regions.lifting import lift as lift
+from .regions.lifting import project_labels as project_labels
 from .regions.lines import BorderLines as BorderLines
 from .regions.lines import border_lines as border_lines
 from .regions.lines import find_boundaries as find_boundaries

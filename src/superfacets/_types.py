@@ -19,3 +19,6 @@ Longs: TypeAlias = npt.NDArray[np.int64]
 
 ArcLists: TypeAlias = tuple[Longs, Ints]
 """Arcs in CSR form: offsets, (N + 1,), and neighbors, (M,)."""
+
+Viewpoint: TypeAlias = tuple[float, float, float]
+"""Place from which all points of a cloud were seen."""

@@ -7,6 +7,7 @@ another thread, nor the file behind a memory map can change them afterwards. Flo
 
 from __future__ import annotations
 
+import functools
 import math
 import mmap
 import numbers
@@ -14,8 +15,8 @@ import operator
 import os
 import reprlib
 import sys
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +34,12 @@ moments of tetrahedra, a product of fifteen lengths, stays normal down to 1e-5 o
 
 VALUE_RANGE = (1e-150, 1e150)
 """Range of the largest area or weight: sums, and products with positions, then stay normal."""
+
+MAX_SIDE = 1 << 16
+"""Largest width and height of an image, in pixels."""
+
+MAX_ROTATION_ERROR = 1e-3
+"""Largest error of products of the axes of a pose: four digits are enough, a scale is not."""
 
 MAX_THREADS_PER_CORE = 4
 """Upper bound of threads per usable core. More only wait for each other: on two cores, 1,024
@@ -622,6 +629,24 @@ def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
     return value
 
 
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def says_what_is_meant(others: Mapping[str, str]) -> Callable[[Function], Function]:
+    """Decorate a function: for a parameter of another tool, the error says which one is meant."""
+
+    def decorate(function: Function) -> Function:
+        @functools.wraps(function)
+        def checked(*args: Any, **keywords: Any) -> Any:
+            for name in keywords.keys() & others.keys():
+                raise TypeError(f"{function.__name__} has no {name}, but {others[name]}")
+            return function(*args, **keywords)
+
+        return cast(Function, checked)
+
+    return decorate
+
+
 def checked_generator(value: Any, name: str) -> np.random.Generator:
     """A generator of random numbers: as given, or seeded with an integer >= 0."""
     if isinstance(value, np.random.Generator):
@@ -632,6 +657,66 @@ def checked_generator(value: Any, name: str) -> np.random.Generator:
     if seed < 0:
         raise ValueError(f"{name} must not be negative, got {seed}")
     return np.random.default_rng(seed)
+
+
+def checked_pose(pose: Any) -> Floats:
+    """A new (4, 4) float64 array: rotation and position of a camera."""
+    given = _numbers_of(pose, "pose")
+    if given.shape not in ((4, 4), (3, 4)):
+        raise ValueError(f"pose must have shape (4, 4) or (3, 4), got {given.shape}")
+    if not np.isfinite(given).all():
+        raise ValueError("pose is not finite: leave out images without a pose")
+    array = np.eye(4)
+    array[: len(given)] = given
+    if np.any(array[3] != (0, 0, 0, 1)):
+        raise ValueError(f"the last row of pose must be 0, 0, 0, 1, got {array[3].tolist()}")
+    rotation = array[:3, :3]
+    error = float(np.abs((rotation[:, :, None] * rotation[:, None]).sum(axis=0) - np.eye(3)).max())
+    if error > MAX_ROTATION_ERROR:
+        raise ValueError(
+            "pose must be a rotation and a position, without scale and shear: products of its axes"
+            f" are off by {error:.2g}"
+        )
+    if np.dot(np.cross(rotation[0], rotation[1]), rotation[2]) < 0:
+        raise ValueError("pose mirrors the world: one of its axes points the wrong way")
+    return array
+
+
+def checked_intrinsics(intrinsics: Any) -> Floats:
+    """Focal lengths and principal point, (4,) float64, from these or from their matrix."""
+    given = _numbers_of(intrinsics, "intrinsics")
+    if given.shape in ((3, 3), (4, 4)):
+        if given[0, 1] != 0:
+            raise ValueError(f"intrinsics have a skew of {given[0, 1]:g}; it must be 0")
+        given = given[(0, 1, 0, 1), (0, 1, 2, 2)]
+    if given.shape != (4,):
+        raise ValueError(
+            f"intrinsics must be fx, fy, cx, cy or a matrix (3, 3), got shape {given.shape}"
+        )
+    if not np.isfinite(given).all() or given[:2].min() <= 0:
+        raise ValueError(
+            f"intrinsics must be finite, and focal lengths positive, got {given.tolist()}"
+        )
+    return owned(given, np.float64)
+
+
+def checked_image_size(size: Any) -> tuple[int, int]:
+    """Width and height of an image, 1 and up."""
+    if not isinstance(size, (tuple, list, np.ndarray)) or len(size) != 2:
+        raise TypeError(f"size must be width and height, got {reprlib.repr(size)}")
+    width, height = (checked_count(value, "size", MAX_SIDE, "pixels") for value in size)
+    return width, height
+
+
+def _numbers_of(value: Any, name: str) -> Floats:
+    refuse_mask(value, name)
+    try:
+        array = np.asarray(value)
+    except ValueError:  # ragged nested lists
+        array = np.empty(0, object)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name} must be an array of numbers")
+    return array.astype(np.float64)
 
 
 def checked_callable(value: Any, name: str) -> Any:

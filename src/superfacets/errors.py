@@ -21,8 +21,16 @@ class IslandWarning(UserWarning):
     """There are more regions than asked for, because components of the mesh got no seed."""
 
 
+class MismatchWarning(UserWarning):
+    """Labels are carried over from a mesh that does not lie where the target does."""
+
+
 class SliverWarning(UserWarning):
     """Regions become stripes because faces are long and thin; the message says what to do."""
+
+
+class ViewWarning(UserWarning):
+    """Images that give no votes: their masks are empty, or their cameras see nothing."""
 
 
 def reason_of(error: BaseException) -> str:

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any, cast
 
@@ -18,7 +19,7 @@ from . import _core
 from ._options import INITS, CleanupOptions, Init, Islands, LoopOptions, Progress, SizeOptions
 from ._timing import OnStage, timed
 from ._types import Ints
-from ._validate import checked_choice
+from ._validate import checked_choice, says_what_is_meant
 from .adapters.convert import CloudLike, MeshLike, as_cells
 from .cells.cell_graph import checked_weights
 from .cells.constraints import ConstraintOptions
@@ -26,7 +27,7 @@ from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, OrderedCells, kind_of
 from .cells.named_features import features_of
 from .cells.parts import PART_CREASE_SCALE, SPARE, PartPrices, groups_to_embed
-from .cells.size import EDGE_PER_RADIUS, sliver_note
+from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
 from .cells.weights import BARRIER_TURN, WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.graphs import has_small_regions
 from .clustering.loop import coarsened, segment_cells
@@ -69,6 +70,25 @@ SCANS: Mapping[str, Any] = MappingProxyType({"denoise": 5, "alpha": 80.0})
 Noise is smoothed, and borders follow creases at more cost in compactness.
 """
 
+OTHER_NAMES: Mapping[str, str] = MappingProxyType(
+    {
+        "compactness": "alpha: higher values follow creases more, 0 gives the most compact regions",
+        "sigma": "denoise: steps of smoothing before creases are measured",
+        "spacing": "none: lengths are those of the mesh",
+        "convert2lab": "features='color'",
+        "channel_axis": "features: one row of numbers per face",
+        "min_size_factor": "min_size: a fraction of the mean area of regions",
+        "start_label": "none: labels begin with 0",
+        "max_iter": "max_num_iter",
+        "num_threads": "n_threads",
+        "n_jobs": "n_threads",
+        "k": "n_segments",
+        "n_clusters": "n_segments",
+        "seed": "none: labels are the same on every run; init takes faces that are the seeds",
+    }
+)
+"""Parameters of ``slic`` of scikit-image and of other tools, and what `segment` has instead."""
+
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
@@ -96,181 +116,119 @@ class Prepared:
         return cls(source, kind, *ordered)
 
 
+@says_what_is_meant(OTHER_NAMES)
 def segment(
     mesh: MeshLike | CloudLike | Prepared,
     n_segments: int | None = None,
     *,
-    radius: float | None = None,
     alpha: float | None = None,
+    features: npt.ArrayLike | str | Sequence[str] | None = None,
+    denoise: Denoise = None,
+    n_threads: int | None = None,
+    radius: float | None = None,
+    weights: WeightName | Weights = "parts",
     eta_convex: float | None = None,
     ridges: float | None = None,
-    weights: WeightName | Weights = "parts",
     init: Init | Start = "geodesic",
-    mask: npt.ArrayLike | None = None,
-    barriers: npt.ArrayLike | None = None,
-    radius_factor: float | None = None,
+    relocate: bool | None = None,
+    smooth: bool = True,
     max_num_iter: int = 50,
     tol: float = 0.02,
-    relocate: bool | None = None,
-    enforce_connectivity: bool = False,
-    min_size: float = 0.0,
+    radius_factor: float | None = None,
     islands: Islands = "keep",
-    smooth: bool = True,
-    features: npt.ArrayLike | str | Sequence[str] | None = None,
+    min_size: float = 0.0,
+    enforce_connectivity: bool = False,
+    mask: npt.ArrayLike | None = None,
+    barriers: npt.ArrayLike | None = None,
     feature_weight: float = FEATURE_WEIGHT,
     scale_features: bool = True,
-    denoise: Denoise = None,
     weld: bool = True,
-    n_threads: int | None = None,
     progress: Progress | None = None,
     on_stage: OnStage | None = None,
 ) -> Segmentation:
     """Label every face of a mesh with one of k compact regions that follow its concave creases.
 
-    Of a point cloud, every point; see `build_point_graph` for its neighbors and areas. Clouds, and
-    large meshes whose faces or vertices are in random order, are sorted along a space-filling curve
-    first; everything that is given and returned is numbered as the input.
+    Of a point cloud, every point; of a tetrahedral mesh, every tetrahedron. The page "Parameters"
+    of the documentation explains each parameter at length.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any mesh of triangles or polygons: open, non-manifold, inconsistently oriented, degenerate,
-        in many components, or soup. Or a point cloud: a PointCloud, an (N, 3) array, the path of a
-        file without faces, or a cloud of trimesh, PyVista or Open3D.
+        Any mesh of triangles or polygons: open, non-manifold, degenerate, in many components, or
+        soup. Or tetrahedra, or a point cloud: a PointCloud, an (N, 3) array, or a file of points.
     n_segments : int, optional
-        Number of regions k, 1 to the number of faces. 150 (or the number of faces, if that is
-        less) if neither this nor `radius` is given. The result has exactly k regions with
-        ``islands="nearest"`` (about as many with ``init="flood"`` and ``"grid"``); otherwise one
-        more for each component that gets no seed and, with
-        `radius_factor`, for faces that no center reaches.
-    radius : float, optional
-        Expected radius r of a region instead, as a fraction of the diagonal of the bounding box.
+        Number of regions k, 1 to N. 150, or N if that is less, if `radius` is not given either.
     alpha : float, optional
-        How much borders follow creases; 0 gives the most compact regions. >= 0; the range and the
-        default depend on the `weights`.
-    eta_convex : float, optional
-        Weight of convex creases (ridges) relative to concave ones (grooves), >= 0. The default
-        depends on the `weights`; those that have none do not use it.
-    ridges : float, optional
-        Weight of sharp edges between flat faces, as machine parts have them, relative to concave
-        ones, >= 0: it replaces `eta_convex` there, where it is more. 0 turns it off. See
-        `crease_weights` for which edges these are. Points and tetrahedra have no such edges. The
-        default depends on the `weights`; those that have none do not use it.
-    weights : str, or array_like of shape (M,)
-        Arc weights by name:
-    {weights}
-        Or one weight per arc of ``build_face_graph(mesh, weld=weld)``, in units of the diagonal of
-        the bounding box; `alpha`, `eta_convex` and `ridges` are then not used.
-    init : {"geodesic", "farthest", "flood", "grid"}, array_like of int, or Segmentation
-        How seeds are placed, or the faces that are the seeds; see `place_seeds`. By default they
-        are the farthest from each other by path length. ``"flood"`` and ``"grid"`` give k regions
-        only approximately. A Segmentation of the same mesh: the run begins with its centers. One
-        label per face, shape (N,): with the central face of each label 0..K-1, each at least once
-        (-1 for faces of no label), or of what a mask leaves of it. An array of N different faces
-        is one of seeds.
-    mask : array_like of bool, shape (N,), optional
-        Faces where it is False are left out: they get the label -1, no path leads through them, and
-        they count for no area, so that k regions share the area of the others. What creases cost is
-        measured on the whole mesh.
-    barriers : array_like of int, shape (N,) or (E, 2), optional
-        Borders that no region crosses, whatever else is asked for. One number per face: no region
-        has faces of different numbers. Or edges of a mesh, as pairs of vertices: no path leads
-        across these edges, and a region has faces on both sides only where it leads around their
-        ends. There are then more components; if k is less than their number, those that get no
-        seed become regions as with ``islands="keep"``. With ``"nearest"`` they join the nearest
-        region of the same number, if there is one; a part of a component that edges cut in several
-        joins none, and is a region of its own.
-    radius_factor : float, optional
-        If not given, each face belongs to the center with the shortest path to it, and regions
-        are connected. If given, expansions halt at this many r from their center (2 in the paper),
-        and regions may be disconnected.
-    max_num_iter : int, default 50
-        Maximum number of iterations, on each level. With 0, faces are labeled by the first centers,
-        which do not move. Each labels all faces once, or all coarse cells: where regions have about
-        a hundred faces or more, the loop begins on connected groups of 4 to 16 faces (on groups of
-        those where they have thousands). Where they have 200 or more (100 with other weights than
-        ``"parts"``), it ends there, and all faces are labeled once after it. The loop is on all
-        faces with given seeds, `radius_factor`, ``tol=0``, ``max_num_iter`` 0 or 1, and weights
-        that are not the same both ways.
-    tol : float, default 0.02
-        Stop when the root mean square of the centers' moves is at most this fraction of r. With 0,
-        stop when no center changes, as in the paper; all iterations are then on all faces.
-    relocate : bool, optional
-        When the loop has ended on its first level, let centers of regions that are hardly needed
-        jump to where regions are large and uneven, and iterate again (up to 8 times), in up to four
-        rounds. A region is hardly needed if its faces are as near to the next center as to their
-        own; both are measured by path length. The number of regions stays, and a component keeps a
-        center if it has one. Given seeds may move, too. Not with `radius_factor`. By default True
-        with ``weights="parts"``, unless `radius_factor` or seeds are given.
-    enforce_connectivity : bool, default False
-        If regions are disconnected (with `radius_factor`), each keeps the piece with its center,
-        and its other pieces join a neighbor; see `enforce_connectivity`.
-    min_size : float, default 0.0
-        Regions smaller than this fraction of the mean region area join a neighbor, after which
-        there are fewer than k; see `merge_small_regions`.
-    islands : {"keep", "nearest"}
-        What to do with components without a seed, with faces that no center reaches and, with
-        `min_size`, with small regions that have no neighbor. ``"keep"``: they are regions of their
-        own, in addition to the k asked for. ``"nearest"``: each joins the region with the face
-        nearest (Euclidean, by centroids) to any of its faces, among equals that with the lowest
-        index (of sorted cells the first along the curve); there are then exactly k regions,
-        which may extend over several components. A component gets a seed if it has at least half of
-        the area expected of a region, A / k, or if all larger components together have fewer than k
-        faces; at most the k largest do. (With ``"keep"``, ``"farthest"`` and ``"flood"`` place
-        seeds in islands, too. ``"grid"`` and given seeds do not follow this rule.)
-    smooth : bool, default True
-        Make borders straight where the surface is smooth; see `smooth_borders`. Centers stay in
-        their regions, and connected regions stay connected.
-    features : array_like, shape (N, F) or (V, F), or str, optional
-        Numbers that borders are to follow, such as colors: F of each face or point, or of each
-        vertex (faces then have the mean of their corners). Finite. Crossing from one cell to the
-        next costs more where they differ. Or a name, or several: ``"color"`` (of the file or the
-        cloud), ``"normals"``, ``"height"`` (z), or of a property in the file, if `mesh` is a path.
-    feature_weight : float, default 5.0
-        How much, >= 0. The distance of the features of two cells, times this, is added to the
-        length of the step between them, in expected radii r, so that it means the same at every
-        resolution. With 0, features change nothing.
-    scale_features : bool, default True
-        Divide each feature by its standard deviation over the area first.
+        How much borders follow creases, >= 0. 0 gives the most compact regions.
+    features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
+        What borders follow besides creases: F numbers per face or vertex, or ``"color"``,
+        ``"normals"``, ``"height"``, or the name of a property in the file.
     denoise : int or "auto", optional
-        Number of steps of smoothing, 0 and up: creases and lengths are measured on smoothed
-        positions (Taubin's method), and the result belongs to the mesh as it is. 5 suit scans.
-        ``"auto"``: 5 if the noise is at least 0.05 of the mean edge length, by an estimate from the
-        mesh, or else 0. Only for meshes of faces that are not prepared.
-    weld : bool, default True
-        Treat vertices at exactly the same position as one.
+        Steps of smoothing before creases are measured; labels belong to the mesh as it is.
     n_threads : int, optional
-        Number of threads. By default the environment variable ``SUPERFACETS_NUM_THREADS``, or one
-        per core. The labels do not depend on it. (The checks of a new mesh or graph use the default
-        in any case.)
+        By default ``SUPERFACETS_NUM_THREADS``, or one per core. Labels do not depend on it.
+
+    Other Parameters
+    ----------------
+    radius : float, optional
+        Expected radius r of a region, as a fraction of the diagonal, in place of `n_segments`.
+    weights : str, or array_like of shape (M,)
+        Arc weights by name, or one per arc of `build_face_graph`:
+    {weights}
+    eta_convex, ridges : float, optional
+        Weight, relative to concave creases, of convex ones, and of sharp edges between flat faces.
+    init : {"geodesic", "farthest", "flood", "grid"}, array_like of int, or Segmentation
+        How seeds are placed; or faces that are the seeds; or one label per face, or an earlier
+        result, to begin with.
+    relocate : bool, optional
+        Whether centers may jump to where regions are large. By default with ``"parts"`` only.
+    smooth : bool, default True
+        Whether borders become straight where the surface is smooth; see `smooth_borders`.
+    max_num_iter, tol : int, float
+        The loop ends after so many iterations, or when centers move by at most `tol` * r.
+    radius_factor : float, optional
+        Expansions halt at this many r from their center, as in the paper (2).
+    islands : {"keep", "nearest"}
+        Components without a seed become regions of their own, or join the nearest region.
+    min_size : float
+        Regions below this fraction of the mean area join a neighbor; see `merge_small_regions`.
+    enforce_connectivity : bool
+        Whether regions keep one piece each, with `radius_factor`; see `enforce_connectivity`.
+    mask : array_like of bool, shape (N,), optional
+        Faces where it is False are left out, with the label -1.
+    barriers : array_like of int, shape (N,) or (E, 2), optional
+        A number per face, or edges as pairs of vertices: no region crosses from one number to
+        another, or such an edge.
+    feature_weight, scale_features : float, bool
+        How much `features` count, in r per standard deviation; whether they are scaled to that.
+    weld : bool
+        Whether vertices at exactly the same position are one.
     progress : callable, optional
-        Called after each iteration, on coarse cells or on faces, with its number (from 1) and how
-        many centers it moved;
-        if it returns False, the loop ends with ``stop_reason="cancelled"``.
+        Called after each iteration with its number and how many centers moved. If it returns False,
+        the loop ends with ``stop_reason="cancelled"``.
     on_stage : callable, optional
-        Called with the name of each stage when it begins: ``"mesh"``, ``"face_graph"``,
-        ``"weights"``, ``"order"``, ``"coarsen"`` (not with options that rule it out, see
-        `max_num_iter`), ``"seeding"``, ``"classify"`` (once, for the whole loop), and ``"regions"``
-        if regions are cleaned up. An exception that it raises ends the run.
+        Called with the name of each stage when it begins. What it raises ends the run.
 
     Returns
     -------
     Segmentation
         Labels are int32, 0..K-1, one per face in the order of the input, and the same each time;
-        -1 where the mask is False.
+        -1 where the mask is False. K is k with ``islands="nearest"``; otherwise there is one more
+        for each component without a seed. With ``init="flood"`` or ``"grid"``, and with
+        `radius_factor`, K is about k.
 
     Warns
     -----
     SliverWarning
-        If more than a tenth of the area is in faces so long and thin that regions become stripes,
-        as in CAD meshes; see `subdivide`. ``sliver_share`` of the result is that share.
+        If more than a tenth of the area is in faces so long and thin that regions become stripes;
+        see `subdivide`.
     IslandWarning
-        If there are more regions than `n_segments`, for components that got no seed.
+        If there are more regions than `n_segments`, for components without a seed.
 
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not valid.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
 
@@ -564,20 +522,30 @@ def _add_parts(work: _Work) -> _Work:
     """Stage 2: add arcs to cells farther away, and the prices of steps between parts."""
     if not work.has_parts:
         return work
-    options, graph, levels = work.options.weights, work.graph, work.levels
-    n_threads = work.surface.n_threads
+    options, size, n_threads = work.options.weights, work.plan.size, work.surface.n_threads
     with work.timed("weights", begins=False):
-        factors = (options.params["gamma"], options.crease_price(work.plan.size.radius))
-        if levels.on_all:
-            groups = groups_to_embed(graph, n_threads)
-            parts = PartPrices.of(graph, groups, factors, n_threads)
-            far = has_small_regions(graph, work.plan.size.n_segments)
-            parts.add_to_all(graph, levels.coarse, n_threads, far=far)
-        else:
-            groups = levels.coarse[: levels.n_finer + 1]
-            parts = PartPrices.of(graph, groups, factors, n_threads)
-            parts.add_to_coarse(levels.coarse[levels.n_finer :], n_threads)
+        parts = price_parts(work.graph, work.levels, options, size, n_threads)
     return replace(work, parts=parts)
+
+
+def price_parts(
+    graph: Any, levels: Any, options: WeightOptions, size: RegionSize, n_threads: int
+) -> PartPrices:
+    """Price steps between parts, and add far arcs, on the graphs that the loop runs on.
+
+    `graph` may be one of tiles, unless the loop also runs on all of its cells.
+    """
+    factors = (options.params["gamma"], options.crease_price(size.radius))
+    if levels.on_all:
+        groups = groups_to_embed(graph, n_threads)
+        parts = PartPrices.of(graph, groups, factors, n_threads)
+        far = has_small_regions(graph, size.n_segments)
+        parts.add_to_all(graph, levels.coarse, n_threads, far=far)
+    else:
+        groups = levels.coarse[: levels.n_finer + 1]
+        parts = PartPrices.of(graph, groups, factors, n_threads)
+        parts.add_to_coarse(levels.coarse[levels.n_finer :], n_threads)
+    return parts
 
 
 def _cluster(work: _Work) -> _Work:
@@ -585,12 +553,12 @@ def _cluster(work: _Work) -> _Work:
     options = work.options
     note = sliver_note(work.sliver_share, sliver_advice(work.plan.size.radius))
     if note is not None:
-        warnings.warn(note, SliverWarning, stacklevel=4)
-    borders = work.arcs if work.has_parts else None
+        warnings.warn(note, SliverWarning, stacklevel=5)  # `segment` is decorated
+    join_pieces = partial(_core.join_loose_pieces, *work.arcs) if work.has_parts else None
     result = segment_cells(
-        work.graph, work.levels, work.surface.bounds, work.plan, options.loop, borders
+        work.graph, work.levels, work.surface.bounds, work.plan, options.loop, join_pieces
     )
-    warn_of_islands(result, 5)
+    warn_of_islands(result, 6)
     return replace(work, graph=None, levels=None, arcs=None, result=result)
 
 

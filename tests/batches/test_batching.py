@@ -299,6 +299,17 @@ def test_progress_counts_files_and_cells(scan, out):
     assert state.seconds > state.seconds_left == 0
 
 
+def test_the_time_left_is_that_of_equal_files(scan, out):
+    """Of four equal files, the time left is spent time times 3, 1, 1/3 and 0."""
+    copies = [scan.with_name(f"{name}.ply") for name in "abcd"]
+    for copy in copies:
+        copy.write_bytes(scan.read_bytes())
+    seen = []
+    sf.batch(copies, out, workers=1, progress=seen.append)
+    ratios = [state.seconds_left / state.seconds for state in seen]
+    assert ratios == pytest.approx([3, 1, 1 / 3, 0])
+
+
 def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch):
     def fill(*_, **__):
         raise OSError(errno.ENOSPC, "No space left on device", "x.npy")

@@ -203,3 +203,16 @@ def test_what_is_wrong_is_refused():
         sf.nearest_faces(sf.PointCloud(cube.vertices), [[0, 0, 0]])
     with pytest.raises(TypeError, match="expected a point cloud, got dict"):
         sf.nearest_faces(cube, {})
+
+
+def test_nothing_is_nearest_among_no_cells():
+    queries = np.zeros((2, 3))
+    nothing = np.empty((0, 3))
+    for cells, distances, points in (
+        _core.nearest_points(nothing, queries, math.inf, 1),
+        _core.nearest_triangles(nothing, np.empty((0, 3), np.int32), queries, math.inf, 1),
+        _core.nearest_tets(nothing, np.empty((0, 4), np.int32), queries, math.inf, 1),
+    ):
+        assert_array_equal(cells, [-1, -1])
+        assert_array_equal(distances, [math.inf, math.inf])
+        assert np.isnan(points).all()

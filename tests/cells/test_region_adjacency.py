@@ -68,7 +68,9 @@ def test_the_sides_of_a_cube(is_cut):
     assert graph.planarity == pytest.approx(np.ones(6))
     for flat in (graph.linearity, graph.sphericity, graph.curvature):
         assert flat == pytest.approx(np.zeros(6), abs=1e-12)
-    assert repr(graph) == "RegionGraph(6 regions, 12 arcs)"
+    assert repr(graph) == (
+        "RegionGraph(6 regions, 12 arcs; .to_pandas(), .to_networkx(), .to_scipy(), .to_pyg())"
+    )
 
 
 def test_a_cube_in_one_region_has_no_normal_and_no_border():

@@ -229,3 +229,9 @@ def test_smoothing_solves_its_equation():
     laplacian[np.diag_indices(graph.n_cells)] = -laplacian.sum(axis=1)
     true = np.linalg.solve(np.diag(masses) + 0.3 * laplacian, masses * values)
     assert np.allclose(ours, true, atol=1e-4)
+
+
+def test_rays_hit_nothing_where_there_is_no_face():
+    nothing, start, axis = np.empty((0, 3)), np.zeros((1, 3)), np.array([[0.0, 0, 1]])
+    faces = np.empty((0, 3), np.int32)
+    assert np.isnan(_core.ray_thickness(nothing, faces, start, axis, 30, 0.0, False, 1)).all()

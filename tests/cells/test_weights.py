@@ -421,5 +421,5 @@ def test_one_entry_of_the_table_makes_a_weight_known_everywhere(monkeypatch):
     result = segment(mesh, 3, weights="doubled")
     assert result.params["weights"] == "doubled"
     assert np.array_equal(result.labels, segment(mesh, 3, weights="superfacets").labels)
-    with pytest.raises(ValueError, match=r"weights must be one of creases,.* doubled"):
+    with pytest.raises(ValueError, match=r"weights must be one of parts,.* doubled"):
         segment(mesh, 3, weights="other")

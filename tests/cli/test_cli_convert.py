@@ -192,3 +192,35 @@ def test_the_facts_are_printed_as_json(run, folder):
     assert json.loads(run("convert", "a.ply", "-o", "c.obj", "--json", "-q")[1]) == {
         "file": "a.ply", "n_faces": 72, "n_labels": None, "outputs": ["c.obj"],
     }  # fmt: skip
+
+
+def test_all_meshes_of_a_folder_are_converted(run, folder):
+    (folder / "in").mkdir()
+    for name in ("one.ply", "two.ply"):
+        write_mesh(folder / "in" / name, shapes.bumpy_sheet(6), np.arange(72) // 36)
+    (folder / "in" / "bad.ply").write_bytes(b"junk")
+    status, printed, err = run("convert", "in", "-o", "out/", "--to", "obj", "--to", "npy")
+    assert status == 1
+    assert "bad.ply: not a PLY file" in err
+    assert err.endswith("superfacets: error: 1 of 3 files failed\n")
+    names = ["one.superfacets.npy", "one.superfacets.obj"]
+    names += ["two.superfacets.npy", "two.superfacets.obj"]
+    assert files_in(folder / "out") == names
+    assert len(printed.splitlines()) == 4
+    assert_array_equal(np.load(folder / "out" / "two.superfacets.npy"), np.arange(72) // 36)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["own.ply.d", "a.npy", "-o", "x/"], "LABELS and --split belong to one mesh"),
+        (["own.ply.d", "--split", "x"], "LABELS and --split belong to one mesh"),
+        (["own.ply.d", "-o", "x.obj"], "x.obj is one file for 2 inputs: give -o a folder"),
+    ],
+)
+def test_a_folder_is_converted_to_a_folder(run, folder, arguments, message):
+    (folder / "own.ply.d").mkdir()
+    for name in ("one.ply", "two.ply"):
+        write_mesh(folder / "own.ply.d" / name, shapes.bumpy_sheet(6))
+    status, _, err = run("convert", *arguments)
+    assert (status, message in err) == (2, True)

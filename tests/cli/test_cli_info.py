@@ -40,6 +40,7 @@ def test_info_takes_several_files_and_goes_on_after_a_bad_one(run, sheet):
     assert status == 1
     assert (
         err == f"superfacets: error: {bad}: not a PLY file: it does not begin with the word ply\n"
+        "superfacets: error: 1 of 3 files failed\n"
     )
     assert [line.split()[1] for line in out.splitlines() if line.startswith("file ")] == [
         str(sheet)

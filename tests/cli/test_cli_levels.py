@@ -18,8 +18,8 @@ def test_levels_writes_all_levels_to_one_file(run, sheet, tmp_path):
     status, out, err = run("levels", sheet, "-n", "5,40,12", "-o", tmp_path / "all.npz")
     assert (status, err) == (0, "")
     assert out.splitlines() == [
-        "sheet.ply: 1152 faces, levels of 40, 12, 5 regions",
         f"wrote {tmp_path / 'all.npz'}",
+        "sheet.ply: 1152 faces, levels of 40, 12, 5 regions",
     ]
     nested = hierarchy(read_mesh(sheet), [40, 12, 5])
     with np.load(tmp_path / "all.npz") as found:
@@ -67,7 +67,7 @@ def test_the_number_of_a_level_stands_before_the_whole_ending(run, sheet, tmp_pa
 def test_sstk_has_all_levels_in_one_file(run, sheet, tmp_path):
     out = tmp_path / "all.sstk.json"
     status, printed, _ = run("levels", sheet, "-n", "5,12", "-o", out)
-    assert (status, printed.splitlines()[-1]) == (0, f"wrote {out}")
+    assert (status, printed.splitlines()[0]) == (0, f"wrote {out}")
     write_labels(tmp_path / "other.sstk.json", hierarchy(read_mesh(sheet), [12, 5]).levels)
     assert out.read_bytes() == (tmp_path / "other.sstk.json").read_bytes()
 

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
+import numpy as np
 import pytest
 import shapes
 from command_line import COMMAND, files_in
@@ -24,7 +26,8 @@ def folder(tmp_path, monkeypatch):
 
 
 def plan(inputs, outputs=(), formats=(), *, ascii=False):
-    jobs = plan_jobs(inputs, outputs, formats, ascii=ascii)
+    with click.Context(click.Command("segment")):
+        jobs = plan_jobs(inputs, outputs, formats, ascii=ascii)
     return [(job.input, [str(path) for path in job.files], job.stream) for job in jobs]
 
 
@@ -37,7 +40,8 @@ def test_results_lie_beside_the_inputs_in_a_folder_or_in_named_files(folder):
         ("a.ply", [str(Path("new/x", f"a.superfacets.{end}")) for end in ("npy", "seg")], None),
         ("b.ply", [str(Path("new/x", f"b.superfacets.{end}")) for end in ("npy", "seg")], None),
     ]
-    assert (folder / "new" / "x").is_dir()
+    assert not (folder / "new").exists()  # nothing was written there
+    (folder / "new").mkdir()
     assert plan(["a.ply"], ["new"])[0][1] == [str(Path("new", "a.superfacets.ply"))]
     assert plan(["a.ply"], ["x.npy", "x.ply"]) == [("a.ply", ["x.npy", "x.ply"], None)]
 
@@ -148,3 +152,31 @@ def test_streams_that_cannot_be_used_are_one_line(sheet, line, message):
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == f"superfacets: error: {message}"
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["segment", "bad.ply", "-o", "new/x/"], ["convert", "bad.ply", "a.npy", "-o", "new/x/"]],
+)
+def test_a_failed_run_leaves_no_folder(run, folder, command):
+    (folder / "bad.ply").write_bytes(b"junk")
+    (folder / "old").mkdir()
+    np.save(folder / "a.npy", np.zeros(32, int))
+    assert run(*command)[0] == 1
+    assert not (folder / "new").exists()
+    assert run("segment", "bad.ply", "-o", "old/")[0] == 1
+    assert (folder / "old").is_dir()  # was there before
+    assert run("segment", "a.ply", "-n", 4, "-q", "-o", "new/x/") == (0, "", "")
+    assert files_in(folder / "new" / "x") == ["a.superfacets.ply"]
+
+
+def test_results_of_a_read_only_input_go_to_the_current_folder(run, folder):
+    (folder / "data").mkdir()
+    write_mesh(folder / "data" / "a.ply", shapes.bumpy_sheet(4))
+    (folder / "data" / "a.ply").chmod(0o444)
+    status, out, err = run("segment", "data/a.ply", "-n", 4)
+    assert status == 0
+    assert err == ("superfacets: note: data/a.ply is read-only: results go to the current folder\n")
+    assert out.startswith("wrote a.superfacets.ply\n")
+    assert files_in(folder / "data") == ["a.ply"]
+    assert (folder / "a.superfacets.ply").exists()

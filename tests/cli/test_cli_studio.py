@@ -134,3 +134,15 @@ def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, serv
     with keep(address_file(sheet.with_name("sheet.ply.studio.jsonl")), kept):
         run("studio", sheet, "--no-browser")
     assert served[0][1][1] == kept.port
+
+
+def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served):
+    from superfacets.studio.document import Document
+
+    document = Document.open(Path(sheet))
+    document.paint(document.revision.cells_of_all(range(document.revision.n_regions)), 1)
+    document.review(True)
+    document.close()
+    status, out, err = run("studio", sheet, "--list")
+    assert (status, out, err) == (0, f"100.0 %  {Path(sheet).name}  reviewed\n", "")
+    assert not served

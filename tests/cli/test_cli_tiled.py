@@ -29,7 +29,7 @@ def bear(tmp_path):
 def test_labels_are_those_of_segment(run, bear):
     status, out, err = run("segment", bear, "-n", 40, "--tiled", "--tile-size", 5_000)
     output = bear.with_name("bear.superfacets.npy")
-    expected = segment(read_mesh(bear), 40, weights="creases")
+    expected = segment(read_mesh(bear), 40)
     assert (status, err) == (0, "")
     assert files_in(bear.parent) == ["bear.ply", "bear.superfacets.npy"]
     assert np.array_equal(np.load(output), expected.labels)
@@ -56,6 +56,42 @@ def test_output_scratch_and_json_are_chosen(run, bear, tmp_path):
     assert list(scratch.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("given", "options"),
+    [
+        (["--weights", "creases", "--relocate"], {"weights": "creases", "relocate": True}),
+        (["--parts"], {}),
+        (["--no-relocate"], {"relocate": False}),
+        (["--scans"], {"denoise": 5, "alpha": 80.0}),
+        (["--denoise", "auto"], {"denoise": "auto"}),
+    ],
+    ids=str,
+)
+def test_options_are_those_of_segment(run, bear, given, options):
+    assert run("segment", bear, "-n", 40, "--tiled", *given)[0] == 0
+    expected = segment(read_mesh(bear), 40, **options)
+    assert np.array_equal(np.load(bear.with_name("bear.superfacets.npy")), expected.labels)
+
+
+def test_clouds_are_seen_from_a_viewpoint(run, tmp_path):
+    path = tmp_path / "sheet.npy"
+    points = shapes.bumpy_sheet(30).vertices
+    np.save(path, points)
+    view = ["--viewpoint", 0, 0, 100]
+    assert run("segment", path, "-n", 20, "--tiled", "-o", tmp_path / "up.npy", *view)[0] == 0
+    assert run("segment", path, "-n", 20, "-o", tmp_path / "whole.npy", *view)[0] == 0
+    assert np.array_equal(np.load(tmp_path / "up.npy"), np.load(tmp_path / "whole.npy"))
+    status, _, err = run("segment", path.with_name("none.ply"), "--tiled", *view)
+    assert (status, err.count("\n")) == (1, 1)
+
+
+def test_a_viewpoint_of_a_mesh_is_one_line(run, bear):
+    status, _, err = run("segment", bear, "-n", 9, "--tiled", "--viewpoint", 0, 0, 1)
+    assert (status, err.count("\n")) == (1, 1)
+    assert err.endswith("a viewpoint is for point clouds without normals\n")
+    assert files_in(bear.parent) == ["bear.ply"]
+
+
 @pytest.fixture
 def city(tmp_path):
     """A folder with the halves of a mesh, and the labels of the whole."""
@@ -65,7 +101,7 @@ def city(tmp_path):
     for name, faces in zip(["a.ply", "b.obj"], halves, strict=True):
         used, corners = np.unique(faces, return_inverse=True)
         write_mesh(folder / name, Mesh(mesh.vertices[used], corners.reshape(-1, 3)))
-    return folder, segment(mesh, 20, weights="creases").labels
+    return folder, segment(mesh, 20).labels
 
 
 def test_a_folder_of_files_is_one_mesh(run, city, tmp_path):
@@ -79,7 +115,7 @@ def test_a_folder_takes_the_labels_of_each_file(run, city, tmp_path):
     out = tmp_path / "out"
     status, printed, err = run("segment", folder, "-n", 20, "--tiled", "-o", f"{out}/")
     assert (status, err) == (0, "")
-    assert printed.splitlines()[0] == f"wrote 2 files in {out}"
+    assert printed.splitlines()[:2] == [f"wrote {out / name}" for name in ("a.npy", "b.npy")]
     assert files_in(out) == ["a.npy", "b.npy"]
     found = [np.load(out / name) for name in files_in(out)]
     assert [len(labels) for labels in found] == [600, 552]
@@ -141,9 +177,8 @@ def test_notes_are_those_of_segment(run, tmp_path):
         (["--tiled", "--min-size", 0.1], "--min-size does not go with --tiled"),
         (["--tiled", "--paper"], "--paper does not go with --tiled"),
         (["--tiled", "--init", "farthest"], "--init does not go with --tiled"),
-        (["--tiled", "--weights", "stk02"], "weights must be one of creases, superfacets, got"),
-        (["--tiled", "--relocate"], "--relocate does not go with --tiled"),
-        (["--tiled", "--parts"], "parts (--weights parts, --parts) do not go with --tiled"),
+        (["--tiled", "--weights", "stk02"], "weights must be one of parts, creases, superfacets"),
+        (["--tiled", "--min-opacity", 0.5], "--min-opacity does not go with --tiled"),
         (["--tiled", "--connect"], "--connect does not go with --tiled"),
         (["--tiled", "--mask", "m.npy"], "--mask does not go with --tiled"),
         (["--tiled", "--barriers", "m.npy"], "--barriers does not go with --tiled"),
@@ -261,7 +296,7 @@ def test_point_clouds(run, tmp_path):
     np.save(path, points)
     status, printed, err = run("segment", path, "-n", 9, "--tiled", "--tile-size", 4096, "-o", out)
     assert (status, err) == (0, "")
-    assert np.array_equal(np.load(out), segment(points, 9, weights="creases").labels)
+    assert np.array_equal(np.load(out), segment(points, 9).labels)
     assert "scan.npy: 9000 points, 9 regions, " in printed
     folder = tmp_path / "scans"
     folder.mkdir()

@@ -1,6 +1,7 @@
 """The command `view`."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -104,3 +105,17 @@ def test_labels_of_another_name_are_shown(run, tmp_path):
     status, _, err = run("view", tmp_path / "a.ply", "--html", page, "--labels-named", "part")
     assert (status, err) == (0, "")
     assert "holds no labels" in run("view", tmp_path / "a.ply", "--html", page)[2]
+
+
+@pytest.mark.parametrize("has_browser", [True, False])
+def test_without_a_file_the_browser_opens_the_page(run, sheet, tmp_path, monkeypatch, has_browser):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", lambda page: opened.append(page) or has_browser)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    status, out, err = run("view", sheet)
+    assert status == 0
+    path = Path(out.removeprefix("wrote ").rstrip())
+    assert path.name == "sheet.html"
+    assert opened == [path.as_uri()]
+    assert path.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    assert ("no browser was found" in err) != has_browser

@@ -88,7 +88,7 @@ def test_triangles_are_measured_as_those_of_a_mesh():
         assert np.array_equal(one, other)
     assert of_mesh.area_vectors(polygons, 1) == pytest.approx(of_mesh.area_vectors(mesh, 1))
     areas = of_mesh.measure_faces(mesh, 1)[1]
-    *_, longest = _core.measure_shapes(mesh.vertices, mesh.faces, 1)
+    *_, longest = _core.measure_faces(mesh.vertices, mesh.faces, 1)
     for length in (0.0, 0.05, 0.2):
         slivers = [of_mesh.sliver_area(m, areas, longest, length, 0.1, 1) for m in (mesh, polygons)]
         assert slivers[0] == slivers[1]

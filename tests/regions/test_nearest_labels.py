@@ -1,5 +1,7 @@
 """Labels carried to points and to other meshes."""
 
+import warnings
+
 import numpy as np
 import pytest
 import shapes
@@ -22,8 +24,10 @@ def with_labels(n_faces, seed=0, n_labels=5):
 def test_points_get_the_label_of_the_nearest_face():
     square = sf.Mesh(SQUARE, [[0, 1, 2], [0, 2, 3]])
     points = [[0.9, 0.1, 0.5], [0.1, 0.9, -0.5], [3, 0, 0], [0.5, 0.5, 0]]
-    for target in (points, np.array(points), tuple(map(tuple, points)), sf.PointCloud(points)):
+    for target in (points, np.array(points), tuple(map(tuple, points))):
         assert sf.transfer(square, [7, 4], target).tolist() == [7, 4, 7, 7]
+    with pytest.warns(sf.MismatchWarning, match="75% of the target is farther from the mesh than"):
+        assert sf.transfer(square, [7, 4], sf.PointCloud(points)).tolist() == [7, 4, 7, 7]
     assert sf.transfer(square, [7, 4], points, max_distance=1).tolist() == [7, 4, -1, 7]
     assert sf.transfer(square, [-1, 4], points).tolist() == [-1, 4, -1, -1]
     assert sf.transfer(square, [7, 4], points[:2]).tolist() == [7, 4]  # not a pair of arrays
@@ -67,7 +71,8 @@ def test_a_coarse_face_gets_the_label_that_most_of_its_area_has():
         assert sf.transfer(fine, (x > split).astype(int), coarse).tolist() == [expected]
     # What is too far is a label like others.
     beyond = sf.PolygonMesh.of_faces(np.multiply(SQUARE, [3, 1, 1]), [[0, 1, 2, 3]])
-    assert sf.transfer(fine, np.zeros(64, int), beyond).tolist() == [0]
+    with pytest.warns(sf.MismatchWarning):
+        assert sf.transfer(fine, np.zeros(64, int), beyond).tolist() == [0]
     assert sf.transfer(fine, np.zeros(64, int), beyond, max_distance=0.1).tolist() == [-1]
 
 
@@ -155,3 +160,16 @@ def test_no_distance_is_left_between_a_mesh_and_itself(offset):
     mesh = sf.Mesh(mesh.vertices + offset / 3, mesh.faces)
     labels = with_labels(mesh.n_faces)
     assert_array_equal(sf.transfer(mesh, labels, mesh, max_distance=0), labels)
+
+
+@pytest.mark.parametrize("move", [0.0, 0.04, 0.2])
+def test_a_target_in_another_place_is_warned_of(move):
+    mesh = shapes.bumpy_sheet(12)
+    labels = with_labels(mesh.n_faces)
+    diagonal = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
+    target = sf.Mesh(mesh.vertices + [0, 0, move * diagonal], mesh.faces)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        sf.transfer(mesh, labels, target)
+    assert [warning.category for warning in caught] == [sf.MismatchWarning] * (move > 0.1)
+    assert all(warning.filename == __file__ for warning in caught)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from superfacets.cells.sums import sums_by_label
+from superfacets.studio.classes import INSTANCES
 
 N_OF_STROKE = 3
 """Cells that a stroke of a split goes over."""
@@ -12,37 +13,56 @@ class Labeler:
     """Does what can be done with a mouse, and counts the strokes.
 
     A stroke is a press of the button: a click on a region or cell, or one side of a split. Choosing
-    a class is a key, which is counted apart.
+    a class, or beginning an object, is a key, which is counted apart.
 
     Parameters
     ----------
     document : Document
     truth : ndarray of int, shape (N,)
         Class of each cell, 1 and up.
+    objects : ndarray of int, shape (N,), optional
+        Object of each cell within its class, 1 and up.
     """
 
-    def __init__(self, document, truth):
+    def __init__(self, document, truth, objects=0):
         self.document, self.truth = document, truth
+        self.instances = truth * INSTANCES + objects
         self.n_strokes = self.n_keys = 0
 
     def label(self, purity):
-        """Paint all regions, and split those first of which less than this is of one class."""
+        """Paint all regions, and split those first of which less than this is of one object."""
         self._split_mixed(purity)
-        classes, _ = self._majorities()
-        for number in np.unique(classes):
+        winners, _ = self._majorities()
+        for number in np.unique(winners):
             self.n_keys += 1
-            for region in np.flatnonzero(classes == number):
+            for region in np.flatnonzero(winners == number):
                 self._paint(self.document.revision.cells_of(int(region)), number)
 
     def brush(self, n_strokes):
         """Paint cells that are wrong, the largest first, a stroke each, up to so many in all."""
-        wrong = np.flatnonzero(self.document.state.classes != self.truth).astype(np.uint32)
+        wrong = np.flatnonzero(self.document.instances != self.instances).astype(np.uint32)
         wrong = wrong[np.argsort(-self.document.areas[wrong], kind="stable")]
         wrong = np.sort(wrong[: max(0, n_strokes - self.n_strokes)])
-        for number in np.unique(self.truth[wrong]):
+        for number in np.unique(self.instances[wrong]):
+            self._paint(wrong[self.instances[wrong] == number], number)
             self.n_keys += 1
-            self.document.paint(wrong[self.truth[wrong] == number], int(number))
+            self.n_strokes -= 1
         self.n_strokes += len(wrong)
+
+    def mean_iou(self):
+        """Mean IoU, by area, of all objects of the truth."""
+        return self._mean_iou(self.document.instances, self.instances)
+
+    def mean_class_iou(self):
+        """Mean IoU, by area, of all classes of the truth."""
+        return self._mean_iou(self.document.state.classes, self.truth)
+
+    def _mean_iou(self, found, truth):
+        areas, ious = self.document.areas, []
+        for number in np.unique(truth):
+            both, one = (found == number) & (truth == number), (found == number) | (truth == number)
+            ious.append(areas[both].sum() / areas[one].sum())
+        return float(np.mean(ious))
 
     def _split_mixed(self, purity):
         """Split each mixed region by two strokes, along what is the most and the next most."""
@@ -55,11 +75,12 @@ class Labeler:
 
     def _strokes_in(self, cells):
         """A few cells of the two largest parts of a region, those farthest from the other part."""
-        truth, positions = self.truth[cells], self.document.segmenter.surface.positions[cells]
-        areas = np.bincount(truth, self.document.areas[cells])
+        numbers, truth = np.unique(self.instances[cells], return_inverse=True)
+        positions = self.document.segmenter.surface.positions[cells]
+        areas = np.bincount(truth, self.document.areas[cells], len(numbers))
         strokes = []
-        for number in np.argsort(-areas)[:2]:
-            is_part = truth == number
+        for rank in np.argsort(-areas)[:2]:
+            is_part = truth == rank
             center = positions[is_part].mean(axis=0)
             away = center - positions[~is_part].mean(axis=0)
             heights = (positions[is_part] - center) @ away
@@ -68,14 +89,15 @@ class Labeler:
         return strokes
 
     def _majorities(self):
-        """The class that most of each region is, and its share of the area."""
+        """The object that most of each region is, and its share of the area."""
         revision, areas = self.document.revision, self.document.areas
-        n_classes = int(self.truth.max()) + 1
-        pairs = revision.labels.astype(np.int64) * n_classes + self.truth
-        table = sums_by_label(pairs, areas, revision.n_regions * n_classes)
-        table = table.reshape(revision.n_regions, n_classes)
-        return table.argmax(axis=1), table.max(axis=1) / table.sum(axis=1)
+        numbers, truth = np.unique(self.instances, return_inverse=True)
+        pairs = revision.labels.astype(np.int64) * len(numbers) + truth
+        table = sums_by_label(pairs, areas, revision.n_regions * len(numbers))
+        table = table.reshape(revision.n_regions, len(numbers))
+        return numbers[table.argmax(axis=1)], table.max(axis=1) / table.sum(axis=1)
 
     def _paint(self, cells, number):
-        self.document.paint(cells, int(number))
+        number, place = divmod(int(number), INSTANCES)
+        self.document.paint(cells, number, objects=place)
         self.n_strokes += 1

@@ -70,10 +70,10 @@ class Client:
     def get(self, name, file=0, **query):
         return self.http.get(f"/api/files/{file}/{name}", params=query)
 
-    def post(self, name, file=0, **body):
+    def post(self, name, file=0, /, **body):
         return self.http.post(f"/api/files/{file}/{name}", json=body)
 
-    def done(self, name, file=0, **body):
+    def done(self, name, file=0, /, **body):
         """What an operation answers that goes well."""
         answer = self.post(name, file, **body)
         assert answer.status_code == 200, answer.text
@@ -85,7 +85,10 @@ class Client:
         return answer.json()
 
     def classes(self, file=0):
-        return np.frombuffer(self.get("classes", file).content, "<u2")
+        return np.frombuffer(self.get("paint", file).content, "<u4").astype(np.uint16)
+
+    def objects(self, file=0):
+        return np.frombuffer(self.get("paint", file).content, "<u4") >> 16
 
     def labels(self, file=0):
         revision = self.state(file)["revision"]
@@ -125,7 +128,7 @@ class Server:
         self.http.headers["X-Token"] = self.token
 
     def classes(self):
-        return np.frombuffer(self.http.get("classes").content, "<u2")
+        return np.frombuffer(self.http.get("paint").content, "<u4").astype(np.uint16)
 
     def kill(self):
         os.kill(self.process.pid, signal.SIGKILL)

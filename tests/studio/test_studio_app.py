@@ -113,9 +113,9 @@ def test_regions_and_cells_are_painted_and_undone(client):
     client.done("paint", **{"class": 0}, cells=encoded(some))
     back = client.done("undo")
     assert np.array_equal(decoded(back["cells"]), some)
-    assert decoded(back["classes"], "<u2").tolist() == [2] * 4
+    assert decoded(back["paint"]).tolist() == [2] * 4
     again = client.done("redo")
-    assert decoded(again["classes"], "<u2").tolist() == [0] * 4
+    assert decoded(again["paint"]).tolist() == [0] * 4
     client.done("undo")
     client.done("undo")
     answer = client.post("undo")
@@ -146,7 +146,7 @@ def test_regions_and_cells_are_painted_and_undone(client):
         ("segment", {"level": 21}, 400, "level is 21 but there are only 20 regions"),
         ("segment", {"beta": 1}, 400, "there is no parameter beta"),
         ("segment", {"alpha": -1}, 400, "alpha must be finite and not negative"),
-        ("export", {"what": "all"}, 400, "what must be one of cells, vertices"),
+        ("export", {"what": "all"}, 400, "what must be one of cells, objects"),
         ("export", {"what": "cells", "format": "exe"}, 400, "format must be one of npy"),
         ("import", {"files": {}}, 400, "files must be a list of objects"),
     ],
@@ -186,7 +186,7 @@ def test_what_is_no_json_object(client):
 def test_files_and_routes_that_are_not_there(client):
     assert client.get("state", 1).json() == {"error": "there is no file 1: there are 1"}
     assert client.get("dance").json() == {"error": "there is no GET /api/files/0/dance"}
-    assert client.get("paint").status_code == 405
+    assert client.get("split").status_code == 405
     assert client.get("labels", revision="x").status_code == 400
     assert client.get("labels", revision="1" * 5000).status_code == 400
     assert client.get("state", "1" * 5000).json() == {"error": "the path is too long"}

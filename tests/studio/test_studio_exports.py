@@ -73,9 +73,7 @@ def test_classes_of_vertices_are_the_majority_around_them(painted):
 def test_regions_and_their_classes_are_written(painted):
     labels = read_labels(export(painted, "regions", "npy"))
     assert np.array_equal(labels, painted.revision.labels)
-    groups = json.loads(export(painted, "regions", "aggregation.json").read_text())["segGroups"]
-    assert [group["label"] for group in groups[3:6]] == ["roof", "roof", "wall"]
-    assert groups[0]["label"] == "unknown"
+    assert b"roof" in export(painted, "regions", "glb").read_bytes()
 
 
 def test_the_class_of_a_region_is_that_of_most_of_its_area(painted):
@@ -93,13 +91,13 @@ def test_the_class_of_a_region_is_that_of_most_of_its_area(painted):
 
 
 def test_a_file_of_another_tool_is_not_replaced_unasked(painted):
-    path = painted.path.with_name("sheet.aggregation.json")
+    path = painted.path.with_name("sheet.bin")
     path.write_text("made by hand")
-    with pytest.raises(FileExistsError, match=r"sheet\.aggregation\.json is there already"):
-        export(painted, "regions", "aggregation.json")
+    with pytest.raises(FileExistsError, match=r"sheet\.bin is there already"):
+        export(painted, "regions", "bin")
     assert path.read_text() == "made by hand"
-    export(painted, "regions", "aggregation.json", replace=True)
-    assert "segGroups" in path.read_text()
+    export(painted, "regions", "bin", replace=True)
+    assert path.stat().st_size == 8 * painted.cells.n_vertices
     export(painted, "cells", "npy")
     export(painted, "cells", "npy")  # of our own
 

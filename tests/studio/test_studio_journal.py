@@ -115,7 +115,8 @@ def test_damage_before_the_last_line_is_told_and_nothing_is_cut_off(tmp_path):
 
 
 def test_a_later_version_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("superfacets.studio.journal.VERSION", 2)
+    monkeypatch.setattr("superfacets.studio.journal.VERSION", 3)
+    monkeypatch.setattr("superfacets.studio.journal.READABLE", (3,))
     opened(tmp_path / "work").close()
     monkeypatch.undo()
     with pytest.raises(JournalError, match="written by a later version"):

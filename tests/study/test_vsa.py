@@ -453,14 +453,14 @@ def test_max_num_iter_ends_the_loop(sheet):
     assert (result.n_iter, result.stop_reason) == (2, "max_num_iter")
 
 
-def test_labels_that_come_back_end_the_loop_as_a_cycle():
+def test_labels_that_come_back_end_the_loop_as_settled():
     reasons = {
         variational_shape_approximation(
             shapes.bumpy_sheet(8), 12, metric="l2", rng=rng, max_num_iter=500
         ).stop_reason
         for rng in range(30)
     }
-    assert reasons == {"converged", "cycle"}
+    assert reasons == {"converged", "settled"}
 
 
 @every_variant

@@ -6,12 +6,12 @@ import numpy as np
 
 from superfacets import _core
 from superfacets._validate import checked_threads
+from superfacets.batches.mapping import Run
 from superfacets.mesh.faces import FaceMesh, corners_in_a_row, face_sizes, measure_faces
 from superfacets.mesh.polygon_mesh import PolygonMesh
 from superfacets.tiles.arrays import rows
-from superfacets.tiles.mapping import Run
-from superfacets.tiles.scratch import Scratch
 from superfacets.tiles.store import TileStore, tile_starts
+from superfacets.workers.scratch import Scratch
 from superfacets.workers.threads import in_turn
 
 run_serially = Run(in_turn)

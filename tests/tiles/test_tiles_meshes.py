@@ -12,7 +12,7 @@ from superfacets._validate import MAX_CELLS
 from superfacets.tiles import arrays, chunks
 from superfacets.tiles.mesh_tiles import make_mesh_tiles
 from superfacets.tiles.opening import open_pieces
-from superfacets.tiles.scratch import scratch_folder
+from superfacets.workers.scratch import scratch_folder
 
 
 def check(source, mesh, tmp_path, tile_cells=4096, *, welds=True, for_workers=False):

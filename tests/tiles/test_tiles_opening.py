@@ -11,7 +11,7 @@ from superfacets import Mesh, MeshError, PointCloud, PolygonMesh
 from superfacets.io.tables import ArrayRows, RecordRows
 from superfacets.tiles import opening
 from superfacets.tiles.opening import open_pieces
-from superfacets.tiles.scratch import scratch_folder
+from superfacets.workers.scratch import scratch_folder
 
 
 @pytest.fixture

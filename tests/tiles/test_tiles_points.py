@@ -5,14 +5,14 @@ import re
 import numpy as np
 import pytest
 from shapes import bumpy_sheet, dumbbell
-from tiled_checks import check, check_number_of_tiles, in_memory
+from tiled_checks import check, check_number_of_tiles, compare, in_memory
 
-from superfacets import MeshError, PointCloud, segment_tiled
+from superfacets import MeshError, PointCloud, estimate_normals, segment_tiled
 from superfacets.errors import IslandWarning
 from superfacets.tiles import borders, cloud_normals
 from superfacets.tiles.cloud_order import in_halves
 from superfacets.tiles.part import Part
-from superfacets.tiles.scratch import scratch_folder
+from superfacets.workers.scratch import scratch_folder
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
 
@@ -53,6 +53,30 @@ def with_copies(points, seed=0):
 )
 def test_all_options(ball, tmp_path, options):
     check(PointCloud(ball), 12, tmp_path, **options)
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (1.5, 0.1, 0.0)])
+def test_normals_that_face_a_viewpoint(ball, tmp_path, place):
+    points = with_copies(np.concatenate([ball[:4_000], ball[:4_000] + [3.0, 0.0, 0.0]]))
+    cloud = PointCloud(points, estimate_normals(points, viewpoint=place))
+    for tile_size in (8192, 4096):
+        found = segment_tiled(
+            points, 20, viewpoint=place, tile_size=tile_size, scratch=tmp_path, cache=0
+        )
+        compare(found, in_memory(cloud, 20))
+    outwards = segment_tiled(points, 20, scratch=tmp_path)
+    assert not np.array_equal(found.labels, outwards.labels)
+
+
+def test_cells_that_know_their_sides_have_no_viewpoint(ball, tmp_path):
+    for cells in (PointCloud(ball, ball), bumpy_sheet(10)):
+        with pytest.raises(MeshError, match="a viewpoint is for point clouds without normals"):
+            segment_tiled(cells, 5, viewpoint=(0, 0, 9), scratch=tmp_path)
+
+
+def test_clouds_are_not_smoothed(ball, tmp_path):
+    with pytest.raises(ValueError, match="denoise needs a mesh of faces, not points"):
+        segment_tiled(ball, 5, denoise=1, scratch=tmp_path)
 
 
 @pytest.mark.parametrize("options", [{}, {"weights": "superfacets"}], ids=str)

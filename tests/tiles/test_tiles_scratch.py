@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from tiled_checks import largest_file
 
-from superfacets.tiles.scratch import check_room, scratch_folder
+from superfacets.workers.scratch import check_room, scratch_folder
 
 
 @pytest.fixture
@@ -166,7 +166,7 @@ SCRIPT = """
 import sys, time
 from pathlib import Path
 import numpy as np
-from superfacets.tiles.scratch import scratch_folder
+from superfacets.workers.scratch import scratch_folder
 with scratch_folder(Path(sys.argv[1])) as made:
     made.save("a", np.arange(5))
     print(made.folder, flush=True)

@@ -22,11 +22,12 @@ from superfacets import (
     segment_tiled,
 )
 from superfacets.cells.weights import WeightOptions
+from superfacets.mesh.faces import measure_faces
 from superfacets.mesh.triangle_mesh import split_in_four
-from superfacets.tiles import borders
+from superfacets.tiles import borders, tiled_graph
 from superfacets.tiles.arrays import rows
-from superfacets.tiles.scratch import scratch_folder
 from superfacets.tiles.tile_arcs import WeightRule, find_arcs
+from superfacets.workers.scratch import scratch_folder
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::superfacets.IslandWarning"),
@@ -83,8 +84,12 @@ def steps(seed):
     [
         {"smooth": False},
         {},
+        {"weights": "creases"},
+        {"weights": "creases", "relocate": True},
         {"weights": "superfacets"},
-        {"alpha": 5.0, "eta_convex": 0.5, "ridges": 1.0},
+        {"alpha": 5.0, "eta_convex": 0.5, "ridges": 0.35},
+        {"alpha": 0.0},
+        {"relocate": False},
         {"islands": "nearest"},
         {"max_num_iter": 3},
     ],
@@ -100,6 +105,7 @@ def test_loops_on_coarse_cells(bear, tmp_path, options):
     [
         {"tol": 0.0, "max_num_iter": 6},
         {"tol": 0.0, "islands": "nearest", "max_num_iter": 3},
+        {"weights": "creases", "tol": 0.0, "max_num_iter": 2},
         {"weights": "superfacets", "max_num_iter": 1},
         {"max_num_iter": 0},
     ],
@@ -110,8 +116,84 @@ def test_loops_on_all_faces(bear, tmp_path, options):
     assert len(wanted.levels) == 1
 
 
-def test_small_regions(bear, tmp_path):
-    check(bear, 1_000, tmp_path, tile_sizes=(4096,))
+@pytest.mark.parametrize("weights", ["parts", "creases"])
+def test_small_regions(bear, tmp_path, weights):
+    check(bear, 1_000, tmp_path, tile_sizes=(4096,), weights=weights)
+
+
+@pytest.mark.parametrize("n_segments", [101, 102])
+def test_the_size_of_regions_from_which_labels_spread_from_coarse_cells(bear, tmp_path, n_segments):
+    wanted = check(bear, n_segments, tmp_path, tile_sizes=(4096,))
+    assert (wanted.levels[-1].n_iter == 1) == (n_segments == 101)
+
+
+def test_loose_pieces_join_over_the_borders_of_tiles(tmp_path, monkeypatch):
+    """With noise, labels spread from coarse cells are in pieces, some of them at these borders."""
+    counts = []
+    join = tiled_graph.TiledGraph.join_loose_pieces
+
+    def counted(graph, labels, centers):
+        joined = join(graph, labels, centers)
+        counts.append(np.count_nonzero(joined != labels))
+        return joined
+
+    monkeypatch.setattr(tiled_graph.TiledGraph, "join_loose_pieces", counted)
+    mesh = bumpy_sheet(100, 1)
+    noise = np.random.default_rng(0).normal(0.0, 0.3, mesh.vertices.shape)
+    check(Mesh(mesh.vertices + noise, mesh.faces), 60, tmp_path, tile_sizes=(4096,))
+    assert counts[0] > 0
+
+
+def test_soup_has_no_coarse_cells(bear, tmp_path):
+    apart = soup(Mesh(bear.vertices, bear.faces[:9_000]))
+    wanted = check(apart, 12, tmp_path, tile_sizes=(4096,), weld=False, islands="nearest")
+    assert len(wanted.levels) == 1
+
+
+def test_sums_of_regions_are_those_of_all_cells(bear, tmp_path):
+    labels = np.random.default_rng(0).integers(0, 9, bear.n_faces).astype(np.int32)
+    labels[500:40_000] = 3  # a run longer than a block
+    mesh = Mesh(*split_in_four(bear.vertices, bear.faces))
+    labels = np.resize(labels, mesh.n_faces).astype(np.int32)
+    positions, measures = measure_faces(mesh, 1)
+    wanted = np.zeros((4, 9))
+    for begin in range(0, mesh.n_faces, borders.SUM_BLOCK):
+        end = min(begin + borders.SUM_BLOCK, mesh.n_faces)
+        cuts = np.flatnonzero(np.diff(labels[begin:end])) + 1
+        for run in np.split(np.arange(begin, end), cuts):
+            rows = np.column_stack([measures[run], measures[run, None] * positions[run]])
+            wanted[:, labels[run[0]]] += np.cumsum(rows, axis=0)[-1]
+    with scratch_folder(tmp_path) as scratch:
+        store = cut_mesh(mesh, scratch, 5, weld=True)
+        areas, moments = borders.region_sums(store, labels, 9, run_serially)
+    assert np.array_equal(areas, wanted[0])
+    assert np.array_equal(moments, wanted[1:].T)
+
+
+@pytest.mark.parametrize("denoise", [0, 1, 7, "auto"])
+def test_noise_is_smoothed(bear, tmp_path, denoise):
+    noise = np.random.default_rng(0).normal(0.0, 0.004, bear.vertices.shape)
+    noisy = Mesh(bear.vertices + noise, bear.faces)
+    wanted = check(noisy, 12, tmp_path, tile_sizes=(8192, 4096), denoise=denoise)
+    assert wanted.params["denoise"] == (5 if denoise == "auto" else denoise)
+
+
+def test_what_has_no_noise_stays_as_it_is(bear, sheet, tmp_path):
+    for mesh in (bear, sheet):
+        wanted = check(mesh, 12, tmp_path, tile_sizes=(4096,), denoise="auto")
+        assert wanted.params["denoise"] == 0
+
+
+@pytest.mark.parametrize("weld", [True, False])
+def test_noise_of_soup_polygons_and_unused_vertices(bear, sheet, tmp_path, weld):
+    corners = soup(Mesh(bear.vertices, bear.faces[:6_000]))
+    extra = Mesh(np.concatenate([corners.vertices, [[9.0, 9.0, 9.0]]]), corners.faces)
+    for mesh in (extra, sheet):
+        check(mesh, 12, tmp_path, tile_sizes=(4096,), denoise=3, weld=weld)
+
+
+def test_noise_of_torn_meshes(torn, tmp_path):
+    check(torn, 12, tmp_path, tile_sizes=(4096,), denoise=4)
 
 
 def test_a_radius(bear, tmp_path):
@@ -357,8 +439,8 @@ def test_warnings_name_the_caller(torn, tmp_path):
         ({"init": "grid"}, TypeError, "unexpected keyword argument 'init'"),
         ({"radius_factor": 2.0}, TypeError, "unexpected keyword argument 'radius_factor'"),
         ({"weights": [1.0]}, ValueError, "weights must be one of"),
-        ({"weights": "parts"}, ValueError, "weights must be one of"),
-        ({"weights": "stk02"}, ValueError, "weights must be one of creases, superfacets, got"),
+        ({"weights": "stk02"}, ValueError, "weights must be one of parts, creases, superfacets"),
+        ({"relocate": 1}, TypeError, "relocate"),
         ({"out": "labels.txt"}, ValueError, r"out must end in \.npy, got 'labels\.txt'"),
         ({"tile_size": 0}, ValueError, "tile_size"),
         ({"cache": -1}, ValueError, "cache must be at least 0, got -1"),
@@ -367,6 +449,8 @@ def test_warnings_name_the_caller(torn, tmp_path):
         ({"cache": 1, "scheduler": "tcp://a:1"}, ValueError, "cache goes with one worker"),
         ({"workers": 0}, ValueError, "workers"),
         ({"weld": 1}, TypeError, "weld"),
+        ({"denoise": "much"}, ValueError, "denoise must be 'auto', a number of steps, or None"),
+        ({"viewpoint": (1, 2)}, ValueError, "viewpoint must be three finite numbers"),
     ],
     ids=str,
 )
@@ -385,7 +469,7 @@ import resource, sys
 import superfacets
 path, folder, room = sys.argv[1], sys.argv[2], int(sys.argv[3])
 mesh = superfacets.sample_mesh(3_000)
-superfacets.segment(mesh, 5, weights="creases")
+superfacets.segment(mesh, 5)
 superfacets.segment_tiled(mesh, 5, scratch=folder, n_threads=1)  # all that is imported
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + room, used + room))
@@ -394,7 +478,7 @@ if sys.argv[4] == "tiled":
         path, 20, tile_size=1 << 14, scratch=folder, out=sys.argv[5], n_threads=1
     )
 else:
-    superfacets.segment(path, 20, weights="creases", n_threads=1)
+    superfacets.segment(path, 20, n_threads=1)
 """
 
 

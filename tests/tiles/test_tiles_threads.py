@@ -12,11 +12,11 @@ from tiled_checks import compare, in_memory
 import superfacets as sf
 from superfacets import PointCloud
 from superfacets._options import LoopOptions
+from superfacets.batches.mapping import open_run
 from superfacets.tiles import segmenting
-from superfacets.tiles.mapping import open_run
-from superfacets.tiles.scratch import scratch_folder
 from superfacets.tiles.segmenting import Place
 from superfacets.workers import threads
+from superfacets.workers.scratch import scratch_folder
 
 
 @pytest.fixture(scope="module")

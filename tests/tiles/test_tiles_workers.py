@@ -14,7 +14,7 @@ from tiled_meshes import as_ply
 
 import superfacets as sf
 from superfacets.batches import cluster
-from superfacets.tiles.mapping import open_run
+from superfacets.batches.mapping import open_run
 from superfacets.tiles.segmenting import segment_tiled
 from superfacets.workers import calls
 

@@ -9,8 +9,8 @@ import superfacets as sf
 
 
 def in_memory(cells, n_segments, **options):
-    """Return the result of `segment` with the default weights of `segment_tiled`."""
-    return sf.segment(cells, n_segments, **{"weights": "creases", **options})
+    """Return the result of `segment`."""
+    return sf.segment(cells, n_segments, **options)
 
 
 def check(cells, n_segments, tmp_path, tile_sizes=(1 << 14, 4096), **options):

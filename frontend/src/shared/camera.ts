@@ -64,6 +64,13 @@ export class Camera {
     this.changed();
   }
 
+  /** Look from these angles in radians; (0, 0) is the front. */
+  turnTo(azimuth: number, elevation: number): void {
+    this.flight++;
+    [this.azimuth, this.elevation] = [azimuth, elevation];
+    this.changed();
+  }
+
   /** Distance from the eye to its target. */
   get distance(): number {
     if (!this.fitted && this.positions) this.fit(this.positions);
@@ -166,12 +173,12 @@ export class Camera {
     return depth > 0 && x >= 0 && x <= 1 && y >= 0 && y <= 1 ? [x, y] : null;
   }
 
-  /** Fly in front of a place with a normal, at most `distance` away. */
+  /** Fly in front of a place with a normal, `distance` away; without a normal the angles stay. */
   fly(place: Vector, normal: Vector, distance: number): void {
     const from = [this.azimuth, this.elevation, this.distance, ...this.target];
     const [azimuth, elevation] = this.anglesToward(normal);
     const turn = Math.atan2(Math.sin(azimuth - from[0]), Math.cos(azimuth - from[0]));
-    const to = [from[0] + turn, elevation, Math.min(from[2], distance), ...place];
+    const to = [from[0] + turn, elevation, distance, ...place];
     const number = ++this.flight;
     const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     const start = performance.now();

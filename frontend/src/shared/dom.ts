@@ -16,4 +16,10 @@ export function make<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
+/** Enable a control or not; its tip says what it does, or why it does nothing. */
+export function allow(control: HTMLButtonElement | HTMLInputElement, isAllowed: boolean, tip: string, reason: string): void {
+  control.disabled = !isAllowed;
+  control.title = isAllowed ? tip : reason;
+}
+
 export const percent = (share: number): string => `${(100 * share).toFixed(share < 0.1 ? 1 : 0)} %`;

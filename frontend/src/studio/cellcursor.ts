@@ -22,7 +22,7 @@ export class CellCursor {
       this.showRing();
     });
     desk.events.on("selection", () => this.clear());
-    desk.drawing.afterDraw = () => this.showRing();
+    desk.drawing.afterDraw.push(() => this.showRing());
   }
 
   private get mesh(): Mesh {
@@ -54,17 +54,17 @@ export class CellCursor {
     if (isFirst || !this.isWellSeen(cell)) this.fly(cell);
     const region = desk.regionOf(cell);
     const where = region < 0 ? "in no region" : `region ${region}`;
-    desk.say(`${this.name}: ${where}, ${desk.className(desk.session.classes.of[cell])}.`);
+    desk.say(`${this.name}: ${where}, ${desk.paintName(desk.session.paints.of[cell])}.`);
   }
 
   private get name(): string {
     return `${capital(this.mesh.oneCell)} ${this.cell}`;
   }
 
-  /** Give the cell a class; 0 removes it. */
-  paint(id: number): void {
-    this.desk.session.paint(Uint32Array.of(this.cell), id);
-    this.desk.sayPainted(this.name, id);
+  /** Paint the cell; 0 removes its paint. */
+  paint(paint: number): void {
+    this.desk.session.paint(Uint32Array.of(this.cell), paint);
+    this.desk.sayPainted(this.name, paint);
   }
 
   /** A cell in the region of the keyboard's cursor, or else the cell nearest to the center. */
@@ -138,7 +138,7 @@ export class CellCursor {
     const place = picker.placeOf(cell);
     const isShown = place !== null && this.isFacing(cell) && picker.cellAt(place) === cell;
     const normal: Vector = isShown ? [0, 0, 0] : mesh.normalOf(cell);
-    drawing.camera.fly(middle, normal, STAND_OFF * radius);
+    drawing.camera.fly(middle, normal, Math.min(drawing.camera.distance, STAND_OFF * radius));
   }
 
   private showRing(): void {

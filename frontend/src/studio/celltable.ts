@@ -1,13 +1,16 @@
-// Class and marks of each cell, as a texture.
+// Class, object and marks of each cell, as a texture.
 
 import { type Gpu, Table } from "../shared/gl";
+import { classOf, objectOf } from "./labeling";
 
 export const MARK_RED = 1; // cells of the red stroke in split mode
 export const MARK_BLUE = 2;
 export const MARK_HIDDEN = 4;
 export const MARK_CURSOR = 8; // the cell of the keyboard's cursor
 
-/** A texture with four bytes per cell: two bytes of its class, and the bits of its marks. */
+export const MARK_DIFFERS = 16; // two works differ here
+
+/** A texture with four bytes per cell: two of its class, the bits of its marks, one of its object. */
 export class CellTable {
   readonly table: Table;
   hasHidden = false;
@@ -17,19 +20,21 @@ export class CellTable {
     this.table = new Table(gpu);
   }
 
-  /** Reset: no cell has a class or a mark. */
+  /** Reset: no cell has paint or a mark. */
   reset(nCells: number): void {
     this.nCells = nCells;
     this.hasHidden = false;
     this.table.fill("rgba8ui", new Uint8Array(4 * nCells));
   }
 
-  /** Set the classes of the given cells, or of all. */
-  setClasses(ids: Uint16Array, cells: Uint32Array | null): void {
+  /** Set the paint of the given cells, or of all; classes that are stuff show no objects. */
+  setPaint(paint: Uint32Array, cells: Uint32Array | null, stuff: ReadonlySet<number>): void {
     const { texels } = this.table;
     const set = (cell: number): void => {
-      texels[4 * cell] = ids[cell] & 255;
-      texels[4 * cell + 1] = ids[cell] >> 8;
+      texels[4 * cell] = paint[cell] & 255;
+      texels[4 * cell + 1] = (paint[cell] >> 8) & 255;
+      const object = stuff.has(classOf(paint[cell])) ? 0 : objectOf(paint[cell]);
+      texels[4 * cell + 3] = object && 1 + ((object - 1) % 255); // enough to tell neighbors apart
       this.table.touch(cell);
     };
     if (cells) cells.forEach(set);

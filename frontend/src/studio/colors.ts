@@ -20,6 +20,21 @@ export function parseColor(text: string): Rgb {
   return [value >> 16, (value >> 8) & 255, value & 255];
 }
 
+export const cssColor = (color: Rgb): string => `rgb(${color.join()})`;
+
+/** Objects of a class in turn: how much of white, or of black, their color has. */
+export const VARIANTS = [0, 0.5, -0.4, 0.28, -0.22];
+
+/** Color of an object: its class's, lighter or darker; as in shaders.ts. */
+export function variant(color: Rgb, object: number): Rgb {
+  if (object < 2) return color;
+  const shift = VARIANTS[(object - 1) % VARIANTS.length];
+  const [red, green, blue] = color.map((value) =>
+    Math.round(shift > 0 ? value + (255 - value) * shift : value * (1 + shift)),
+  );
+  return [red, green, blue];
+}
+
 /** Gives each region the least used color of the palette that no neighbor has, if there is any. */
 // Greedy in the order of labels, so that a split, whose new region comes last, leaves nearly all colors
 // as they were. Python's region_colors tells colors apart better, but a split can change most of them.

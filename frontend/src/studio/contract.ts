@@ -15,6 +15,13 @@ export interface ClassEntry {
   name: string;
   color: string;
   key: string;
+  stuff?: boolean; // has no objects
+}
+
+export interface ObjectName {
+  class: number;
+  object: number;
+  name: string;
 }
 
 export interface Progress {
@@ -22,6 +29,8 @@ export interface Progress {
   progress: number;
   can_undo: boolean;
   can_redo: boolean;
+  object_names: ObjectName[];
+  is_reviewed: boolean;
 }
 
 export interface State extends Progress {
@@ -32,6 +41,7 @@ export interface State extends Progress {
   classes: ClassEntry[];
   levels: number[];
   input: { name: string; n_cells: number; sha256?: string };
+  work: string; // path of the work file
   notes: string[];
   exports?: Record<string, string[]>; // file formats, by what is exported
 }
@@ -40,6 +50,7 @@ export interface FileEntry {
   id: number;
   name: string;
   done: number;
+  reviewed?: boolean;
   n_cells?: number;
   error?: string;
 }
@@ -48,9 +59,22 @@ export interface FileEntry {
 export interface UndoReply extends Progress {
   kind: string;
   cells: string;
-  classes: string;
+  paint: string;
   revision: number;
   parameters: Parameters;
+}
+
+/** How far two works agree. */
+export interface Agreement {
+  name: string;
+  share: number;
+  classes: { class: number; name: string; iou: number; objects: { object: number; iou: number }[] }[];
+}
+
+export interface CompareReply extends Progress {
+  agreement: Agreement | null; // null: nothing is compared
+  differs: string; // cells
+  bare: string; // cells that only the other work has labeled
 }
 
 export interface SplitReply extends Progress {

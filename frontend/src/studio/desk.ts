@@ -1,16 +1,20 @@
 // State that tools, keys and panels share: open file, selection, current class.
 
+import { part } from "../shared/dom";
 import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./celltable";
 import { parseColor, regionColors } from "./colors";
 import type { ClassEntry } from "./contract";
+import { classOf, objectOf, paintOf } from "./labeling";
 import type { Drawing } from "./drawing";
 import { Events } from "./events";
 import { Picker } from "./picking";
 import type { Session } from "./session";
 
+const MAX_OBJECT = 999;
+
 interface Kinds {
-  class: number;
+  paint: number; // class and object that strokes give
   selection: ReadonlySet<number>;
   hover: number; // cell under the pointer; -1 for none
 }
@@ -21,11 +25,13 @@ const nameOf = (regions: readonly number[]): string =>
 export class Desk {
   readonly events = new Events<Kinds>();
   picker!: Picker;
-  currentClass = 0;
+  currentPaint = 0;
+  private stuff: ReadonlySet<number> = new Set(); // classes without objects
   cursor = -1; // region of the keyboard's cursor; -1 for none
   hoveredCell = -1;
   tolerance = 0.15; // tolerance of the operation "similar", 0 to 1
   readonly selection = new Set<number>();
+  private readonly lastObjects = new Map<number, number>(); // object chosen last, by class
   private isPainted = false; // the last stroke painted the selection
   private order: number[] = []; // order of regions for next and previous
 
@@ -35,13 +41,14 @@ export class Desk {
     events.on("regions", () => this.takeRegions());
     events.on("classes", (classes) => this.takeClasses(classes));
     events.on("cells", (cells) => {
-      drawing.cells.setClasses(session.classes.of, cells);
+      drawing.cells.setPaint(session.paints.of, cells, this.stuff);
       drawing.redraw();
     });
   }
 
   private takeFile(): void {
     const { mesh } = this.session;
+    this.lastObjects.clear();
     this.drawing.setMesh(mesh);
     this.picker = new Picker(this.drawing, mesh);
   }
@@ -58,16 +65,56 @@ export class Desk {
 
   private takeClasses(classes: ClassEntry[]): void {
     this.drawing.setClassColors(new Map(classes.map(({ id, color }) => [id, parseColor(color)])));
-    if (!classes.some(({ id }) => id === this.currentClass)) this.choose(classes[0]?.id ?? 0);
+    this.stuff = new Set(classes.filter((one) => one.stuff).map(({ id }) => id));
+    this.session.events.emit("cells", null);
+    const entry = classes.find(({ id }) => id === classOf(this.currentPaint)) ?? classes[0];
+    this.choose(entry?.id ?? 0);
   }
 
-  choose(id: number): void {
-    this.currentClass = id;
-    this.events.emit("class", id);
+  /** Choose the class, and the object, that strokes give: by default the object chosen last. */
+  choose(id: number, object = this.usualObject(id)): void {
+    this.currentPaint = paintOf(id, this.isStuff(id) ? 0 : object);
+    this.lastObjects.set(id, object);
+    this.events.emit("paint", this.currentPaint);
+  }
+
+  isStuff(id: number): boolean {
+    return !id || this.stuff.has(id);
+  }
+
+  private usualObject(id: number): number {
+    return this.lastObjects.get(id) ?? this.session.paints.objectsOf(id).pop() ?? 1;
+  }
+
+  /** Begin a new object of the current class. */
+  newObject(): void {
+    const id = classOf(this.currentPaint);
+    if (this.isStuff(id)) return this.say(id ? `${this.className(id)} has no objects.` : "Choose a class first.");
+    const object = (this.session.paints.objectsOf(id).pop() ?? 0) + 1;
+    if (object > MAX_OBJECT) return this.say(`A class has at most ${MAX_OBJECT} objects.`);
+    this.choose(id, object);
+    this.say(`${this.paintName(this.currentPaint)} is new: strokes paint it.`);
+  }
+
+  /** All cells of an object get the current one. */
+  mergeObject(paint: number): void {
+    const { session, currentPaint } = this;
+    if (!paint || paint === currentPaint) return this.say("No other object is there.");
+    if (classOf(paint) !== classOf(currentPaint)) return this.say("Only objects of one class are merged.");
+    const name = this.paintName(paint);
+    session.paint(session.paints.cellsOf(classOf(paint), objectOf(paint)), currentPaint);
+    this.say(`${name} is a part of ${this.paintName(currentPaint)} now.`);
   }
 
   className(id: number): string {
     return this.session.state.classes.find((entry) => entry.id === id)?.name ?? "no class";
+  }
+
+  /** Name of an object, or of a class without one. */
+  paintName(paint: number): string {
+    const [id, object] = [classOf(paint), objectOf(paint)];
+    const named = this.session.state.object_names.find((one) => one.class === id && one.object === object);
+    return object && !this.isStuff(id) ? (named?.name ?? `${this.className(id)} ${object}`) : this.className(id);
   }
 
   say(line: string): void {
@@ -107,10 +154,10 @@ export class Desk {
   }
 
   /** Paint regions, and select them for growing and shrinking. */
-  paintRegions(regions: Iterable<number>, id: number): void {
+  paintRegions(regions: Iterable<number>, paint: number): void {
     const list = [...regions];
     if (!list.length) return;
-    this.session.paint(this.session.regions.cellsOfAll(list), id);
+    this.session.paint(this.session.regions.cellsOfAll(list), paint);
     this.select(list, true);
   }
 
@@ -130,19 +177,19 @@ export class Desk {
     this.hover(-1);
     this.select([region], false);
     this.drawing.mark({ cursor: region });
-    const where = this.fly(region) ? "" : " (inside the body)";
-    const { regions, classes, mesh } = this.session;
-    const share = (100 * regions.areas[region]) / classes.totalArea;
-    const id = classes.mainClass(regions.cellsOf(region));
-    this.say(`Region ${region}${where}: ${share.toPrecision(2)} % of the ${mesh.measure}, ${this.className(id)}.`);
+    const where = this.fly(this.session.regions.cellsOf(region)) ? "" : " (inside the body)";
+    const { regions, paints, mesh } = this.session;
+    const share = (100 * regions.areas[region]) / paints.totalArea;
+    const name = this.paintName(paints.mainPaint(regions.cellsOf(region)));
+    this.say(`Region ${region}${where}: ${share.toPrecision(2)} % of the ${mesh.measure}, ${name}.`);
   }
 
-  /** Fly to a region; false if it is hidden inside the body. */
-  private fly(region: number): boolean {
-    const { mesh, regions } = this.session;
+  /** Fly to cells; false if they are hidden inside the body. */
+  private fly(cells: Uint32Array, keepsAngles = false): boolean {
+    const { mesh } = this.session;
     let [sum, normal]: [Vector, Vector] = [[0, 0, 0], [0, 0, 0]];
     const middles: Vector[] = [];
-    for (const cell of regions.cellsOf(region)) {
+    for (const cell of cells) {
       const middle = mesh.middleOf(cell);
       if (!middle) continue;
       middles.push(middle);
@@ -153,36 +200,37 @@ export class Desk {
     const place = scaled(sum, 1 / middles.length);
     const reach = middles.reduce((most, middle) => Math.max(most, lengthOf(minus(middle, place))), 0);
     const { camera } = this.drawing;
-    camera.fly(place, normal, Math.max(12 * reach, 0.3 * camera.size));
+    const distance = Math.max(12 * reach, 0.3 * camera.size);
+    camera.fly(place, keepsAngles ? [0, 0, 0] : normal, keepsAngles ? distance : Math.min(camera.distance, distance));
     return true;
   }
 
   /** Paint the selection, or the region under pointer or cursor. */
-  paintActive(id: number): void {
+  paintActive(paint: number): void {
     const { activeRegion } = this;
     const list = this.selection.size && !this.isPainted ? [...this.selection] : [activeRegion];
     if (list[0] < 0) {
       this.say("No region is chosen: N goes to the next one.");
       return;
     }
-    this.session.paint(this.session.regions.cellsOfAll(list), id);
-    this.sayPainted(list, id);
+    this.session.paint(this.session.regions.cellsOfAll(list), paint);
+    this.sayPainted(list, paint);
   }
 
-  /** Announce the class that regions, or cells, have now. */
-  sayPainted(what: readonly number[] | string, id: number): void {
+  /** Announce the class and object that regions, or cells, have now. */
+  sayPainted(what: readonly number[] | string, paint: number): void {
     const name = typeof what === "string" ? what : nameOf(what);
-    this.say(id ? `${name}: ${this.className(id)}.` : `${name}: class removed.`);
+    this.say(paint ? `${name}: ${this.paintName(paint)}.` : `${name}: class removed.`);
   }
 
   /** Go to the largest region that is mostly unlabeled. */
   showLargestBare(): void {
-    const { regions, classes } = this.session;
+    const { regions, paints } = this.session;
     let best = -1;
     let most = 0;
     for (let region = 0; region < regions.count; region++) {
       if (regions.areas[region] <= most || this.isRegionHidden(region)) continue;
-      const bare = classes.bareArea(regions.cellsOf(region));
+      const bare = paints.bareArea(regions.cellsOf(region));
       if (2 * bare < regions.areas[region] || bare <= most) continue;
       [best, most] = [region, bare];
     }
@@ -192,11 +240,11 @@ export class Desk {
 
   grow(): void {
     if (!this.selection.size) return this.say("Nothing is selected, nor painted yet.");
-    const { regions, classes } = this.session;
+    const { regions, paints } = this.session;
     let ring = regions.neighbors.ringAround(this.selection);
-    if (this.isPainted) ring = ring.filter((r) => classes.mainClass(regions.cellsOf(r)) === 0);
+    if (this.isPainted) ring = ring.filter((r) => paints.mainPaint(regions.cellsOf(r)) === 0);
     if (!ring.length) return this.say("There is nothing around to grow into.");
-    const painted = classes.mainClass(regions.cellsOfAll(this.selection));
+    const painted = paints.mainPaint(regions.cellsOfAll(this.selection));
     if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), painted);
     this.select([...this.selection, ...ring], this.isPainted);
     this.say(`Grown by ${ring.length} regions.`);
@@ -218,10 +266,10 @@ export class Desk {
     const { session, activeRegion } = this;
     if (activeRegion < 0) return this.say("No region is under the pointer or chosen.");
     const like = await session.similar(activeRegion, this.tolerance);
-    const { regions, classes } = session;
-    const bare = like.filter((region) => classes.mainClass(regions.cellsOf(region)) === 0);
-    this.paintRegions(new Set([activeRegion, ...bare]), this.currentClass);
-    this.say(`${bare.length + 1} similar regions: ${this.className(this.currentClass)}.`);
+    const { regions, paints } = session;
+    const bare = like.filter((region) => paints.mainPaint(regions.cellsOf(region)) === 0);
+    this.paintRegions(new Set([activeRegion, ...bare]), this.currentPaint);
+    this.say(`${bare.length + 1} similar regions: ${this.paintName(this.currentPaint)}.`);
   }
 
   private isRegionHidden(region: number): boolean {
@@ -232,21 +280,58 @@ export class Desk {
     return this.drawing.cells.isHidden(cell);
   }
 
+  /** Turn the view so that the active region, or the current object, fills it. */
+  frameActive(): void {
+    const { activeRegion, session, currentPaint } = this;
+    const cells = activeRegion >= 0 ? session.regions.cellsOf(activeRegion)
+      : session.paints.cellsOf(classOf(currentPaint), objectOf(currentPaint));
+    if (!cells.length || !this.fly(cells, true)) this.say("No region is under the pointer, and the object has no cells.");
+  }
+
   hideActive(): void {
-    this.mask(true, "is hidden");
+    if (this.activeRegion < 0) return this.say("No region is under the pointer or chosen.");
+    this.hide(this.session.regions.cellsOf(this.activeRegion), `Region ${this.activeRegion}`);
   }
 
   isolateActive(): void {
-    this.mask(false, "alone is shown");
+    if (this.activeRegion < 0) return this.say("No region is under the pointer or chosen.");
+    this.isolate(this.session.regions.cellsOf(this.activeRegion), `Region ${this.activeRegion}`);
   }
 
-  /** Hide the active region, or all others. */
-  private mask(isHidden: boolean, verb: string): void {
-    const { activeRegion, session, drawing } = this;
-    if (activeRegion < 0) return this.say("No region is under the pointer or chosen.");
-    if (!isHidden) drawing.cells.mark(Array(session.mesh.nCells).keys(), MARK_HIDDEN, true);
-    drawing.cells.mark(session.regions.cellsOf(activeRegion), MARK_HIDDEN, isHidden);
-    this.afterHiding(`Region ${activeRegion} ${verb}; U shows all.`);
+  hide(cells: Uint32Array, name: string): void {
+    this.drawing.cells.mark(cells, MARK_HIDDEN, true);
+    this.afterHiding(`${name} is hidden; U shows all.`);
+  }
+
+  /** Hide all cells but these. */
+  isolate(cells: Uint32Array, name: string): void {
+    if (!cells.length) return this.say(`${name} has no cells.`);
+    this.drawing.cells.mark(Array(this.session.mesh.nCells).keys(), MARK_HIDDEN, true);
+    this.drawing.cells.mark(cells, MARK_HIDDEN, false);
+    this.afterHiding(`${name} alone is shown; U shows all.`);
+  }
+
+  /** Isolate an object, or all cells of a class that have none. */
+  isolatePaint(paint: number): void {
+    if (!paint) return this.say("Nothing painted is under the pointer.");
+    this.isolate(this.session.paints.cellsOf(classOf(paint), objectOf(paint)), this.paintName(paint));
+  }
+
+  /** Hide all cells of a class; 0: those that have none. */
+  hideClass(id: number): void {
+    this.hide(this.session.paints.cellsOf(id), id ? this.className(id) : "What has no class");
+  }
+
+  /** Protect cells that have a class from strokes, or not. */
+  lock(isLocked = !this.session.isLocked): void {
+    this.session.isLocked = isLocked;
+    part<HTMLInputElement>("lock").checked = isLocked;
+    this.say(isLocked ? "Strokes paint only what has no class." : "Strokes paint everything.");
+  }
+
+  /** Paint under the pointer; 0 for none. */
+  get hoveredPaint(): number {
+    return this.hoveredCell < 0 ? 0 : this.session.paints.of[this.hoveredCell];
   }
 
   showAll(): void {

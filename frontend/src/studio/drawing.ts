@@ -6,10 +6,17 @@ import { cellsIn } from "../shared/picking";
 import { SURFACE } from "../shared/shaders";
 import { NONE } from "../shared/shape";
 import { Surface } from "../shared/surface";
+import type { Vector } from "../shared/vectors";
 import { CellTable } from "./celltable";
 import { parseColor, type Rgb } from "./colors";
 import type { Mesh } from "./mesh";
 import { CELLS, IMAGE, WHOLE } from "./shaders";
+
+/** A box along the axes of the mesh. */
+export interface Box {
+  low: Vector;
+  high: Vector;
+}
 
 const REFINE_MS = 160; // pause after which the picture is drawn antialiased
 const MAX_FINE_PIXELS = 9_000_000;
@@ -21,7 +28,8 @@ const MAX_CLASSES = 65536;
 export class Drawing {
   readonly camera = new Camera(() => this.changeView());
   readonly cells: CellTable;
-  afterDraw: () => void = () => undefined;
+  readonly afterDraw: (() => void)[] = [];
+  clip: Box | null = null; // what is outside is not drawn
   private readonly gpu: Gpu;
   private readonly surface: Surface;
   private readonly cellsProgram: Program;
@@ -133,6 +141,12 @@ export class Drawing {
     if (before[0] !== this.hovered || before[1] !== this.cursor) this.redraw();
   }
 
+  /** Whether the clip box cuts off a place. */
+  isCut(place: Vector): boolean {
+    const { clip } = this;
+    return clip !== null && place.some((value, k) => value < clip.low[k] || value > clip.high[k]);
+  }
+
   setBorders(on: boolean): void {
     this.hasBorders = on;
     this.redraw();
@@ -207,7 +221,7 @@ export class Drawing {
     gl.disable(gl.DEPTH_TEST);
     this.gpu.drawNumbers(3);
     gl.enable(gl.DEPTH_TEST);
-    this.afterDraw();
+    for (const run of this.afterDraw) run();
   }
 
   private drawCells(): Frame {
@@ -216,7 +230,8 @@ export class Drawing {
     const frame = (this.frame = this.frames[stride - 1]);
     frame.begin(stride * width, stride * height);
     this.surface.draw(this.cellsProgram, camera.eye, camera.pixelsOf(frame.height), {
-      cells: cells.table, has_hidden: cells.hasHidden,
+      cells: cells.table, has_hidden: cells.hasHidden, is_clipped: this.clip !== null,
+      clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
     });
     this.isStale = false;
     return frame;

@@ -1,7 +1,11 @@
 // Keyboard: one table of keys, which also fills the help.
 
 import type { Desk } from "./desk";
+import type { ClipBox } from "./clip";
 import type { Modes } from "./modes";
+import type { Comparison } from "./panels/comparison";
+import { savedText } from "./notices";
+import type { Views } from "./views";
 import { make, part } from "../shared/dom";
 
 interface Key {
@@ -18,24 +22,44 @@ const FIELDS = "input:not([type=radio]):not([type=checkbox]):not([type=range]), 
 const MOUSE: [string, string][] = [
   ["Left drag", "paint the regions under the pointer"],
   ["Shift + left drag", "remove their class"],
-  ["Ctrl + click", "take the class under the pointer"],
-  ["Right drag", "turn"],
+  ["Ctrl + click", "pick the class and object under the pointer"],
+  ["Right drag, or beside the mesh", "turn"],
   ["Middle or Alt + left drag", "move"],
   ["Wheel", "zoom"],
+  ["Two fingers", "turn and zoom; three: move"],
 ];
+
+export interface Parts {
+  modes: Modes;
+  views: Views;
+  clip: ClipBox;
+  comparison: Comparison;
+  goToFile: (steps: number) => void;
+}
 
 export class Keys {
   private readonly groups: Record<string, Key[]>;
   private readonly table = new Map<string, Key>();
   private readonly help = part<HTMLDialogElement>("help");
 
-  constructor(private readonly desk: Desk, private readonly modes: Modes, goToFile: (steps: number) => void) {
+  private readonly modes: Modes;
+
+  constructor(private readonly desk: Desk, { modes, views, clip, comparison, goToFile }: Parts) {
+    this.modes = modes;
     this.groups = {
       Labeling: this.labeling(),
+      Objects: this.objects(),
       Regions: this.regions(),
       Modes: this.modeKeys(),
-      View: this.view(),
+      View: this.view(views),
+      Sections: this.sections(clip),
+      "Comparison of two works": [
+        { names: ["d"], what: "next difference", run: () => comparison.next() },
+        { names: ["t"], what: "take theirs in the region", run: () => comparison.settle("theirs") },
+        { names: ["y"], what: "keep mine in the region", run: () => comparison.settle("mine") },
+      ],
       Files: [
+        { names: ["Ctrl+s"], what: "say when the work was saved: it always is", run: () => this.saySaved() },
         { names: ["PageDown"], what: "next file", run: () => goToFile(1) },
         { names: ["PageUp"], what: "previous file", run: () => goToFile(-1) },
       ],
@@ -61,6 +85,33 @@ export class Keys {
     ];
   }
 
+  private objects(): Key[] {
+    const { desk } = this;
+    return [
+      { names: ["o"], what: "new object of the chosen class", run: () => desk.newObject() },
+      { names: ["m"], what: "merge the object under the pointer into the chosen one", run: () => desk.mergeObject(desk.hoveredPaint) },
+      { names: ["Shift+o"], what: "show the object under the pointer alone", run: () => desk.isolatePaint(desk.hoveredPaint || desk.currentPaint) },
+      { names: ["k"], what: "paint only what has no class; again: everything", run: () => desk.lock() },
+    ];
+  }
+
+  private saySaved(): void {
+    const { session } = this.desk;
+    this.desk.say(`${savedText(session)}, in ${session.state.work}. Each stroke is saved at once.`);
+  }
+
+  private sections(clip: ClipBox): Key[] {
+    return [
+      ...["x", "y", "z"].map((name, axis) => ({
+        names: [`Shift+${name}`], shown: axis ? "" : "Shift+X, Y, Z", what: "cut at the middle; again: the other half; again: whole",
+        run: () => clip.cycle(axis),
+      })),
+      { names: ["c"], what: "clip box, whose sides are dragged", run: () => clip.toggle() },
+      { names: [".", ">"], shown: ". and ,", what: "move the last side", run: () => clip.nudge(1) },
+      { names: [",", "<"], shown: "", what: "", run: () => clip.nudge(-1) },
+    ];
+  }
+
   private classKey(key: string): Key {
     return {
       names: [key],
@@ -70,7 +121,7 @@ export class Keys {
         const entry = this.desk.session.state.classes.find((one) => one.key === key);
         if (!entry) return this.desk.say(`No class has the key ${key}.`);
         this.desk.choose(entry.id);
-        this.desk.say(`${entry.name} is chosen.`);
+        this.desk.say(`${this.desk.paintName(this.desk.currentPaint)} is chosen.`);
       },
     };
   }
@@ -80,7 +131,7 @@ export class Keys {
     return [
       { names: ["n"], what: "next region", run: () => desk.moveCursor(1) },
       { names: ["p"], what: "previous region", run: () => desk.moveCursor(-1) },
-      { names: ["s"], what: "largest region without a class", run: () => desk.showLargestBare() },
+      { names: ["s"], what: "next unlabeled region, the largest first", run: () => desk.showLargestBare() },
       { names: ["+", "=", "]"], shown: "+ or ]", what: "grow by a ring; with the brush: wider", run: () => modes.tool.resize(true) },
       { names: ["-", "["], shown: "- or [", what: "shrink by a ring; with the brush: narrower", run: () => modes.tool.resize(false) },
       { names: ["h"], what: "hide the region", run: () => desk.hideActive() },
@@ -101,7 +152,7 @@ export class Keys {
     ];
   }
 
-  private view(): Key[] {
+  private view(views: Views): Key[] {
     const { modes } = this;
     const { camera } = this.desk.drawing;
     const arrows = (prefix: string, what: string, go: (x: number, y: number) => void): Key[] =>
@@ -112,8 +163,8 @@ export class Keys {
       ...arrows("", "turn; with the brush: next cell", (x, y) => modes.tool.arrow(x, -y)),
       ...arrows("Shift+", "move", (x, y) => camera.pan(0.05 * x, 0.05 * y)),
       { names: ["i"], what: "nearer", run: () => camera.zoomBy(1.25) },
-      { names: ["o"], what: "farther", run: () => camera.zoomBy(0.8) },
-      { names: ["Home"], what: "all of it", onCanvas: true, run: () => camera.home() },
+      { names: ["Shift+i"], what: "farther", run: () => camera.zoomBy(0.8) },
+      ...views.keys(),
     ];
   }
 
@@ -124,7 +175,7 @@ export class Keys {
 
   private pressed(event: KeyboardEvent): void {
     const target = event.target as Element;
-    if (this.help.open || !this.desk.session.classes || target.closest(FIELDS)) return;
+    if (this.help.open || !this.desk.session.paints || target.closest(FIELDS)) return;
     const key = this.table.get(nameOf(event));
     if (!key || (key.onCanvas && target !== this.desk.drawing.canvas && target !== document.body)) return;
     if (target.matches("[type=range]") && /^(Arrow|Page|Home)/.test(event.key)) return;
@@ -156,6 +207,7 @@ function nameOf(event: KeyboardEvent): string {
   if (event.ctrlKey || event.metaKey) parts.push("Ctrl");
   if (event.altKey) parts.push("Alt");
   if (event.shiftKey && !isSign) parts.push("Shift");
-  parts.push(event.key.length === 1 ? event.key.toLowerCase() : event.key);
+  const digit = event.altKey ? /^Digit(\d)$/.exec(event.code)?.[1] : undefined; // Alt types signs on a Mac
+  parts.push(digit ?? (event.key.length === 1 ? event.key.toLowerCase() : event.key));
   return parts.join("+");
 }

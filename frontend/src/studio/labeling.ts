@@ -1,4 +1,4 @@
-// Region and class of each cell, and neighbors of regions.
+// Region, class and object of each cell, and neighbors of regions.
 
 import { readPacket } from "./api";
 
@@ -121,18 +121,32 @@ export class Regions {
   }
 }
 
-/** The class of each cell, with the area of each class kept up to date. */
-export class Classes {
-  readonly areaOf = new Map<number, number>();
+/** The paint of a class and an object of it, as the server has it. */
+export const paintOf = (id: number, object: number): number => (id && ((object << 16) | id)) >>> 0;
 
-  constructor(readonly of: Uint16Array, private readonly areas: Float32Array) {
-    for (let i = 0; i < of.length; i++) addTo(this.areaOf, of[i], areas[i]);
+export const classOf = (paint: number): number => paint & 0xffff;
+
+/** 0: none. */
+export const objectOf = (paint: number): number => paint >>> 16;
+
+/** Class and object of each cell, with the area and the number of cells of each kept up to date. */
+export class Paints {
+  readonly areaOf = new Map<number, number>();
+  readonly countOf = new Map<number, number>();
+
+  constructor(readonly of: Uint32Array, private readonly areas: Float32Array) {
+    for (let i = 0; i < of.length; i++) this.count(of[i], areas[i], 1);
   }
 
-  set(cell: number, id: number): void {
-    addTo(this.areaOf, this.of[cell], -this.areas[cell]);
-    addTo(this.areaOf, id, this.areas[cell]);
-    this.of[cell] = id;
+  private count(paint: number, area: number, n: number): void {
+    addTo(this.areaOf, paint, area);
+    addTo(this.countOf, paint, n);
+  }
+
+  set(cell: number, paint: number): void {
+    this.count(this.of[cell], -this.areas[cell], -1);
+    this.count(paint, this.areas[cell], 1);
+    this.of[cell] = paint;
   }
 
   get totalArea(): number {
@@ -147,6 +161,30 @@ export class Classes {
     return total > 0 ? Math.min(1, Math.max(0, 1 - (this.areaOf.get(0) ?? 0) / total)) : 0;
   }
 
+  /** Area of each class. */
+  get areaOfClass(): Map<number, number> {
+    const sums = new Map<number, number>();
+    for (const [paint, area] of this.areaOf) addTo(sums, classOf(paint), area);
+    return sums;
+  }
+
+  /** Objects of a class that have cells, ascending; 0 stands for cells without an object. */
+  objectsOf(id: number): number[] {
+    const found: number[] = [];
+    for (const [paint, n] of this.countOf) if (n > 0 && classOf(paint) === id) found.push(objectOf(paint));
+    return found.sort((a, b) => a - b);
+  }
+
+  /** Cells of a class, or of one object of it. */
+  cellsOf(id: number, object?: number): Uint32Array {
+    const { of } = this;
+    const found: number[] = [];
+    for (let cell = 0; cell < of.length; cell++) {
+      if (classOf(of[cell]) === id && (object === undefined || objectOf(of[cell]) === object)) found.push(cell);
+    }
+    return Uint32Array.from(found);
+  }
+
   /** Total area of those of the given cells that have no class. */
   bareArea(cells: Uint32Array): number {
     let sum = 0;
@@ -154,13 +192,13 @@ export class Classes {
     return sum;
   }
 
-  /** The class that covers the largest area of the given cells. */
-  mainClass(cells: Uint32Array): number {
+  /** The paint that covers the largest area of the given cells. */
+  mainPaint(cells: Uint32Array): number {
     const sums = new Map<number, number>();
     for (const cell of cells) addTo(sums, this.of[cell], this.areas[cell]);
     let best = 0;
     let most = -1;
-    for (const [id, area] of sums) if (area > most) [best, most] = [id, area];
+    for (const [paint, area] of sums) if (area > most) [best, most] = [paint, area];
     return best;
   }
 }

@@ -3,19 +3,24 @@
 import "./studio.css";
 import { Api } from "./api";
 import type { Rgb } from "./colors";
+import { ClipBox } from "./clip";
 import { Desk } from "./desk";
 import { Drawing } from "./drawing";
 import { Keys } from "./keys";
 import { Modes } from "./modes";
+import { classOf, objectOf } from "./labeling";
 import { showNotices } from "./notices";
 import { part } from "../shared/dom";
 import type { Place } from "../shared/picking";
 import { ClassesPanel } from "./panels/classes";
+import { Comparison } from "./panels/comparison";
 import { ExchangePanel } from "./panels/exchange";
 import { FilesPanel } from "./panels/files";
 import { ParametersPanel } from "./panels/parameters";
 import { Pointer } from "./pointer";
+import { remember, remembered } from "./remembered";
 import { Session } from "./session";
+import { Views } from "./views";
 
 declare global {
   interface Window {
@@ -33,11 +38,12 @@ async function start(): Promise<void> {
     const modes = new Modes(desk);
     const files = new FilesPanel(session);
     new Pointer(desk, modes);
-    new Keys(desk, modes, (steps) => files.go(steps));
+    new Keys(desk, { modes, views: new Views(desk), clip: new ClipBox(desk), comparison: new Comparison(desk), goToFile: (steps) => files.go(steps) });
     new ClassesPanel(desk);
     new ParametersPanel(session);
     new ExchangePanel(session);
     watchTools(desk);
+    welcome();
     window.studio = makeHook(desk, modes, () => part("loading").hidden === true);
     await session.loadFiles();
     await files.openFirst();
@@ -61,6 +67,17 @@ function watchTools(desk: Desk): void {
   borders.addEventListener("change", () => desk.drawing.setBorders(borders.checked));
 }
 
+const WELCOMED = "superfacets welcome";
+
+/** Five lines on the first visit. */
+function welcome(): void {
+  part("welcome").hidden = remembered(WELCOMED) !== null;
+  part("welcome-close").addEventListener("click", () => {
+    part("welcome").hidden = true;
+    remember(WELCOMED, "seen");
+  });
+}
+
 /** For `window.studio`. Places are in pixels of the page, from the canvas's upper left corner. */
 function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean) {
   const { session, drawing } = desk;
@@ -69,7 +86,7 @@ function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean) {
     desk, // for measurements and pictures
     cellAt,
     get ready(): boolean {
-      return isLoaded() && session.classes !== undefined;
+      return isLoaded() && session.paints !== undefined;
     },
     /** The page shows the state of the server. */
     get isIdle(): boolean {
@@ -82,7 +99,8 @@ function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean) {
       return session.nWaiting;
     },
     labels: (): number[] => [...session.regions.labels],
-    classOf: (cell: number): number => session.classes.of[cell],
+    classOf: (cell: number): number => classOf(session.paints.of[cell]),
+    objectOf: (cell: number): number => objectOf(session.paints.of[cell]),
     screenOf: (cell: number): Place | null => desk.picker.placeOf(cell),
     regionAt: (x: number, y: number): number => desk.regionOf(cellAt(x, y)),
     pixelAt: (x: number, y: number): Rgb => {

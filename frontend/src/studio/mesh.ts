@@ -52,6 +52,18 @@ export class Mesh {
     return this.shape.sources ? this.shape.sources[triangle] : triangle;
   }
 
+  /** Box around all vertices. */
+  get bounds(): { low: Vector; high: Vector } {
+    const { values } = this.shape.positions;
+    const low: Vector = [Infinity, Infinity, Infinity];
+    const high: Vector = [-Infinity, -Infinity, -Infinity];
+    for (let i = 0; i < values.length; i++) {
+      low[i % 3] = Math.min(low[i % 3], values[i]);
+      high[i % 3] = Math.max(high[i % 3], values[i]);
+    }
+    return { low, high };
+  }
+
   corner(vertex: number): Vector {
     const { values } = this.shape.positions;
     return [values[3 * vertex], values[3 * vertex + 1], values[3 * vertex + 2]];

@@ -1,17 +1,19 @@
 // The current tool of the left mouse button, and the toolbar that shows it.
 
 import { CellCursor } from "./cellcursor";
+import { cssColor, parseColor, variant } from "./colors";
 import type { Desk } from "./desk";
+import { classOf, objectOf } from "./labeling";
 import { make, part } from "../shared/dom";
 import { CellBrush, Lasso, RegionBrush, Splitter, type Tool } from "./tools";
 
 export type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
 
 const BUTTONS: [ModeName, string, string][] = [
-  ["paint", "Paint", "V"],
-  ["brush", "Brush", "B"],
-  ["lasso", "Lasso", "L"],
-  ["split", "Split", "X"],
+  ["paint", "Paint", "Paint whole regions (V)"],
+  ["brush", "Brush", "Paint single cells (B)"],
+  ["lasso", "Lasso", "Paint what is inside a drawn line (L; again: single cells)"],
+  ["split", "Split", "Cut a region in two (X)"],
 ];
 
 export class Modes {
@@ -30,14 +32,14 @@ export class Modes {
       "lasso-cells": new Lasso(desk, line, true),
       split: new Splitter(desk),
     };
-    for (const [name, text, key] of BUTTONS) {
-      const button = make("button", { type: "button", title: `Key ${key}` }, text);
+    for (const [name, text, tip] of BUTTONS) {
+      const button = make("button", { type: "button", title: tip }, text);
       button.addEventListener("click", () => this.choose(name));
       this.buttons.set(name, button);
     }
     part("modes").append(...this.buttons.values());
-    desk.events.on("class", () => this.showClass());
-    desk.session.events.on("classes", () => this.showClass());
+    desk.events.on("paint", () => this.showPaint());
+    desk.session.events.on("state", () => this.showPaint());
     desk.session.events.on("file", () => this.choose("paint"));
     this.show();
   }
@@ -65,11 +67,11 @@ export class Modes {
     for (const [name, button] of this.buttons) button.ariaPressed = String(name === shown);
   }
 
-  private showClass(): void {
-    const { currentClass, session } = this.desk;
-    const entry = session.state.classes.find(({ id }) => id === currentClass);
+  private showPaint(): void {
+    const { currentPaint, session } = this.desk;
+    const entry = session.state.classes.find(({ id }) => id === classOf(currentPaint));
     const [swatch, name] = part("brush-class").children as unknown as HTMLElement[];
-    swatch.style.background = entry?.color ?? "none";
-    name.textContent = entry?.name ?? "No class (erases)";
+    swatch.style.background = entry ? cssColor(variant(parseColor(entry.color), objectOf(currentPaint))) : "none";
+    name.textContent = entry ? this.desk.paintName(currentPaint) : "No class (erases)";
   }
 }

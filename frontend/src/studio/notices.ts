@@ -24,7 +24,10 @@ export function showNotices(session: Session): void {
     showWaiting(session);
     if (isOnline) events.emit("message", "The server is back; everything is saved.");
   });
-  events.on("state", () => showWaiting(session));
+  events.on("state", () => {
+    showWaiting(session);
+    part("saved").textContent = savedText(session);
+  });
   events.on("file", (mesh) => {
     part("file-name").textContent = session.state.input.name;
     document.title = `${session.state.input.name} – Superfacets studio`;
@@ -34,6 +37,12 @@ export function showNotices(session: Session): void {
   window.addEventListener("beforeunload", (event) => {
     if (session.nWaiting && !session.online) event.preventDefault();
   });
+}
+
+/** How far the work is saved. */
+export function savedText({ nWaiting, savedAt }: Session): string {
+  if (nWaiting) return "Saving …";
+  return savedAt ? `Saved ${savedAt.toLocaleTimeString("en-GB")}` : "All saved";
 }
 
 function showWaiting({ online, nWaiting }: Session): void {

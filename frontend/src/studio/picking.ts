@@ -36,14 +36,20 @@ export class Picker {
     const radius = (pixels * camera.distanceTo(middle)) / camera.pixelsOf(canvas.clientHeight);
     const facing = mesh.normalOf(cell);
     const found = [...this.surroundings.within(middle, radius).add(cell)];
-    return found.filter((other) => !drawing.cells.isHidden(other) && dot(mesh.normalOf(other), facing) >= 0);
+    const isSeen = (other: number): boolean => !drawing.cells.isHidden(other) && !drawing.isCut(mesh.middleOf(other) ?? middle);
+    return found.filter((other) => isSeen(other) && dot(mesh.normalOf(other), facing) >= 0);
   }
 
   /** Position of a cell in the picture; null if it is outside. */
   placeOf(cell: number): Place | null {
-    const { camera, canvas } = this.drawing;
     const middle = this.mesh.middleOf(cell);
-    const shares = middle && camera.placeOf(middle);
+    return middle && this.placeIn(middle);
+  }
+
+  /** Position in the picture of a place of the mesh; null if it is outside. */
+  placeIn(place: Vector): Place | null {
+    const { camera, canvas } = this.drawing;
+    const shares = camera.placeOf(place);
     return shares && { x: shares[0] * canvas.clientWidth, y: shares[1] * canvas.clientHeight };
   }
 }

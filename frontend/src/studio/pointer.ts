@@ -1,65 +1,154 @@
-// The mouse on the canvas: left for the tool, right orbits, middle or Alt pans, the wheel zooms.
+// Mouse, pen and touch on the canvas. A scheme tells what a button does; the wheel zooms.
 
 import type { Desk } from "./desk";
 import type { Modes } from "./modes";
+import { classOf, objectOf } from "./labeling";
+import { remember, remembered } from "./remembered";
 import { part, percent } from "../shared/dom";
 import { type Place, placeOf, putTip, zoomByWheel } from "../shared/picking";
 
-type Drag = "tool" | "orbit" | "pan";
+type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
+
+interface Scheme {
+  name: string;
+  hint: string; // how to turn, move and zoom
+  drag: (event: PointerEvent) => Drag;
+}
+
+const isControl = (event: PointerEvent): boolean => event.ctrlKey || event.metaKey;
+
+export const SCHEMES: Record<string, Scheme> = {
+  studio: {
+    name: "Mouse: studio",
+    hint: "Turn: right drag, or drag beside the mesh · Move: middle drag · Zoom: wheel",
+    drag: (event) => {
+      if (event.button === 2) return "orbit";
+      if (event.button === 1 || event.altKey) return "pan";
+      return isControl(event) ? "pick" : "tool";
+    },
+  },
+  blender: {
+    name: "Mouse: as in Blender",
+    hint: "Turn: middle drag, or drag beside the mesh · Move: Shift + middle drag · Zoom: wheel",
+    drag: (event) => {
+      if (event.button === 2) return "pick";
+      if (event.button === 1) return event.shiftKey ? "pan" : isControl(event) ? "zoom" : "orbit";
+      return event.altKey ? "orbit" : isControl(event) ? "pick" : "tool";
+    },
+  },
+  meshlab: {
+    name: "Mouse: as in MeshLab",
+    hint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
+    drag: (event) => {
+      if (event.button === 2) return isControl(event) ? "pick" : "tool";
+      if (event.button === 1 || isControl(event)) return "pan";
+      return event.shiftKey ? "zoom" : "orbit";
+    },
+  },
+};
+
+const SCHEME_KEY = "superfacets mouse";
+const TAP = 8; // pixels that a finger may move in a tap
 
 export class Pointer {
   private drag: Drag | null = null;
   private last: Place = { x: 0, y: 0 };
+  private started: Place | null = null; // of a finger that has not moved enough to draw
+  private readonly fingers = new Map<number, Place>();
   private readonly canvas: HTMLCanvasElement;
   private readonly tip = part("tip");
   private waiting: PointerEvent | null = null;
+  private scheme = SCHEMES.studio;
 
   constructor(private readonly desk: Desk, private readonly modes: Modes) {
     this.canvas = desk.drawing.canvas;
     const { canvas } = this;
     canvas.addEventListener("pointerdown", (event) => this.down(event));
     canvas.addEventListener("pointermove", (event) => this.moved(event));
-    canvas.addEventListener("pointerup", () => this.up());
-    canvas.addEventListener("pointercancel", () => this.up());
+    canvas.addEventListener("pointerup", (event) => this.up(event));
+    canvas.addEventListener("pointercancel", (event) => this.up(event));
     canvas.addEventListener("pointerleave", () => this.left());
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("auxclick", (event) => event.preventDefault());
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     desk.events.on("hover", (cell) => this.showTip(cell));
+    this.watchScheme(part<HTMLSelectElement>("scheme"));
+  }
+
+  private watchScheme(list: HTMLSelectElement): void {
+    for (const [id, { name }] of Object.entries(SCHEMES)) list.add(new Option(name, id));
+    const choose = (): void => {
+      this.scheme = SCHEMES[list.value];
+      part("turning").textContent = this.scheme.hint;
+    };
+    const kept = remembered(SCHEME_KEY) ?? "studio";
+    list.value = kept in SCHEMES ? kept : "studio";
+    list.addEventListener("change", () => {
+      remember(SCHEME_KEY, list.value);
+      choose();
+    });
+    choose();
   }
 
   private get isReady(): boolean {
-    return this.desk.session.classes !== undefined && this.desk.session.regions !== undefined;
+    return this.desk.session.paints !== undefined && this.desk.session.regions !== undefined;
   }
 
   private down(event: PointerEvent): void {
-    if (this.drag || !this.isReady) return;
+    if (!this.isReady) return;
+    if (event.pointerType === "touch") this.fingers.set(event.pointerId, placeOf(this.canvas, event));
+    if (this.fingers.size > 1) return this.beginFingers();
+    if (this.drag) return;
     this.canvas.setPointerCapture(event.pointerId);
     this.last = placeOf(this.canvas, event);
-    if (event.button === 2) this.drag = "orbit";
-    else if (event.button === 1 || event.altKey) this.drag = "pan";
-    else if (event.ctrlKey || event.metaKey) this.pickClass();
-    else {
-      this.drag = "tool";
-      this.modes.tool.begin(this.last, event.shiftKey);
-    }
     if (event.button === 1) event.preventDefault();
+    this.drag = this.scheme.drag(event);
+    if (this.drag === "pick") this.pick();
+    if (this.drag !== "tool") return;
+    if (this.modes.tool.turnsBeside && this.desk.picker.cellAt(this.last) < 0) this.drag = "orbit";
+    else if (event.pointerType === "touch") this.started = this.last; // perhaps the first of two fingers
+    else this.modes.tool.begin(this.last, event.shiftKey);
   }
 
-  private pickClass(): void {
+  private beginFingers(): void {
+    if (this.drag === "tool" && !this.started) this.modes.tool.end();
+    this.started = null;
+    this.drag = "fingers";
+  }
+
+  private pick(): void {
     const { desk } = this;
     const cell = desk.picker.cellAt(this.last);
     if (cell < 0) return;
-    const id = desk.session.classes.of[cell];
-    desk.choose(id);
-    desk.say(id ? `${desk.className(id)} is chosen.` : "No class is there: strokes erase.");
+    const paint = desk.session.paints.of[cell];
+    desk.choose(classOf(paint), objectOf(paint));
+    desk.say(paint ? `${desk.paintName(paint)} is chosen.` : "No class is there: strokes erase.");
   }
 
   /** Events come faster than frames: only the latest event before each frame counts. */
   private moved(event: PointerEvent): void {
     if (!this.isReady) return;
+    if (this.drag === "fingers") return this.moveFinger(event);
     if (!this.waiting) requestAnimationFrame(() => this.move());
     this.waiting = event;
+  }
+
+  /** Two fingers turn and zoom, three move. */
+  private moveFinger(event: PointerEvent): void {
+    const { fingers, canvas } = this;
+    const before = fingers.get(event.pointerId);
+    if (!before) return;
+    const place = placeOf(canvas, event);
+    fingers.set(event.pointerId, place);
+    const height = canvas.clientHeight * fingers.size;
+    const [x, y] = [(place.x - before.x) / height, (place.y - before.y) / height];
+    const { camera } = this.desk.drawing;
+    if (fingers.size > 2) return camera.pan(x, y);
+    const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
+    if (!other) return;
+    camera.orbit(4 * x, 4 * y);
+    const apart = (one: Place): number => Math.hypot(one.x - other.x, one.y - other.y) || 1;
+    camera.zoomBy(apart(place) / apart(before));
   }
 
   private move(): void {
@@ -68,14 +157,25 @@ export class Pointer {
     if (!event || !this.isReady) return;
     const place = placeOf(this.canvas, event);
     const [dx, dy] = [place.x - this.last.x, place.y - this.last.y];
+    if (this.started) {
+      if (Math.hypot(dx, dy) < TAP) return;
+      this.beginTap();
+    }
     const height = this.canvas.clientHeight;
     this.last = place;
     this.moveCircle(place);
     const { camera } = this.desk.drawing;
     if (this.drag === "orbit") camera.orbit((4 * dx) / height, (4 * dy) / height);
     else if (this.drag === "pan") camera.pan(dx / height, dy / height);
+    else if (this.drag === "zoom") camera.zoomBy(Math.exp((-4 * dy) / height));
     else if (this.drag === "tool") this.modes.tool.move(place);
     else this.desk.hover(this.desk.picker.cellAt(place));
+  }
+
+  /** A single finger paints from where it came down. */
+  private beginTap(): void {
+    if (this.started) this.modes.tool.begin(this.started, false);
+    this.started = null;
   }
 
   private moveCircle({ x, y }: Place): void {
@@ -84,7 +184,10 @@ export class Pointer {
     circle.setAttribute("cy", String(y));
   }
 
-  private up(): void {
+  private up(event: PointerEvent): void {
+    this.fingers.delete(event.pointerId);
+    if (this.fingers.size && this.drag === "fingers") return;
+    this.beginTap();
     if (this.waiting) this.move();
     if (this.drag === "tool") this.modes.tool.end();
     this.drag = null;
@@ -102,16 +205,18 @@ export class Pointer {
   private showTip(cell: number): void {
     this.tip.hidden = cell < 0 || this.drag === "orbit";
     if (cell < 0) return;
-    const { regions, classes, mesh } = this.desk.session;
+    const { regions, paints, mesh } = this.desk.session;
     const region = this.desk.regionOf(cell);
-    const id = classes.of[cell];
+    const paint = paints.of[cell];
     const lines = [region < 0 ? "No region" : `Region ${region}`];
     if (region >= 0) {
       const count = regions.cellsOf(region).length.toLocaleString("en");
-      lines.push(`${percent(regions.areas[region] / classes.totalArea)} of the ${mesh.measure}`);
+      lines.push(`${percent(regions.areas[region] / paints.totalArea)} of the ${mesh.measure}`);
       lines.push(`${count} ${mesh.cellName}`);
     }
-    lines.push(id ? this.desk.className(id) : "No class");
+    const name = this.desk.paintName(paint);
+    const kind = this.desk.className(classOf(paint));
+    lines.push(!paint ? "No class" : objectOf(paint) && !name.startsWith(kind) ? `${name} (${kind})` : name);
     this.tip.textContent = lines.join("\n");
     putTip(this.tip, this.canvas, this.last);
   }

@@ -3,15 +3,16 @@
 import { type Api, ServerGone, type ServerError } from "./api";
 import { fromBase64, toBase64 } from "../shared/arrays";
 import type { Progress } from "./contract";
-import { joined } from "./labeling";
+import { classOf, joined, objectOf } from "./labeling";
+import { remember, remembered } from "./remembered";
 
 export interface Stroke {
-  class: number;
+  paint: number;
   cells: Uint32Array;
   stroke: string; // parts of one stroke share this name, and are undone together
 }
 
-type Kept = [id: number, cells: string, stroke: string];
+type Kept = [paint: number, cells: string, stroke: string];
 
 interface Listener {
   saved(reply: Progress): void;
@@ -66,8 +67,9 @@ export class Saver {
       const count = this.joinable();
       const parts = this.waiting.slice(0, count);
       try {
-        const { class: id, stroke } = parts[0];
-        const body = { class: id, cells: toBase64(joined(parts.map(({ cells }) => cells))), stroke };
+        const { paint, stroke } = parts[0];
+        const cells = toBase64(joined(parts.map((part) => part.cells)));
+        const body = { class: classOf(paint), object: objectOf(paint), cells, stroke };
         const reply = await this.api.post<Progress>(`${this.path}/paint`, body);
         this.waiting.splice(0, count);
         this.listener.saved(reply);
@@ -81,7 +83,7 @@ export class Saver {
         this.listener.refused(error as ServerError);
       }
     }
-    if (!this.waiting.length) this.forget();
+    if (!this.waiting.length) remember(this.key, null);
   }
 
   /** Send no strokes until `release`, because they must not overtake a running operation. */
@@ -101,31 +103,19 @@ export class Saver {
   }
 
   private keep(): void {
-    const entries = this.waiting.map(({ class: id, cells, stroke }) => [id, toBase64(cells), stroke]);
+    const entries = this.waiting.map(({ paint, cells, stroke }) => [paint, toBase64(cells), stroke]);
     const text = JSON.stringify(entries);
-    try {
-      if (text.length <= MAX_KEPT) localStorage.setItem(this.key, text);
-    } catch {
-      // The browser's storage is full or switched off: the strokes are only in this page.
-    }
+    if (text.length <= MAX_KEPT) remember(this.key, text);
   }
 
   private kept(): Stroke[] {
     try {
-      const entries = JSON.parse(localStorage.getItem(this.key) ?? "[]") as Kept[];
-      return entries.map(([id, cells, stroke]) => ({
-        class: id, cells: new Uint32Array(fromBase64(cells).buffer), stroke,
+      const entries = JSON.parse(remembered(this.key) ?? "[]") as Kept[];
+      return entries.map(([paint, cells, stroke]) => ({
+        paint, cells: new Uint32Array(fromBase64(cells).buffer), stroke,
       }));
     } catch {
       return [];
-    }
-  }
-
-  private forget(): void {
-    try {
-      localStorage.removeItem(this.key);
-    } catch {
-      // Storage is switched off, so nothing was stored.
     }
   }
 }

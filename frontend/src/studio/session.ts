@@ -1,19 +1,19 @@
 // The open file: its state on the server, and the user's operations on it.
 
 import { Api, ServerError, ServerGone } from "./api";
-import { fromBase64 } from "../shared/arrays";
+import { fromBase64, toBase64 } from "../shared/arrays";
 import type {
-  ClassEntry, FileEntry, Parameters, Progress, SegmentLine, SplitReply, State, UndoReply,
+  ClassEntry, CompareReply, FileEntry, Parameters, Progress, SegmentLine, SplitReply, State, UndoReply,
 } from "./contract";
 import { Events } from "./events";
-import { Classes, Regions } from "./labeling";
+import { Paints, Regions } from "./labeling";
 import { Mesh } from "./mesh";
 import { Saver } from "./saver";
 
 interface Kinds {
   file: Mesh;
   regions: Regions;
-  cells: Uint32Array | null; // cells whose classes changed; null: any cell's may have
+  cells: Uint32Array | null; // cells whose paint changed; null: any cell's may have
   classes: ClassEntry[];
   state: State;
   segmenting: SegmentLine | null; // null: no segmentation is running
@@ -49,9 +49,11 @@ export class Session {
   fileId = -1;
   mesh!: Mesh;
   regions!: Regions;
-  classes!: Classes;
+  paints!: Paints;
   state!: State;
   online = true;
+  savedAt: Date | null = null; // when the server wrote the latest step; null: before this page
+  isLocked = false; // cells that have a class keep it
   private saver!: Saver;
   private segmentation: AbortController | null = null;
   private segmenting: Promise<void> = Promise.resolve();
@@ -127,11 +129,12 @@ export class Session {
       this.api.buffer(`${path}/mesh`).then((buffer) => new Mesh(buffer)),
       this.api.get<State>(`${path}/state`),
     ]);
-    const [ids, regions] = await Promise.all([
-      this.api.buffer(`${path}/classes`),
+    const [paint, regions] = await Promise.all([
+      this.api.buffer(`${path}/paint`),
       this.fetchRegions(path, state.revision, mesh),
     ]);
     this.fileId = fileId;
+    this.savedAt = null;
     this.mesh = mesh;
     this.state = state;
     this.saver = new Saver(this.api, path, `superfacets ${state.input.name} ${state.input.sha256}`, {
@@ -139,7 +142,7 @@ export class Session {
       refused: (error) => void this.refused(error),
       gone: () => this.lose(),
     });
-    this.takeClasses(ids);
+    this.takePaint(paint);
     this.regions = regions;
     this.events.emit("file", mesh);
     this.events.emit("classes", state.classes);
@@ -149,13 +152,13 @@ export class Session {
     void this.saver.flush();
   }
 
-  private takeClasses(ids: ArrayBuffer): void {
-    this.classes = new Classes(new Uint16Array(ids), this.mesh.areas);
-    for (const stroke of this.saver.strokes) this.show(stroke.cells, stroke.class);
+  private takePaint(paint: ArrayBuffer): void {
+    this.paints = new Paints(new Uint32Array(paint), this.mesh.areas);
+    for (const stroke of this.saver.strokes) this.show(stroke.cells, stroke.paint);
   }
 
-  private async loadClasses(): Promise<void> {
-    this.takeClasses(await this.api.buffer(`${this.path}/classes`));
+  private async loadPaint(): Promise<void> {
+    this.takePaint(await this.api.buffer(`${this.path}/paint`));
     this.events.emit("cells", null);
   }
 
@@ -174,20 +177,23 @@ export class Session {
 
   /** Apply a state sent by the server, unless a later one is known. */
   private take(news: Partial<State>): void {
+    if (news.seq !== undefined && news.seq > this.state.seq) this.savedAt = new Date();
     if (news.seq === undefined || news.seq >= this.state.seq) Object.assign(this.state, news);
     this.events.emit("state", this.state);
   }
 
-  private show(cells: Uint32Array, id: number): void {
-    for (const cell of cells) this.classes.set(cell, id);
+  private show(cells: Uint32Array, paint: number): void {
+    for (const cell of cells) this.paints.set(cell, paint);
   }
 
-  /** Give cells a class (0 removes it). It is shown at once, and saved in the background. */
-  paint(cells: Uint32Array, id: number, stroke = newStroke()): void {
-    const changed = cells.filter((cell) => this.classes.of[cell] !== id);
+  /** Paint cells (0 removes the paint). It is shown at once, and saved in the background. */
+  paint(cells: Uint32Array, paint: number, stroke = newStroke()): void {
+    const { of } = this.paints;
+    const isKept = (cell: number): boolean => this.isLocked && paint !== 0 && of[cell] !== 0;
+    const changed = cells.filter((cell) => of[cell] !== paint && !isKept(cell));
     if (!changed.length) return;
-    this.show(changed, id);
-    this.saver.add({ class: id, cells: changed, stroke });
+    this.show(changed, paint);
+    this.saver.add({ paint, cells: changed, stroke });
     this.events.emit("cells", changed);
     this.take({});
   }
@@ -214,20 +220,20 @@ export class Session {
   }
 
   private async takeUndo(reply: UndoReply): Promise<void> {
-    const { seq, progress, can_undo, can_redo, parameters } = reply;
-    const cells = new Uint32Array(fromBase64(reply.cells).buffer);
-    const ids = new Uint16Array(fromBase64(reply.classes).buffer);
-    cells.forEach((cell, i) => this.classes.set(cell, ids[i]));
+    const { kind, cells: coded, paint: codedPaint, ...news } = reply;
+    const cells = new Uint32Array(fromBase64(coded).buffer);
+    const paint = new Uint32Array(fromBase64(codedPaint).buffer);
+    cells.forEach((cell, i) => this.paints.set(cell, paint[i]));
     this.events.emit("cells", cells);
     for (const stroke of this.saver.strokes) {
-      this.show(stroke.cells, stroke.class);
+      this.show(stroke.cells, stroke.paint);
       this.events.emit("cells", stroke.cells);
     }
-    if (reply.kind !== "paint") await this.reload();
-    this.take({ seq, progress, can_undo, can_redo, parameters });
+    if (kind !== "paint") await this.reload();
+    this.take(news);
   }
 
-  /** Reload parameters, classes and, if they changed, regions. */
+  /** Reload parameters, the list of classes and, if they changed, regions. */
   async reload(): Promise<void> {
     const state = await this.api.get<State>(`${this.path}/state`);
     this.state = state;
@@ -330,15 +336,38 @@ export class Session {
   }
 
   async importFrom(files: { name: string; data: string }[]): Promise<void> {
-    const isDone = await this.attempt(async () => {
-      await this.post<unknown>("import", { files });
+    if (await this.change("import", { files })) this.events.emit("message", "Read and painted.");
+  }
+
+  /** Compare with another work file, or with the one given last; null if the server refuses. */
+  async compare(files?: { name: string; data: string }[]): Promise<CompareReply | null> {
+    return this.compared("compare", files ? { files } : {});
+  }
+
+  /** Settle cells on which both works differ. */
+  async accept(cells: Uint32Array, side: "mine" | "theirs"): Promise<CompareReply | null> {
+    return this.compared("accept", { cells: toBase64(cells), side });
+  }
+
+  private async compared(what: string, body: unknown): Promise<CompareReply | null> {
+    let reply: CompareReply | null = null;
+    await this.attempt(async () => {
+      reply = await this.post<CompareReply>(what, body);
+      if (what === "accept") await this.readAnew();
+    });
+    return reply;
+  }
+
+  /** An operation that changes paint on the server. */
+  async change(what: string, body: unknown): Promise<boolean> {
+    return this.attempt(async () => {
+      await this.post<unknown>(what, body);
       await this.readAnew();
     });
-    if (isDone) this.events.emit("message", "Read and painted.");
   }
 
   private async readAnew(): Promise<void> {
-    await this.loadClasses();
+    await this.loadPaint();
     await this.reload();
   }
 
@@ -372,7 +401,7 @@ export class Session {
       if (state.input.n_cells !== this.mesh.nCells) throw new Error("another file is served now");
       await this.alone(async () => {
         if (this.nWaiting) throw new ServerGone();
-        await this.loadClasses();
+        await this.loadPaint();
         await this.loadRegions((await this.api.get<State>(`${this.path}/state`)).revision);
         await this.reload();
       });

@@ -2,15 +2,26 @@
 // class and marks of this cell, and draws borders where neighboring pixels show different regions.
 // While the user paints in one view, only the second is drawn.
 
+import { VARIANTS } from "./colors";
 import { CODE, HEAD, LIGHT } from "../shared/shaders";
 
 export const CELLS = `${HEAD}${LIGHT}${CODE}
 uniform usampler2D cells;
 uniform bool has_hidden;
+uniform bool is_clipped;
+uniform vec3 clip_low;
+uniform vec3 clip_high;
+uniform mat3 turn;  // of the eye, as in EYE
+uniform vec3 target;
+uniform float distance_;
 layout(location = 0) out vec4 code;
 layout(location = 1) out vec4 brightness;
 void main() {
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
+  if (is_clipped) {
+    vec3 here = transpose(turn) * (at + vec3(0.0, 0.0, distance_)) + target;
+    if (any(lessThan(here, clip_low)) || any(greaterThan(here, clip_high))) discard;
+  }
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
   code = codeOf(cell);
@@ -49,6 +60,14 @@ uint cellAt(ivec2 p) {
   uvec4 bytes = uvec4(round(texelFetch(ids, p, 0) * 255.0));
   return (bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24) - 1u;  // NONE where no cell is
 }
+uint paintOf(uvec4 state) { return state.r | state.g << 8 | state.a << 16; }
+const float VARIANTS[${VARIANTS.length}] = float[](${VARIANTS.map((shift) => shift.toFixed(2)).join()});
+/** Color of an object, as in colors.ts. */
+vec3 variant(vec3 color, uint object) {
+  if (object < 2u) return color;
+  float shift = VARIANTS[(object - 1u) % ${VARIANTS.length}u];
+  return shift > 0.0 ? mix(color, vec3(1.0), shift) : color * (1.0 + shift);
+}
 uint regionOf(uint cell) { return cell == NONE ? NONE - 1u : texelFetch(regions, place(cell), 0).r; }
 float distanceAt(ivec2 p) {
   float z = 2.0 * texelFetch(depths, p, 0).r - 1.0;
@@ -70,7 +89,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
   uint id = state.r | state.g << 8;
   if (id != 0u) {
     float shift = float((region * 2654435761u) >> 29) / 7.0 - 0.5;
-    base = texelFetch(class_colors, place(id), 0).rgb * (1.0 + 0.12 * shift);
+    base = variant(texelFetch(class_colors, place(id), 0).rgb, state.a) * (1.0 + 0.12 * shift);
   }
   if ((state.b & 1u) != 0u) base = vec3(0.85, 0.07, 0.12);
   if ((state.b & 2u) != 0u) base = vec3(0.08, 0.25, 0.9);
@@ -88,10 +107,12 @@ vec3 shade(ivec2 p, ivec2 limit) {
   vec3 result = min(base * light, 1.0);
   bool is_marked = (state.b & 3u) != 0u;
   if (is_active && !is_marked) result = mix(result, vec3(1.0), region == hovered ? 0.3 : 0.16);
+  if ((state.b & 16u) != 0u && (p.x + p.y) / (3 * line) % 2 == 0) result = mix(result, accent, 0.75);
   if ((state.b & 8u) != 0u) result = mix(result, accent, 0.6);
-  if (!has_borders && !is_active) return result;
+  if (!has_borders && !is_active && state.a == 0u) return result;
   bool is_border = false;
   bool is_edge = false;
+  bool is_object = false;  // another object begins
   int before = line / 2;
   int after = line - before;
   for (int k = 0; k < 4; k++) {
@@ -102,12 +123,17 @@ vec3 shade(ivec2 p, ivec2 limit) {
     ivec2 q = clamp((k & 1) == 0 ? p + way : p - way, ivec2(0), limit);
     uint neighbor = cellAt(q);
     if (neighbor == cell) continue;
+    if (neighbor != NONE && state.a != 0u) {
+      uint paint = paintOf(texelFetch(cells, place(neighbor), 0));
+      is_object = is_object || (paint != paintOf(state) && paint != 0u && (paint & 0xffffu) == id);
+    }
     uint other = regionOf(neighbor);
     if (other == region) continue;
     if (other < NONE - 1u || !is_cloud) is_edge = is_edge || is_active;
     if (other < NONE - 1u && region < NONE - 1u) is_border = true;
   }
   if (is_edge) return accent;
+  if (is_object) return vec3(0.02);
   if (is_border && has_borders) return mix(result, vec3(0.09, 0.09, 0.11), 0.82);
   return result;
 }

@@ -13,6 +13,7 @@ import { newStroke } from "./session";
 export abstract class Tool {
   abstract readonly name: string;
   abstract readonly hint: string;
+  readonly turnsBeside: boolean = true; // a drag that begins beside the mesh turns the view
 
   constructor(protected readonly desk: Desk) {}
 
@@ -25,7 +26,7 @@ export abstract class Tool {
 
   /** The key Enter was pressed. */
   confirm(): void {
-    this.desk.paintActive(this.desk.currentClass);
+    this.desk.paintActive(this.desk.currentPaint);
   }
 
   /** The key Delete was pressed. */
@@ -48,9 +49,9 @@ export abstract class Tool {
 const TURN = 0.15; // angle in radians by which an arrow key turns the view
 const STEP = 6; // pixels between the places of a stroke at which cells are looked up
 
-/** A stroke of one class; `touched` are the regions or cells that it has painted. */
+/** A stroke of one paint; `touched` are the regions or cells that it has painted. */
 abstract class Brush extends Tool {
-  protected id = 0;
+  protected paint = 0;
   protected stroke = "";
   protected readonly touched = new Set<number>();
   private last: Place = { x: 0, y: 0 };
@@ -63,7 +64,7 @@ abstract class Brush extends Tool {
   protected abstract touch(place: Place): void;
 
   begin(place: Place, isOther: boolean): void {
-    this.id = isOther ? 0 : this.desk.currentClass;
+    this.paint = isOther ? 0 : this.desk.currentPaint;
     this.last = place;
     this.stroke = newStroke();
     this.touched.clear();
@@ -79,7 +80,7 @@ abstract class Brush extends Tool {
 /** Paints regions that the pointer goes over. */
 export class RegionBrush extends Brush {
   readonly name = "Paint regions";
-  readonly hint = "Drag paints · Shift removes · Ctrl-click takes a class · ? help";
+  readonly hint = "Drag paints · Shift removes · Ctrl-click picks class and object · O new object · ? help";
 
   protected touch(place: Place): void {
     const { desk } = this;
@@ -88,14 +89,14 @@ export class RegionBrush extends Brush {
     desk.hover(cell);
     if (region < 0 || this.touched.has(region)) return;
     this.touched.add(region);
-    desk.session.paint(desk.session.regions.cellsOf(region), this.id, this.stroke);
+    desk.session.paint(desk.session.regions.cellsOf(region), this.paint, this.stroke);
   }
 
   end(): void {
     const { desk } = this;
     if (!this.touched.size) return;
     desk.select(this.touched, true);
-    desk.sayPainted([...this.touched], this.id);
+    desk.sayPainted([...this.touched], this.paint);
   }
 }
 
@@ -125,16 +126,16 @@ export class CellBrush extends Brush {
   }
 
   override confirm(): void {
-    this.paintChosen(this.desk.currentClass);
+    this.paintChosen(this.desk.currentPaint);
   }
 
   override erase(): void {
     this.paintChosen(0);
   }
 
-  private paintChosen(id: number): void {
-    if (this.cursor.cell >= 0) this.cursor.paint(id);
-    else this.desk.paintActive(id);
+  private paintChosen(paint: number): void {
+    if (this.cursor.cell >= 0) this.cursor.paint(paint);
+    else this.desk.paintActive(paint);
   }
 
   override resize(isUp: boolean): void {
@@ -152,22 +153,23 @@ export class CellBrush extends Brush {
     const around = desk.picker.cellsAround(place, this.radius);
     const fresh = around.filter((cell) => !this.touched.has(cell));
     for (const cell of fresh) this.touched.add(cell);
-    desk.session.paint(Uint32Array.from(fresh), this.id, this.stroke);
+    desk.session.paint(Uint32Array.from(fresh), this.paint, this.stroke);
   }
 
   end(): void {
     if (!this.touched.size) return;
     this.desk.select([], false);
-    this.desk.sayPainted(`${this.touched.size} cells`, this.id);
+    this.desk.sayPainted(`${this.touched.size} cells`, this.paint);
   }
 }
 
 /** Paints regions that are mostly inside a drawn line, or single cells inside it. */
 export class Lasso extends Tool {
   readonly name: string;
+  override readonly turnsBeside = false;
   readonly hint = "Draw a line around what to paint · Shift removes · L: regions or cells · Esc leaves";
   private places: Place[] = [];
-  private id = 0;
+  private paint = 0;
 
   constructor(desk: Desk, private readonly line: SVGPolygonElement, private readonly ofCells: boolean) {
     super(desk);
@@ -175,7 +177,7 @@ export class Lasso extends Tool {
   }
 
   begin(place: Place, isOther: boolean): void {
-    this.id = isOther ? 0 : this.desk.currentClass;
+    this.paint = isOther ? 0 : this.desk.currentPaint;
     this.places = [place];
   }
 
@@ -224,8 +226,8 @@ export class Lasso extends Tool {
   }
 
   private paintCells(inside: Map<number, number>): void {
-    this.desk.session.paint(Uint32Array.from(inside.keys()).sort(), this.id);
-    this.desk.sayPainted(`${inside.size} cells`, this.id);
+    this.desk.session.paint(Uint32Array.from(inside.keys()).sort(), this.paint);
+    this.desk.sayPainted(`${inside.size} cells`, this.paint);
   }
 
   private paintRegions(inside: Map<number, number>): void {
@@ -238,8 +240,8 @@ export class Lasso extends Tool {
     for (const [cell, count] of inside) addTo(enclosed, desk.regionOf(cell), count);
     const isChosen = (region: number): boolean => region >= 0 && 2 * enclosed.get(region)! >= total.get(region)!;
     const chosen = [...enclosed.keys()].filter(isChosen);
-    this.desk.paintRegions(chosen, this.id);
-    this.desk.sayPainted(chosen, this.id);
+    this.desk.paintRegions(chosen, this.paint);
+    this.desk.sayPainted(chosen, this.paint);
   }
 }
 

@@ -25,8 +25,7 @@ inline constexpr bool kHasAssertions = false;
 // Whether all indices are 0..n-1.
 template <typename Indices>
 bool all_below(const Indices& indices, std::int64_t n) {
-  return std::all_of(indices.begin(), indices.end(),
-                     [n](std::int64_t index) { return index >= 0 && index < n; });
+  return std::ranges::all_of(indices, [n](std::int64_t index) { return index >= 0 && index < n; });
 }
 
 }  // namespace superfacets

@@ -23,6 +23,12 @@ struct Box {
   }
   void include(Point p) { include({p, p}); }
 
+  // The nearest point of the box.
+  Point clamped(Point p) const {
+    return {std::clamp(p.x, low.x, high.x), std::clamp(p.y, low.y, high.y),
+            std::clamp(p.z, low.z, high.z)};
+  }
+
   // A lower bound of the squared distance from a point to any point in the box. It holds in
   // floating point, too: rounding is monotone, and the terms are added in the order of
   // squared_norm.

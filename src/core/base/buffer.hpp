@@ -9,9 +9,20 @@
 #include <utility>
 
 #include "base/assert.hpp"
-#include "base/memory.hpp"
 
 namespace superfacets {
+
+// Arrays of at least this size use take_memory.
+inline constexpr std::size_t kLargeMemory = 1 << 16;  // bytes
+
+// Returns uninitialized memory. On Linux it is reused or new, begins on a page, and is in huge
+// pages where supported. Elsewhere it comes from operator new, aligned to a cache line. Throws
+// std::bad_alloc. May be called on any thread, and after a fork.
+void* take_memory(std::size_t n_bytes);
+
+// Takes memory back; n_bytes is the argument that take_memory got. On Linux, a limited amount is
+// kept for later calls, and the rest is returned to the system.
+void return_memory(void* memory, std::size_t n_bytes) noexcept;
 
 // An array of n uninitialized values. A vector would write zeros first, on one thread, and fault in
 // each page of 4 KiB: on meshes of millions of faces that takes longer than most stages. Here each
@@ -80,5 +91,12 @@ class Buffer {
   T* data_ = nullptr;
   std::size_t size_ = 0;
 };
+
+template <typename T>
+Buffer<T> copy_of(std::span<const T> values) {
+  Buffer<T> copy(values.size());
+  std::ranges::copy(values, copy.begin());
+  return copy;
+}
 
 }  // namespace superfacets

@@ -1,25 +1,108 @@
-// Lists stored one after the other: list i has the entries offsets[i] .. offsets[i + 1] - 1.
+// Lists stored one after the other, and the ways to make them: by counting sort, or on all threads.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
 #include <numeric>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "base/assert.hpp"
 #include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "base/types.hpp"
 
 namespace superfacets {
 
-// Selected lists: their offsets after copying, (n + 1,), and the index of each entry to copy.
-struct ChosenLists {
-  Buffer<std::int64_t> offsets;
-  Buffer<std::int64_t> entries;
+// List i has the entries offsets[i] .. offsets[i + 1] - 1.
+template <typename Entry>
+struct Lists {
+  Buffer<std::int64_t> offsets;  // (number of lists + 1,)
+  Buffer<Entry> entries;
+
+  std::int64_t n_lists() const { return std::ssize(offsets) - 1; }
+  std::span<const Entry> operator[](std::int64_t list) const {
+    return entries.span().subspan(offsets[list], offsets[list + 1] - offsets[list]);
+  }
 };
 
-// Selects the lists with the indices `chosen`, in that order. Time O(chosen lists + their entries).
-inline ChosenLists choose_lists(std::span<const std::int64_t> offsets,
-                                std::span<const std::int64_t> chosen) {
+// Groups entries by a counting sort. for_each(add) calls add(list, entry) for each entry; it is
+// called twice. Each list keeps the order of its entries.
+template <typename Entry, typename ForEach>
+Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
+  Lists<Entry> lists{Buffer<std::int64_t>(n_lists + 1), {}};
+  Buffer<std::int64_t>& offsets = lists.offsets;
+  std::ranges::fill(offsets, 0);
+  for_each([&](std::int64_t list, const Entry&) { ++offsets[list]; });
+  std::exclusive_scan(offsets.begin(), offsets.end(), offsets.begin(), std::int64_t{0});
+  lists.entries = Buffer<Entry>(offsets[n_lists]);
+  for_each([&](std::int64_t list, const Entry& entry) { lists.entries[offsets[list]++] = entry; });
+  // The offset of each list is now its end, which is the offset of the next one.
+  std::shift_right(offsets.begin(), offsets.end(), 1);
+  offsets[0] = 0;
+  return lists;
+}
+
+// The same on all threads, for few lists: for_each(begin, end, add) does it for elements
+// begin..end-1 of n. Parts of the elements have write cursors of their own, so that the result does
+// not depend on the number of threads.
+template <typename Entry, typename ForEach>
+Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each,
+                   ThreadTeam& team) {
+  const std::int64_t n_parts = 4 * std::int64_t{team.size()};  // to balance the load
+  const auto start_of = [&](std::int64_t part) { return n * part / n_parts; };
+  std::vector<std::vector<std::int64_t>> next(n_parts);  // sizes, then write cursors
+  team.for_each(n_parts, [&](std::int64_t part, int) {
+    std::vector<std::int64_t> sizes(n_lists, 0);
+    for_each(start_of(part), start_of(part + 1),
+             [&](std::int64_t list, const Entry&) { ++sizes[list]; });
+    next[part] = std::move(sizes);
+  });
+  Lists<Entry> lists{Buffer<std::int64_t>(n_lists + 1), {}};
+  std::int64_t total = 0;
+  for (std::int64_t list = 0; list < n_lists; ++list) {
+    lists.offsets[list] = total;
+    for (std::vector<std::int64_t>& of_part : next) total += std::exchange(of_part[list], total);
+  }
+  lists.offsets[n_lists] = total;
+  lists.entries = Buffer<Entry>(total);
+  team.for_each(n_parts, [&](std::int64_t part, int) {
+    std::int64_t* const cursors = next[part].data();
+    for_each(start_of(part), start_of(part + 1), [&](std::int64_t list, const Entry& entry) {
+      lists.entries[cursors[list]++] = entry;
+    });
+  });
+  return lists;
+}
+
+// Sorts each list, and removes duplicates.
+template <typename Entry>
+void sort_unique(Lists<Entry>& lists, ThreadTeam& team) {
+  team.for_each_index(lists.n_lists(), [&](std::int64_t list) {
+    std::sort(lists.entries.data() + lists.offsets[list],
+              lists.entries.data() + lists.offsets[list + 1]);
+  });
+  Entry* end_of_kept = lists.entries.data();
+  Entry* begin = lists.entries.data();
+  for (std::int64_t list = 0; list < lists.n_lists(); ++list) {
+    Entry* const end = lists.entries.data() + lists.offsets[list + 1];
+    end_of_kept = std::copy(begin, std::unique(begin, end), end_of_kept);
+    lists.offsets[list + 1] = end_of_kept - lists.entries.data();
+    begin = end;
+  }
+  Buffer<Entry> kept(end_of_kept - lists.entries.data());
+  std::copy_n(lists.entries.begin(), kept.size(), kept.begin());
+  lists.entries = std::move(kept);
+}
+
+// Selects the lists with the indices `chosen`, in that order: the entries of the result are the
+// indices of the entries to copy. Time O(chosen lists + their entries).
+inline Lists<std::int64_t> choose_lists(std::span<const std::int64_t> offsets,
+                                        std::span<const std::int64_t> chosen) {
   SUPERFACETS_ASSERT(all_below(chosen, std::ssize(offsets) - 1));
-  ChosenLists lists{Buffer<std::int64_t>(chosen.size() + 1), {}};
+  Lists<std::int64_t> lists{Buffer<std::int64_t>(chosen.size() + 1), {}};
   lists.offsets[0] = 0;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     lists.offsets[i + 1] = lists.offsets[i] + offsets[chosen[i] + 1] - offsets[chosen[i]];
@@ -31,6 +114,32 @@ inline ChosenLists choose_lists(std::span<const std::int64_t> offsets,
     entry += offsets[list + 1] - offsets[list];
   }
   return lists;
+}
+
+// The entries of several lists, one list after the other.
+template <typename Entry>
+Buffer<Entry> concatenated(std::span<const std::vector<Entry>> lists) {
+  std::size_t size = 0;
+  for (const std::vector<Entry>& list : lists) size += list.size();
+  Buffer<Entry> all(size);
+  Entry* next = all.data();
+  for (const std::vector<Entry>& list : lists) next = std::copy(list.begin(), list.end(), next);
+  return all;
+}
+
+// All entries that append(cell, list) appends to a list for cells 0..n-1, in the order of the
+// cells. The cells of a block have one list.
+template <typename Entry, typename Append>
+Buffer<Entry> gather(std::int64_t n, const Append& append, ThreadTeam& team) {
+  constexpr std::int64_t kBlock = 1 << 14;
+  std::vector<std::vector<Entry>> lists((n + kBlock - 1) / kBlock);
+  const auto append_range = [&](std::int64_t begin, std::int64_t end) {
+    std::vector<Entry> list;  // not in the array: its header would be on a line of others
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) append(cell, list);
+    lists[begin / kBlock] = std::move(list);
+  };
+  team.for_each_block(n, append_range, kBlock);
+  return concatenated<Entry>(lists);
 }
 
 }  // namespace superfacets

@@ -6,12 +6,13 @@
 #include <cstdint>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <span>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "base/assert.hpp"
-#include "base/joining_thread.hpp"
 
 namespace superfacets {
 
@@ -25,6 +26,23 @@ inline int useful_threads(std::int64_t n, int n_threads,
   SUPERFACETS_ASSERT(n >= 0 && n_threads >= 1);
   return static_cast<int>(std::clamp<std::int64_t>(n / min_per_thread, 1, n_threads));
 }
+
+// A thread that is joined before it goes out of scope, in place of std::jthread, which libc++
+// (macOS) offers only from version 20 on.
+class JoiningThread {
+ public:
+  template <typename Work, typename... Arguments>
+  explicit JoiningThread(Work&& work, Arguments&&... arguments)
+      : thread_(std::forward<Work>(work), std::forward<Arguments>(arguments)...) {}
+  JoiningThread(JoiningThread&&) noexcept = default;
+  JoiningThread& operator=(JoiningThread&&) = delete;
+  ~JoiningThread() {
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  std::thread thread_;
+};
 
 // The calling thread and n_threads - 1 helpers; fewer where threads cannot be started.
 class ThreadTeam {
@@ -179,6 +197,22 @@ class ThreadTeam {
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
   std::vector<JoiningThread> helpers_;  // last member: destroyed, and so joined, before the others
+};
+
+// An object for each thread of a team, made when it is first needed.
+template <typename T>
+class PerThread {
+ public:
+  explicit PerThread(std::size_t n_threads) : objects_(n_threads) {}
+
+  template <typename... Arguments>
+  T& get(std::int64_t thread, const Arguments&... arguments) {
+    if (!objects_[thread]) objects_[thread].emplace(arguments...);
+    return *objects_[thread];
+  }
+
+ private:
+  std::vector<std::optional<T>> objects_;
 };
 
 // Number of terms of a partial sum. It does not depend on the number of threads.

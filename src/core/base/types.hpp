@@ -16,6 +16,8 @@ using Place = std::int32_t;        // position of a cell in the spatial order
 using Label = std::int32_t;        // region of a cell, 0..K-1
 using PathLength = std::uint64_t;  // sum of arc lengths, in whole units
 
+inline constexpr Cell kNoCell = -1;
+inline constexpr Place kNoPlace = -1;
 inline constexpr Label kNoLabel = -1;
 
 struct Point {

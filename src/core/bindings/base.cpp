@@ -2,9 +2,8 @@
 // tests, properties of the build and elementary functions.
 #include <optional>
 
-#include "base/arctangent.hpp"
 #include "base/assert.hpp"
-#include "base/exponential.hpp"
+#include "base/elementary.hpp"
 #include "base/heap.hpp"
 #include "base/lists.hpp"
 #include "base/team_scope.hpp"

@@ -2,16 +2,15 @@
 // superfacets/_validate.py ensures their preconditions.
 #include <new>
 
-#include "base/logarithm.hpp"
+#include "base/elementary.hpp"
 #include "bindings/bindings.hpp"
+#include "cells/arc_prices.hpp"
 #include "cells/components.hpp"
 #include "cells/face_graph.hpp"
 #include "cells/far_arcs.hpp"
-#include "cells/feature_steps.hpp"
 #include "cells/graph_surface.hpp"
 #include "cells/majority.hpp"
 #include "cells/ordered_graph.hpp"
-#include "cells/part_prices.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
 #include "cells/polygon_graph.hpp"
@@ -19,7 +18,6 @@
 #include "cells/sub_surface.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/tet_graph.hpp"
-#include "cells/tet_surface.hpp"
 #include "cells/triangle_surface.hpp"
 #include "cells/turning.hpp"
 #include "cells/weights.hpp"
@@ -28,6 +26,7 @@
 #include "spatial/point_tiles.hpp"
 #include "spatial/ray_thickness.hpp"
 #include "spatial/sorted_mesh.hpp"
+#include "spatial/views.hpp"
 #include "spectral/diffusion.hpp"
 #include "spectral/eigenvectors.hpp"
 
@@ -131,16 +130,11 @@ auto positions_of(const OrderedGraph& graph, Integers cells) {
 
 // Builds a graph of cells and arcs that are already sorted along the curve.
 OrderedGraph graph_in_place(Points positions, Doubles measures, Offsets offsets, Integers targets,
-                            Floats lengths, ThreadTeam& team) {
-  const auto copied = [](const auto& values) {
-    Buffer<std::remove_const_t<typename std::decay_t<decltype(values)>::element_type>> copy(
-        values.size());
-    std::copy(values.begin(), values.end(), copy.begin());
-    return copy;
-  };
+                            Floats lengths, double straight_unit, ThreadTeam& team) {
   Buffer<Arc> arcs(targets.size());
   for (std::size_t arc = 0; arc < targets.size(); ++arc) arcs[arc] = {targets[arc], lengths[arc]};
-  return {PlacedCells(copied(positions), copied(measures), team), copied(offsets), std::move(arcs)};
+  return {PlacedCells(copy_of(positions), copy_of(measures), team), copy_of(offsets),
+          std::move(arcs), straight_unit};
 }
 
 PolygonGraph polygon_graph(Offsets offsets, Integers corners, Integers representative,
@@ -255,10 +249,8 @@ Eigenpairs eigenpairs(Offsets offsets, Integers neighbors, Doubles conductances,
 
 Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,
                                   const Table<double>& features, double factor, ThreadTeam& team) {
-  Buffer<double> sums(weights.size());
-  add_feature_steps({offsets, neighbors}, weights, {features.data(), features.size()},
-                    features.shape(1), factor, team, sums.span());
-  return sums;
+  return add_feature_steps({offsets, neighbors}, weights, {features.data(), features.size()},
+                           features.shape(1), factor, team);
 }
 
 Components components(Offsets offsets, Integers neighbors, Integers labels) {
@@ -363,6 +355,24 @@ auto roots_of(TurnedSets& sets, Place begin, Place end) {
   return std::tuple(std::move(roots), std::move(turned));
 }
 
+// A row of numbers per view: the projection, then the product of focal lengths; and its sizes.
+auto surface_seen(Points vertices, Triangles faces, const Table<double>& numbers, Integers sizes,
+                  int n_threads) {
+  std::vector<View> views(numbers.shape(0));
+  SUPERFACETS_ASSERT(numbers.shape(1) == 13 && sizes.size() == 2 * views.size());
+  std::size_t work = views.size() * faces.size();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const double* row = numbers.data() + 13 * i;
+    std::copy_n(row, 12, views[i].projection);
+    views[i].focal_product = row[12];
+    views[i].width = sizes[2 * i];
+    views[i].height = sizes[2 * i + 1];
+    work += static_cast<std::size_t>(views[i].n_pixels());
+  }
+  return on_team(work, n_threads,
+                 [&](ThreadTeam& team) { return see_surface(vertices, faces, views, team); });
+}
+
 // Minimum number of cells or queries per thread. Each takes about a microsecond: a cell to insert
 // it into the search tree, a query to search the tree.
 constexpr std::int64_t kMinSearched = 1 << 10;
@@ -399,7 +409,8 @@ void bind_graphs(nb::module_& module) {
       .def("__init__", &make_placed_cells, "positions"_a, "measures"_a, "n_threads"_a);
   nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph")
       .def("__init__", &make_ordered_graph, "cells"_a, "offsets"_a, "neighbors"_a, "lengths"_a,
-           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0)
+           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0,
+           "Moves the arrays of `cells` into the graph: `cells` is empty afterwards.")
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
@@ -417,7 +428,7 @@ void bind_graphs(nb::module_& module) {
            }))
       .def("positions_of", serial(&positions_of), "cells"_a);
   module.def("graph_in_place", threaded(&graph_in_place), "positions"_a, "measures"_a, "offsets"_a,
-             "targets"_a, "lengths"_a, "n_threads"_a);
+             "targets"_a, "lengths"_a, "straight_unit"_a, "n_threads"_a);
   module.def("build_face_graph", threaded(&build_face_graph), "faces"_a, "representative"_a,
              "n_threads"_a);
   module.def("build_polygon_graph", threaded(&polygon_graph), "offsets"_a, "corners"_a,
@@ -491,6 +502,8 @@ void bind_spatial(nb::module_& module) {
              "queries"_a, "max_distance"_a, "n_threads"_a);
   module.def("nearest_points", threaded<kMinSearched>(&nearest_points), "positions"_a, "queries"_a,
              "max_distance"_a, "n_threads"_a);
+  module.def("see_surface", &surface_seen, "vertices"_a, "faces"_a, "views"_a, "sizes"_a,
+             "n_threads"_a);
   nb::class_<TurnedSets>(module, "TurnedSets")
       .def(nb::init<Place>(), "n_places"_a)
       .def("join_alike", serial(&join_alike_in), "rows"_a.noconvert(), "places"_a, "cells"_a,

@@ -82,11 +82,21 @@ Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats l
   return join_loose_pieces({offsets, neighbors}, lengths, labels, centers);
 }
 
+Buffer<Label> without_loose_cells(Offsets offsets, Integers neighbors, Floats lengths,
+                                  Integers labels, Integers loose) {
+  return join_loose_cells({offsets, neighbors}, lengths, labels, loose);
+}
+
+// Positions are read only if steps are straight, with a straight_unit above 0.
 auto connected_tile(Offsets offsets, Integers arc_targets, Floats arc_lengths, Integers coarse,
-                    Floats coarse_lengths, ThreadTeam& team) {
+                    Floats coarse_lengths, Points positions, Points coarse_positions,
+                    double straight_unit, ThreadTeam& team) {
   const auto n_own = static_cast<Place>(offsets.size() - 1);
-  const OrderedGraph tile = graph_of_arcs({offsets, arc_targets, arc_lengths}, coarse.size());
-  TileArcs joined = connect_tile(tile, n_own, coarse, coarse_lengths, team);
+  OrderedGraph tile = graph_of_arcs({offsets, arc_targets, arc_lengths}, coarse.size());
+  tile.straight_unit = straight_unit;
+  tile.positions = Buffer<Point>(positions.size());
+  std::copy(positions.begin(), positions.end(), tile.positions.begin());
+  TileArcs joined = connect_tile(tile, n_own, coarse, coarse_lengths, coarse_positions, team);
   return std::tuple_cat(std::tuple(std::move(joined.offsets)),
                         columns(joined.arcs, &Arc::to, &Arc::length));
 }
@@ -148,12 +158,15 @@ void bind_clustering_stages(nb::module_& module) {
            "labels"_a, "centers"_a, "n_threads"_a);
   module.def("join_loose_pieces", serial(&without_loose_pieces), "offsets"_a, "neighbors"_a,
              "lengths"_a, "labels"_a, "centers"_a);
+  module.def("join_loose_cells", serial(&without_loose_cells), "offsets"_a, "neighbors"_a,
+             "lengths"_a, "labels"_a, "loose"_a);
   module.def("join_islands", threaded(&join_islands), "graph"_a, "labels"_a, "groups"_a,
              "n_threads"_a);
   module.def("divide_tile", threaded(&divide_tile), "tile"_a, "n_own"_a, "cell_size"_a,
              "n_threads"_a);
   module.def("connect_tile", threaded(&connected_tile), "offsets"_a, "arc_targets"_a,
-             "arc_lengths"_a, "coarse"_a, "coarse_lengths"_a, "n_threads"_a);
+             "arc_lengths"_a, "coarse"_a, "coarse_lengths"_a, "positions"_a, "coarse_positions"_a,
+             "straight_unit"_a, "n_threads"_a);
   module.def("improve_paths", threaded(&improved_paths), "offsets"_a, "targets"_a, "arc_lengths"_a,
              "lengths"_a, "labels"_a, "places"_a, "proposed_lengths"_a, "proposed_labels"_a,
              "n_threads"_a);

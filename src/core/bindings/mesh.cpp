@@ -5,7 +5,6 @@
 #include "mesh/geometry.hpp"
 #include "mesh/polygons.hpp"
 #include "mesh/subdivision.hpp"
-#include "mesh/taubin.hpp"
 #include "mesh/vertex_graph.hpp"
 #include "mesh/vertex_normals.hpp"
 #include "mesh/weld.hpp"
@@ -13,30 +12,19 @@
 namespace superfacets {
 namespace {
 
-template <typename Index>
-Buffer<std::int32_t> narrowed(std::span<const Index> indices, ThreadTeam& team) {
-  Buffer<std::int32_t> narrow(indices.size());
-  narrow_indices(indices, team, narrow.span());
-  return narrow;
+VertexGraph vertex_graph(Points vertices, Integers corners, Offsets offsets, std::int64_t size,
+                         Integers representative, ThreadTeam& team) {
+  return build_vertex_graph(vertices, {corners, offsets, size}, representative, team);
 }
 
-VertexGraph polygon_vertex_graph(Points vertices, Offsets offsets, Integers corners,
-                                 Integers representative, ThreadTeam& team) {
-  return build_vertex_graph(vertices, Polygons{offsets, corners}, representative, team);
+Buffer<Point> normals_of_vertices(Points vertices, Integers corners, Offsets offsets,
+                                  std::int64_t size, Integers representative) {
+  return mean_normals(vertices, {corners, offsets, size}, representative);
 }
 
-Buffer<Point> polygon_mean_normals(Points vertices, Offsets offsets, Integers corners,
-                                   Integers representative) {
-  return mean_normals(vertices, Polygons{offsets, corners}, representative);
-}
-
-auto polygon_measures(Points vertices, Offsets offsets, Integers corners, ThreadTeam& team) {
-  const Polygons faces{offsets, corners};
-  Buffer<Point> centroids(faces.n_faces());
-  Buffer<double> areas(faces.n_faces());
-  Buffer<Point> normals(faces.n_faces());
-  measure_polygons(vertices, faces, team, centroids.span(), areas.span(), normals.span());
-  return std::tuple(std::move(centroids), std::move(areas), std::move(normals));
+PolygonShapes shapes_of_polygons(Points vertices, Offsets offsets, Integers corners,
+                                 ThreadTeam& team) {
+  return measure_polygons(vertices, {offsets, corners}, team);
 }
 
 double sliver_area_of_polygons(Points vertices, Offsets offsets, Integers corners, Doubles areas,
@@ -44,71 +32,38 @@ double sliver_area_of_polygons(Points vertices, Offsets offsets, Integers corner
   return polygon_sliver_area(vertices, {offsets, corners}, areas, min_length, max_height, team);
 }
 
-auto triangles_of(Points vertices, Offsets offsets, Integers corners, ThreadTeam& team) {
-  const Polygons faces{offsets, corners};
-  Buffer<Triangle> cut(corners.size() - 2 * static_cast<std::size_t>(faces.n_faces()));
-  triangulate(vertices, faces, team, cut.span());
-  return cut;
-}
-
-auto face_measures(Points vertices, Triangles faces, ThreadTeam& team) {
-  Buffer<Point> centroids(faces.size());
-  Buffer<double> areas(faces.size());
-  measure_faces(vertices, faces, team, {centroids.span(), areas.span(), {}, {}});
-  return std::tuple(std::move(centroids), std::move(areas));
-}
-
-auto face_shapes(Points vertices, Triangles faces, ThreadTeam& team) {
-  Buffer<Point> centroids(faces.size());
-  Buffer<double> areas(faces.size());
-  Buffer<Point> normals(faces.size());
-  Buffer<double> longest((faces.size() + kSumBlock - 1) / kSumBlock);
-  measure_faces(vertices, faces, team,
-                {centroids.span(), areas.span(), normals.span(), longest.span()});
-  return std::tuple(std::move(centroids), std::move(areas), std::move(normals), std::move(longest));
-}
-
-auto area_vectors_of(Points vertices, Triangles faces, ThreadTeam& team) {
-  Buffer<Point> vectors(faces.size());
-  area_vectors(vertices, faces, team, vectors.span());
-  return vectors;
+Buffer<Triangle> triangles_of(Points vertices, Offsets offsets, Integers corners,
+                              ThreadTeam& team) {
+  return triangulate(vertices, {offsets, corners}, team);
 }
 
 // Minimum number of faces per thread. It is small, because one long face may become thousands.
 constexpr std::int64_t kMinSubdivided = 256;
 
-using OfTriangles = VertexGraph (*)(Points, Triangles, Integers, ThreadTeam&);
-using NormalsOfTriangles = Buffer<Point> (*)(Points, Triangles, Integers);
-
 }  // namespace
 
 void bind_mesh(nb::module_& module) {
   module.def("check_mesh", threaded(&check_mesh), "vertices"_a, "corners"_a, "n_threads"_a);
-  module.def("narrow_indices", threaded(&narrowed<std::int64_t>), "indices"_a, "n_threads"_a);
-  module.def("narrow_indices", threaded(&narrowed<std::int32_t>), "indices"_a, "n_threads"_a);
+  module.def("narrow_indices", threaded(&narrow_indices<std::int64_t>), "indices"_a, "n_threads"_a);
+  module.def("narrow_indices", threaded(&narrow_indices<std::int32_t>), "indices"_a, "n_threads"_a);
   module.def("check_numbers", threaded(&check_numbers), "numbers"_a, "n_threads"_a);
   module.def("weld_vertices", threaded(&weld_vertices), "vertices"_a, "n_threads"_a);
-  module.def("build_vertex_graph", threaded(OfTriangles{&build_vertex_graph}), "vertices"_a,
-             "faces"_a, "representative"_a, "n_threads"_a);
-  module.def("build_polygon_vertex_graph", threaded(&polygon_vertex_graph), "vertices"_a,
-             "offsets"_a, "corners"_a, "representative"_a, "n_threads"_a);
+  module.def("build_vertex_graph", threaded(&vertex_graph), "vertices"_a, "corners"_a, "offsets"_a,
+             "size"_a, "representative"_a, "n_threads"_a);
   module.def("taubin_smooth", threaded(&taubin_smooth), "vertices"_a, "offsets"_a, "neighbors"_a,
              "n_steps"_a, "n_threads"_a);
-  module.def("mean_normals", serial(NormalsOfTriangles{&mean_normals}), "vertices"_a, "faces"_a,
-             "representative"_a);
-  module.def("polygon_mean_normals", serial(&polygon_mean_normals), "vertices"_a, "offsets"_a,
-             "corners"_a, "representative"_a);
-  module.def("measure_polygons", threaded(&polygon_measures), "vertices"_a, "offsets"_a,
+  module.def("mean_normals", serial(&normals_of_vertices), "vertices"_a, "corners"_a, "offsets"_a,
+             "size"_a, "representative"_a);
+  module.def("measure_polygons", threaded(&shapes_of_polygons), "vertices"_a, "offsets"_a,
              "corners"_a, "n_threads"_a);
   module.def("polygon_sliver_area", threaded(&sliver_area_of_polygons), "vertices"_a, "offsets"_a,
              "corners"_a, "areas"_a, "min_length"_a, "max_height"_a, "n_threads"_a);
   module.def("triangulate", threaded(&triangles_of), "vertices"_a, "offsets"_a, "corners"_a,
              "n_threads"_a);
-  module.def("measure_faces", threaded(&face_measures), "vertices"_a, "faces"_a, "n_threads"_a);
-  module.def("measure_shapes", threaded(&face_shapes), "vertices"_a, "faces"_a, "n_threads"_a);
+  module.def("measure_faces", threaded(&measure_faces), "vertices"_a, "faces"_a, "n_threads"_a);
   module.def("sliver_area", threaded(&sliver_area), "vertices"_a, "faces"_a, "areas"_a, "longest"_a,
              "min_length"_a, "max_height"_a, "n_threads"_a);
-  module.def("area_vectors", threaded(&area_vectors_of), "vertices"_a, "faces"_a, "n_threads"_a);
+  module.def("area_vectors", threaded(&area_vectors), "vertices"_a, "faces"_a, "n_threads"_a);
   module.def("count_degenerate", serial(&count_degenerate), "vertices"_a, "faces"_a);
   module.def("subdivide", threaded<kMinSubdivided>(&subdivide), "vertices"_a, "faces"_a,
              "max_edge"_a, "max_faces"_a, "n_threads"_a);

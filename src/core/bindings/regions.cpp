@@ -10,6 +10,7 @@
 #include "regions/merge_tree.hpp"
 #include "regions/region_graph.hpp"
 #include "regions/rings.hpp"
+#include "regions/shared_masks.hpp"
 #include "regions/smooth.hpp"
 #include "regions/vertex_labels.hpp"
 
@@ -30,11 +31,10 @@ auto joined_regions(const Surface& surface, Floats lengths, double unit, double 
 }
 
 auto region_shapes(const Surface& surface, Integers labels, Label n_regions, ThreadTeam& team) {
-  RegionShapes shapes = measure_regions(surface, labels, n_regions, team);
-  return std::tuple(std::move(shapes.measures), std::move(shapes.centroids),
-                    std::move(shapes.squares), std::move(shapes.products),
-                    std::move(shapes.normal_sums), std::move(shapes.lows), std::move(shapes.highs),
-                    std::move(shapes.open_lengths), std::move(shapes.centers));
+  using Shape = RegionShape;
+  return columns(measure_regions(surface, labels, n_regions, team), &Shape::measure,
+                 &Shape::centroid, &Shape::squares, &Shape::products, &Shape::normal_sum,
+                 &Shape::low, &Shape::high, &Shape::open_length, &Shape::center);
 }
 
 auto arcs_between(const Surface& surface, Integers labels, ThreadTeam& team) {
@@ -67,10 +67,12 @@ Buffer<Label> smoothed(const Surface& surface, Floats lengths, double unit, doub
 
 auto smoothed_part(const Surface& surface, Floats lengths, double unit, double crease_scale,
                    Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
-                   int max_sweeps, int n_threads, Integers rim) {
+                   int max_sweeps, double stiffness, double roundness, int n_threads, Integers rim,
+                   Doubles areas, Points moments) {
+  const RegionSums at_first{{areas.begin(), areas.end()}, {moments.begin(), moments.end()}};
   return on_team(labels.size(), n_threads, [&](ThreadTeam& team) {
-    return smooth_part(surface, {lengths, unit, crease_scale}, labels, fixed, rim,
-                       {max_distance, max_chain, max_sweeps, {}}, team);
+    return smooth_part(surface, {lengths, unit, crease_scale}, labels, fixed, rim, at_first,
+                       {max_distance, max_chain, max_sweeps, {stiffness, roundness}}, team);
   });
 }
 
@@ -114,14 +116,18 @@ Buffer<Label> small_regions_merged(Offsets offsets, Integers neighbors, Points p
 
 // Returns the ring numbers after spreading; `rings` is not changed.
 Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
-  Buffer<std::uint8_t> numbers(rings.size());
-  std::copy(rings.begin(), rings.end(), numbers.begin());
+  Buffer<std::uint8_t> numbers = copy_of(rings);
   SUPERFACETS_ASSERT(all_below(corners, rings.size()));
   const auto corners_of = [&](Cell cell) {
     return corners.subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
   };
   spread_rings(static_cast<Cell>(offsets.size() - 1), corners_of, numbers.span());
   return numbers;
+}
+
+Buffer<Label> joined_by_masks(Offsets offsets, Integers masks, Doubles areas, Integers image_of,
+                              double least) {
+  return join_by_masks({offsets, masks, areas, image_of}, least);
 }
 
 }  // namespace
@@ -143,8 +149,8 @@ void bind_regions(nb::module_& module) {
              "crease_scale"_a, "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a,
              "max_sweeps"_a, "stiffness"_a, "roundness"_a, "n_threads"_a);
   module.def("smooth_part", &smoothed_part, "surface"_a, "lengths"_a, "unit"_a, "crease_scale"_a,
-             "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a, "max_sweeps"_a, "n_threads"_a,
-             "rim"_a);
+             "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a, "max_sweeps"_a, "stiffness"_a,
+             "roundness"_a, "n_threads"_a, "rim"_a, "areas"_a, "moments"_a);
   module.def("cut_borders", threaded(&cut_through_faces), "vertices"_a, "faces"_a,
              "representative"_a, "labels"_a, "n_labels"_a, "is_kept"_a, "options"_a, "n_threads"_a);
   module.def("count_graph_segments", threaded(&segments_of_graph), "positions"_a, "normals"_a,
@@ -158,6 +164,8 @@ void bind_regions(nb::module_& module) {
   module.def("merge_small_regions", serial(&small_regions_merged), "offsets"_a, "neighbors"_a,
              "positions"_a, "normals"_a, "labels"_a, "counts"_a, "n_labels"_a, "least"_a);
   module.def("find_bridges", serial(&bridges_between), "cells"_a, "ranks"_a, "n_components"_a);
+  module.def("join_by_masks", serial(&joined_by_masks), "offsets"_a, "masks"_a, "areas"_a,
+             "image_of"_a, "least"_a);
   module.def("merge_tree", serial(&tree_of_merges), "areas"_a, "positions"_a, "features"_a, "low"_a,
              "high"_a, "lengths"_a, "costs"_a, "crease_weight"_a, "dimension"_a);
 }

@@ -4,10 +4,9 @@
 #include <nanobind/stl/vector.h>
 
 #include "bindings/bindings.hpp"
-#include "text/copy_rows.hpp"
+#include "text/binary_rows.hpp"
 #include "text/parse_numbers.hpp"
 #include "text/scan_lines.hpp"
-#include "text/walk_rows.hpp"
 
 namespace superfacets {
 namespace {

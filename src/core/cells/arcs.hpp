@@ -62,10 +62,20 @@ struct Arcs {
     return targets.subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
   }
 
+  bool leads_to(Cell from, Cell to) const {
+    const std::span<const Cell> all = neighbors(from);
+    return std::ranges::find(all, to) != all.end();
+  }
+  // Whether a cell has a neighbor with another label.
+  bool is_at_border(Cell cell, std::span<const Label> labels) const {
+    return std::ranges::any_of(neighbors(cell),
+                               [&](Cell neighbor) { return labels[neighbor] != labels[cell]; });
+  }
+
   // Whether offsets rise from 0 to the number of arcs, and all arcs lead to cells.
   bool are_valid() const {
     return !offsets.empty() && offsets.front() == 0 && offsets.back() == n_arcs() &&
-           std::is_sorted(offsets.begin(), offsets.end()) && all_below(targets, n_cells());
+           std::ranges::is_sorted(offsets) && all_below(targets, n_cells());
   }
 };
 

@@ -1,17 +1,10 @@
 #include "cells/components.hpp"
 
-#include <utility>
 #include <vector>
 
 #include "base/assert.hpp"
 
 namespace superfacets {
-namespace {
-
-constexpr Cell kNoComponent = -1;
-
-}  // namespace
-
 Components find_components(const Arcs& arcs, std::span<const Label> labels) {
   SUPERFACETS_ASSERT(arcs.are_valid() && std::cmp_equal(labels.size(), arcs.n_cells()));
   return components_of(labels, [&](Cell cell, const auto& take) {
@@ -25,11 +18,11 @@ Components find_components(const OrderedGraph& graph, std::span<const Label> lab
     for (const Arc& arc : graph.arcs_of(place)) take(arc.to);
   });
   // Components are numbered by lowest cell, not by lowest place.
-  std::vector<Cell> ranks(components.n_components, kNoComponent);
+  std::vector<Cell> ranks(components.n_components, kNoCell);
   Cell n_ranked = 0;
   for (const Place place : graph.place_of) {
     Cell& rank = ranks[components.of[place]];
-    if (rank == kNoComponent) rank = n_ranked++;
+    if (rank == kNoCell) rank = n_ranked++;
   }
   for (Cell& component : components.of) component = ranks[component];
   return components;

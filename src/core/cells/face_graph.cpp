@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "base/assert.hpp"
+#include "base/lists.hpp"
 #include "base/prefetch.hpp"
-#include "base/threads.hpp"
 
 namespace superfacets {
 namespace {
@@ -82,19 +82,6 @@ void for_each_side(const WeldedCorners& corners, Face face, const Visit& visit) 
   }
 }
 
-// Faces grouped by the parts of the lower vertices of their sides. A face is in two parts at most,
-// since its highest vertex is never a lower one, and usually in one.
-struct Files {
-  int part_bits;                     // a vertex shifted right by this is its part
-  std::vector<std::int64_t> starts;  // (parts + 1,) part p is faces[starts[p] .. starts[p+1]-1]
-  Buffer<Face> faces;
-
-  std::int64_t n_parts() const { return static_cast<std::int64_t>(starts.size()) - 1; }
-  std::span<const Face> part(std::int64_t part) const {
-    return faces.span().subspan(starts[part], starts[part + 1] - starts[part]);
-  }
-};
-
 // Calls visit(face, part) for the parts of faces begin .. end-1.
 template <typename Visit>
 void for_each_filing(const WeldedCorners& corners, std::int64_t begin, std::int64_t end,
@@ -111,46 +98,6 @@ void for_each_filing(const WeldedCorners& corners, std::int64_t begin, std::int6
   }
 }
 
-// Turns counts[block][part] into write cursors by prefix sums, and returns the starts of the parts.
-std::vector<std::int64_t> place_blocks(std::vector<std::vector<std::int64_t>>& counts,
-                                       std::int64_t n_parts) {
-  std::vector<std::int64_t> starts(n_parts + 1);
-  std::int64_t total = 0;
-  for (std::int64_t part = 0; part < n_parts; ++part) {
-    starts[part] = total;
-    for (std::vector<std::int64_t>& block : counts) {
-      total += std::exchange(block[part], total);
-    }
-  }
-  starts[n_parts] = total;
-  return starts;
-}
-
-// A parallel counting sort: blocks of faces have write cursors of their own.
-Files file_faces(const WeldedCorners& corners, std::int64_t n_vertices, ThreadTeam& team) {
-  int bits = kMinPartBits;
-  while ((n_vertices >> bits) >= kMaxParts) ++bits;
-  const std::int64_t n_parts = (n_vertices >> bits) + 1;
-  const std::int64_t n_blocks = 4 * std::int64_t{team.size()};  // to balance the load
-  const auto start_of = [&](std::int64_t block) { return corners.n_faces() * block / n_blocks; };
-
-  std::vector<std::vector<std::int64_t>> next(n_blocks);  // counts, then write cursors
-  team.for_each(n_blocks, [&](std::int64_t block, int) {
-    std::vector<std::int64_t> counts(n_parts, 0);
-    for_each_filing(corners, start_of(block), start_of(block + 1), bits,
-                    [&](Face, Vertex part) { ++counts[part]; });
-    next[block] = std::move(counts);
-  });
-  Files files{bits, place_blocks(next, n_parts), {}};
-  files.faces = Buffer<Face>(files.starts.back());
-  team.for_each(n_blocks, [&](std::int64_t block, int) {
-    std::vector<std::int64_t>& places = next[block];
-    for_each_filing(corners, start_of(block), start_of(block + 1), bits,
-                    [&](Face face, Vertex part) { files.faces[places[part]++] = face; });
-  });
-  return files;
-}
-
 // The kind of link from a side of a face to the other faces on its edge.
 enum class Link : std::uint8_t {
   kNone,     // a boundary, or no edge at all
@@ -164,21 +111,6 @@ enum class Link : std::uint8_t {
 struct Rings {
   Buffer<Face> next;
   Buffer<Link> links;
-};
-
-struct Tally {
-  EdgeCounts edges;
-  std::uint64_t arcs = 0;       // n (n - 1) for each edge of n faces; no overflow, as n < 2^31
-  std::int64_t most_faces = 0;  // on one edge
-
-  void add(const Tally& other) {
-    edges.edges += other.edges.edges;
-    edges.boundary += other.edges.boundary;
-    edges.non_manifold += other.edges.non_manifold;
-    edges.inconsistent += other.edges.inconsistent;
-    arcs += other.arcs;
-    most_faces = std::max(most_faces, other.most_faces);
-  }
 };
 
 // One side of one face. Its vertices are implied by its position in the lists.
@@ -241,7 +173,7 @@ class SidesOfPart {
   void reserve(std::size_t n_sides) {
     if (sides_.size() >= n_sides) return;
     highs_ = Buffer<Vertex>(n_sides + kReadable);
-    std::fill(highs_.begin(), highs_.end(), 0);
+    std::ranges::fill(highs_, 0);
     sides_ = Buffer<Side>(n_sides);
   }
 
@@ -274,7 +206,7 @@ struct Matches {
 void sort(std::span<std::uint64_t> values) {
   constexpr std::size_t kFew = 24;  // faster without the overhead of std::sort
   if (values.size() > kFew) {
-    std::sort(values.begin(), values.end());
+    std::ranges::sort(values);
     return;
   }
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -290,7 +222,7 @@ class Linker {
  public:
   Linker(const WeldedCorners& corners, Rings& rings) : corners_(corners), rings_(rings) {}
 
-  const Tally& tally() const { return tally_; }
+  const EdgeTally& tally() const { return tally_; }
 
   // Links all sides of these faces whose lower vertex is in a part.
   void link_part(std::span<const Face> faces, int part_bits, std::int64_t part) {
@@ -371,9 +303,7 @@ class Linker {
     const std::size_t n = sides.size();
     Link link = n == 1 ? Link::kNone : Link::kRing;
     if (n == 2) link = pair_link(sides[0].is_ascending() == sides[1].is_ascending());
-    tally_.add({{1, std::int64_t{n == 1}, std::int64_t{n > 2}, std::int64_t{link == Link::kAlike}},
-                static_cast<std::uint64_t>(n) * (n - 1),
-                static_cast<std::int64_t>(n)});
+    tally_.count(n, link == Link::kAlike);
     for (std::size_t i = 0; i < n; ++i) {
       SUPERFACETS_ASSERT(i == 0 || sides[i - 1].face() < sides[i].face());
       rings_.next[sides[i].place()] = sides[i + 1 < n ? i + 1 : 0].face();
@@ -386,19 +316,29 @@ class Linker {
   SidesOfPart sides_;
   std::vector<std::uint64_t> order_;  // of a vertex: higher vertex and index, 31 and 33 bits
   std::vector<Side> edge_;
-  Tally tally_;  // summed over all parts
+  EdgeTally tally_;  // summed over all parts
 };
 
-Tally link_faces(const WeldedCorners& corners, std::int64_t n_vertices, ThreadTeam& team,
-                 Rings& rings) {
-  const Files files = file_faces(corners, n_vertices, team);
+EdgeTally link_faces(const WeldedCorners& corners, std::int64_t n_vertices, ThreadTeam& team,
+                     Rings& rings) {
+  int part_bits = kMinPartBits;  // a vertex shifted right by this is its part
+  while ((n_vertices >> part_bits) >= kMaxParts) ++part_bits;
+  // Faces by the parts of the lower vertices of their sides. A face is in two parts at most, since
+  // its highest vertex is never a lower one, and usually in one.
+  const Lists<Face> parts = group<Face>(
+      corners.n_faces(), (n_vertices >> part_bits) + 1,
+      [&](std::int64_t begin, std::int64_t end, const auto& add) {
+        for_each_filing(corners, begin, end, part_bits,
+                        [&](Face face, Vertex part) { add(part, face); });
+      },
+      team);
   std::vector<Linker> linkers;
   linkers.reserve(team.size());
   for (int thread = 0; thread < team.size(); ++thread) linkers.emplace_back(corners, rings);
-  team.for_each(files.n_parts(), [&](std::int64_t part, int thread) {
-    linkers[thread].link_part(files.part(part), files.part_bits, part);
+  team.for_each(parts.n_lists(), [&](std::int64_t part, int thread) {
+    linkers[thread].link_part(parts[part], part_bits, part);
   });
-  Tally total;
+  EdgeTally total;
   for (const Linker& linker : linkers) total.add(linker.tally());
   return total;
 }
@@ -427,8 +367,8 @@ class ArcReader {
   void collect_ring(Face face, int side, std::vector<FaceArc>& arcs) const {
     arcs.clear();
     walk_ring(face, side, [&](FaceArc arc) { arcs.push_back(arc); });
-    std::sort(arcs.begin(), arcs.end(),
-              [](const FaceArc& a, const FaceArc& b) { return a.neighbor < b.neighbor; });
+    std::ranges::sort(arcs,
+                      [](const FaceArc& a, const FaceArc& b) { return a.neighbor < b.neighbor; });
   }
 
  private:
@@ -533,14 +473,29 @@ void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, FaceGraph
 
 }  // namespace
 
-void check_number_of_arcs(std::uint64_t n_arcs, std::int64_t most_on_edge, std::int64_t n_faces) {
+void EdgeTally::add(const EdgeTally& other) {
+  edges.edges += other.edges.edges;
+  edges.boundary += other.edges.boundary;
+  edges.non_manifold += other.edges.non_manifold;
+  edges.inconsistent += other.edges.inconsistent;
+  arcs += other.arcs;
+  most_faces = std::max(most_faces, other.most_faces);
+}
+
+void EdgeTally::count(std::size_t n_faces, bool is_inconsistent) {
+  add({{1, std::int64_t{n_faces == 1}, std::int64_t{n_faces > 2}, std::int64_t{is_inconsistent}},
+       static_cast<std::uint64_t>(n_faces) * (n_faces - 1),
+       static_cast<std::int64_t>(n_faces)});
+}
+
+void check_number_of_arcs(const EdgeTally& tally, std::int64_t n_faces) {
   const auto limit =
       static_cast<std::uint64_t>(std::max(kArcsAlwaysAllowed, kArcsPerFaceAllowed * n_faces));
-  if (n_arcs <= limit) return;
-  throw std::length_error("the mesh has " + std::to_string(n_arcs) +
+  if (tally.arcs <= limit) return;
+  throw std::length_error("the mesh has " + std::to_string(tally.arcs) +
                           " pairs of neighboring faces, more than the limit of " +
                           std::to_string(limit) + "; one edge is shared by " +
-                          std::to_string(most_on_edge) + " faces");
+                          std::to_string(tally.most_faces) + " faces");
 }
 
 FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vertex> representative,
@@ -550,8 +505,8 @@ FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vert
   Rings rings{Buffer<Face>(3 * n_faces), Buffer<Link>(3 * n_faces)};
   team.fill(rings.links.span(), Link::kNone);
   const auto n_vertices = static_cast<std::int64_t>(representative.size());
-  const Tally tally = link_faces(corners, n_vertices, team, rings);
-  check_number_of_arcs(tally.arcs, tally.most_faces, n_faces);
+  const EdgeTally tally = link_faces(corners, n_vertices, team, rings);
+  check_number_of_arcs(tally, n_faces);
 
   FaceGraph graph;
   graph.counts = tally.edges;

@@ -20,9 +20,19 @@ struct EdgeCounts {
   std::int64_t inconsistent = 0;  // two faces that traverse the edge in the same direction
 };
 
-// Throws std::length_error if there are too many arcs for a mesh of this many faces, of which at
-// most `most_on_edge` share an edge.
-void check_number_of_arcs(std::uint64_t n_arcs, std::int64_t most_on_edge, std::int64_t n_faces);
+// Sums over edges.
+struct EdgeTally {
+  EdgeCounts edges;
+  std::uint64_t arcs = 0;       // n (n - 1) for each edge of n faces; no overflow, as n < 2^31
+  std::int64_t most_faces = 0;  // on one edge
+
+  void add(const EdgeTally& other);
+  // Adds an edge.
+  void count(std::size_t n_faces, bool is_inconsistent);
+};
+
+// Throws std::length_error if there are too many arcs for a mesh of this many faces.
+void check_number_of_arcs(const EdgeTally& tally, std::int64_t n_faces);
 
 struct FaceGraph {
   Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1

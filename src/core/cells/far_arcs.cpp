@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -106,16 +105,16 @@ void add_far_arcs(OrderedGraph& graph, ThreadTeam& team) {
   if (n_steps == 1) return;
   const Buffer<float> prices = prices_of(graph, team);
   std::vector<std::vector<Arc>> blocks((graph.n_cells() + kBlock - 1) / kBlock);
-  std::vector<std::optional<ArcFinder>> finders(team.size());
+  PerThread<ArcFinder> finders(team.size());
   Buffer<std::int64_t> offsets(graph.n_cells() + 1);
   offsets[0] = 0;
   team.for_each(std::ssize(blocks), [&](std::int64_t block, int thread) {
-    if (!finders[thread]) finders[thread].emplace(graph, prices.span(), n_steps);
+    ArcFinder& finder = finders.get(thread, graph, prices.span(), n_steps);
     const std::int64_t begin = block * kBlock;
     const std::int64_t end = std::min<std::int64_t>(begin + kBlock, graph.n_cells());
     blocks[block].reserve(kUsualArcs * (end - begin));
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      offsets[place + 1] = finders[thread]->find(place, blocks[block]);
+      offsets[place + 1] = finder.find(place, blocks[block]);
     }
   });
   for (Place place = 0; place < graph.n_cells(); ++place) offsets[place + 1] += offsets[place];

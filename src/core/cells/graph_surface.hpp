@@ -1,4 +1,4 @@
-// Cells of a graph that the caller made: the measures of arcs are given.
+// Cells whose measures of arcs are given: of a graph that the caller made, and tetrahedra.
 #pragma once
 
 #include "base/assert.hpp"
@@ -27,16 +27,14 @@ class GraphSurface : public Surface {
   Point position(Cell cell) const override { return given_.positions[cell]; }
   double measure(Cell cell) const override { return given_.measures[cell]; }
   double step_length(Cell from, std::int64_t arc) const override {
-    if (!given_.step_lengths.empty()) return given_.step_lengths[arc];
-    return norm(given_.positions[arcs().targets[arc]] - given_.positions[from]);
+    return given_.step_lengths.empty() ? Surface::step_length(from, arc) : given_.step_lengths[arc];
   }
   double border_length(Cell, std::int64_t arc) const override { return given_.border_lengths[arc]; }
   double angle(Cell, std::int64_t arc) const override {
     return given_.angles.empty() ? 0.0 : given_.angles[arc];
   }
   int side(Cell from, std::int64_t arc) const override {
-    if (!given_.sides.empty()) return given_.sides[arc];
-    return static_cast<int>(arc - arcs().offsets[from]);
+    return given_.sides.empty() ? Surface::side(from, arc) : given_.sides[arc];
   }
   bool may_have_one_way_arcs() const override { return true; }
   double open_length(Cell cell) const override {
@@ -58,6 +56,31 @@ class GraphSurface : public Surface {
   }
 
   const GivenMeasures given_;
+};
+
+// Tetrahedra: vertices are known, too. Arcs have reverse arcs, and corners are unknown.
+class TetSurface final : public GraphSurface {
+ public:
+  TetSurface(std::span<const Point> vertices, std::span<const Tet> tets, const Arcs& arcs,
+             const GivenMeasures& given)
+      : GraphSurface(arcs, given), vertices_(vertices), tets_(tets) {
+    SUPERFACETS_ASSERT(std::cmp_equal(tets.size(), arcs.n_cells()));
+  }
+
+  // The second moment of a tetrahedron about its centroid is 1/20 of the sum over its corners.
+  CellShape shape(Cell tet) const override {
+    CellShape shape{position(tet), measure(tet), {}, {}, {}};
+    for (const Vertex corner : tets_[tet].corners) {
+      shape.spread.add(1.0 / 20.0, vertices_[corner] - shape.position);
+      shape.box.include(vertices_[corner]);
+    }
+    return shape;
+  }
+  bool may_have_one_way_arcs() const override { return false; }
+
+ private:
+  const std::span<const Point> vertices_;
+  const std::span<const Tet> tets_;
 };
 
 }  // namespace superfacets

@@ -43,8 +43,8 @@ Majority weighted_majority(std::span<const Cell> groups, std::span<const Label> 
                      all_below(groups, n_groups));
   // Groups of one label need no sums.
   Majority majority{Buffer<Label>(n_groups), Buffer<std::uint8_t>(n_groups)};
-  std::fill(majority.winners.begin(), majority.winners.end(), kNoLabel);
-  std::fill(majority.is_divided.begin(), majority.is_divided.end(), 0);
+  std::ranges::fill(majority.winners, kNoLabel);
+  std::ranges::fill(majority.is_divided, 0);
   for (std::size_t i = 0; i < groups.size(); ++i) majority.winners[groups[i]] = labels[i];
   for (std::size_t i = 0; i < groups.size(); ++i) {
     if (majority.winners[groups[i]] != labels[i]) majority.is_divided[groups[i]] = 1;

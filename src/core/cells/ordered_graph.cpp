@@ -1,13 +1,10 @@
 #include "cells/ordered_graph.hpp"
 
-#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <numeric>
 #include <tuple>
-#include <utility>
 
-#include "base/assert.hpp"
 #include "base/prefetch.hpp"
 #include "cells/weights.hpp"
 #include "spatial/morton.hpp"
@@ -39,7 +36,7 @@ bool fits_rows(const WeightedArcs& input, ThreadTeam& team) {
 // Whether lengths are results of quantize_weights, so that sums of paths are exact.
 bool are_quantized(std::span<const float> lengths) {
   const auto is_whole = [](float length) { return length >= 1.0F && length == std::floor(length); };
-  return std::all_of(lengths.begin(), lengths.end(), is_whole) &&
+  return std::ranges::all_of(lengths, is_whole) &&
          std::accumulate(lengths.begin(), lengths.end(), 0.0) < std::ldexp(1.0, kTotalBits + 1);
 }
 
@@ -111,8 +108,8 @@ bool OrderedGraph::all_lead_back(ThreadTeam& team) const {
   auto check_range = [&](std::int64_t begin, std::int64_t end) {
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
       const auto leaving = arcs_of(place);
-      const bool lead_back = std::all_of(leaving.begin(), leaving.end(),
-                                         [&](const Arc& arc) { return leads_back(place, arc); });
+      const bool lead_back =
+          std::ranges::all_of(leaving, [&](const Arc& arc) { return leads_back(place, arc); });
       if (!lead_back) all = false;
     }
   };
@@ -204,8 +201,8 @@ std::vector<Cell> OrderedGraph::cells_at(std::span<const Place> places) const {
 bool OrderedGraph::leads_back(Place from, const Arc& arc) const {
   const auto back = arcs_of(arc.to);
   const Arc wanted{from, arc.length};
-  if (!has_rows()) return std::binary_search(back.begin(), back.end(), wanted, is_before);
-  return std::any_of(back.begin(), back.end(), [&](const Arc& other) {
+  if (!has_rows()) return std::ranges::binary_search(back, wanted, is_before);
+  return std::ranges::any_of(back, [&](const Arc& other) {
     return other.to == wanted.to && other.length == wanted.length;
   });
 }

@@ -11,8 +11,8 @@
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
+#include "cells/arc_prices.hpp"
 #include "cells/arcs.hpp"
-#include "cells/part_prices.hpp"
 #include "spatial/box_tree.hpp"
 
 namespace superfacets {
@@ -22,6 +22,18 @@ struct Arc {
   Place to;
   float length;  // whole units >= 1
 };
+
+// Larger than every path length. Shortest paths are below 2^kTotalBits; paths lengthened by a
+// detour are below twice that. A path through a coarse cell consists of paths of finer cells to and
+// from its center, so each of the few levels doubles it at most.
+inline constexpr PathLength kLongest = PathLength{1} << 60;
+
+// The length of a path that is continued by an arc.
+inline PathLength longer_by(PathLength length, const Arc& arc) {
+  SUPERFACETS_ASSERT(length < kLongest);
+  // Converted through a signed integer, for which processors have an instruction.
+  return length + static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
+}
 
 // Arcs of the input.
 struct WeightedArcs {

@@ -116,8 +116,8 @@ template <typename T>
 Buffer<T> with_copies(Buffer<T> values, std::span<const T> of_copies) {
   if (of_copies.empty()) return values;
   Buffer<T> all(values.size() + of_copies.size());
-  std::copy(of_copies.begin(), of_copies.end(),
-            std::copy(values.begin(), values.end(), all.begin()));
+  const auto rest = std::ranges::copy(values, all.begin()).out;
+  std::ranges::copy(of_copies, rest);
   return all;
 }
 
@@ -198,7 +198,7 @@ class ArcBuilder {
 
   bool has(Place place, Place neighbor) const {
     const auto row = rows_.row(place);
-    return std::find(row.begin(), row.end(), neighbor) != row.end();
+    return std::ranges::find(row, neighbor) != row.end();
   }
 
   const NeighborRows& rows_;

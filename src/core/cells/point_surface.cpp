@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "base/arctangent.hpp"
+#include "base/elementary.hpp"
 #include "cells/triangle_surface.hpp"
 
 namespace superfacets {

@@ -42,21 +42,12 @@ class PointSurface final : public Surface {
     return superfacets::find_bends(positions_, normals_, arcs(), order_, wants_convex, team);
   }
 
-  // The distance between the points.
-  double step_length(Cell from, std::int64_t arc) const override {
-    return norm(positions_[arcs().targets[arc]] - positions_[from]);
-  }
-
   // The mean of pi a / (sum of arc lengths) at both points, with the area a around a point: the
   // borders of the arcs that cross a line then add up to the length of the line, averaged over its
   // directions (Cauchy and Crofton).
   double border_length(Cell from, std::int64_t arc) const override;
 
   double angle(Cell from, std::int64_t arc) const override;
-  int side(Cell from, std::int64_t arc) const override {
-    return static_cast<int>(arc - arcs().offsets[from]);
-  }
-  double open_length(Cell) const override { return 0.0; }
 
  private:
   // pi a / (sum of arc lengths) of a point; see border_length. Cached for points with many arcs:

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <utility>
 
 namespace superfacets {
 
@@ -16,11 +15,8 @@ PolygonSurface::PolygonSurface(std::span<const Point> vertices, const Polygons& 
       sides_(sides),
       same_turn_(same_turn),
       inside_out_(inside_out),
-      centroids_(faces.n_faces()),
-      areas_(faces.n_faces()),
-      normals_(faces.n_faces()) {
+      shapes_(measure_polygons(vertices, faces, team)) {
   SUPERFACETS_ASSERT(is_valid());
-  measure_polygons(vertices, faces, team, centroids_.span(), areas_.span(), normals_.span());
   sort_large_faces();
 }
 
@@ -29,18 +25,18 @@ PolygonSurface::PolygonSurface(std::span<const Point> vertices, const Polygons& 
 // count as negative. Without a normal there is no fan, and the face counts as a point at its
 // centroid.
 CellShape PolygonSurface::shape(Cell face) const {
-  const Point& center = centroids_[face];
-  CellShape shape{center, areas_[face], areas_[face] * normals_[face], {}, {}};
+  const Point& center = shapes_.centroids[face];
+  CellShape shape{center, shapes_.areas[face], shapes_.areas[face] * shapes_.normals[face], {}, {}};
   const auto corners = faces_[face];
   for (const Vertex corner : corners) shape.box.include(vertices_[corner]);
-  if (squared_norm(normals_[face]) == 0.0) return shape;
+  if (squared_norm(shapes_.normals[face]) == 0.0) return shape;
   const Point first = vertices_[corners[0]] - center;
   for (std::size_t i = 2; i < corners.size(); ++i) {
     const Point second = vertices_[corners[i - 1]] - center;
     const Point third = vertices_[corners[i]] - center;
-    const double area = 0.5 * dot(cross(second - first, third - first), normals_[face]);
+    const double area = 0.5 * dot(cross(second - first, third - first), shapes_.normals[face]);
     for (const Point& p : {first, second, third, first + second + third}) {
-      shape.spread.add(area / areas_[face] / 12.0, p);
+      shape.spread.add(area / shapes_.areas[face] / 12.0, p);
     }
   }
   return shape;
@@ -67,7 +63,7 @@ Edge PolygonSurface::edge_of_side(Face face, int side) const {
 
 double PolygonSurface::step_length(Cell from, std::int64_t arc) const {
   const Cell to = arcs().targets[arc];
-  return way_over(edge_of_side(from, sides_[arc]), centroids_[from], centroids_[to]);
+  return way_over(edge_of_side(from, sides_[arc]), shapes_.centroids[from], shapes_.centroids[to]);
 }
 
 double PolygonSurface::border_length(Cell from, std::int64_t arc) const {
@@ -76,14 +72,14 @@ double PolygonSurface::border_length(Cell from, std::int64_t arc) const {
 
 double PolygonSurface::angle(Cell from, std::int64_t arc) const {
   const Face to = arcs().targets[arc];
-  Point normal_from = normals_[from];
-  Point normal_to = normals_[to];
+  Point normal_from = shapes_.normals[from];
+  Point normal_to = shapes_.normals[to];
   if (same_turn_[arc] != 0) {
-    const bool second = turns_second(from, to, areas_[from], areas_[to]);
+    const bool second = turns_second(from, to, shapes_.areas[from], shapes_.areas[to]);
     Point& turned = second ? normal_to : normal_from;
     turned = -1.0 * turned;
   }
-  return fold_of(normal_from, normal_to, centroids_[to] - centroids_[from])
+  return fold_of(normal_from, normal_to, shapes_.centroids[to] - shapes_.centroids[from])
       .signed_angle(inside_out_);
 }
 
@@ -152,12 +148,11 @@ void PolygonSurface::sort_large_faces() {
     std::vector<int> sorted(corners.size());
     std::iota(sorted.begin(), sorted.end(), 0);
     SortedCorners& large = large_faces_[face];
-    std::stable_sort(sorted.begin(), sorted.end(),
-                     [&](int a, int b) { return corners[a] < corners[b]; });
+    std::ranges::stable_sort(sorted, [&](int a, int b) { return corners[a] < corners[b]; });
     large.by_vertex = sorted;
     std::iota(sorted.begin(), sorted.end(), 0);
-    std::stable_sort(sorted.begin(), sorted.end(),
-                     [&](int a, int b) { return place_key(corners[a]) < place_key(corners[b]); });
+    std::ranges::stable_sort(
+        sorted, [&](int a, int b) { return place_key(corners[a]) < place_key(corners[b]); });
     large.by_place = std::move(sorted);
   }
 }

@@ -23,11 +23,11 @@ class PolygonSurface final : public Surface {
                  std::span<const std::int32_t> sides, std::span<const std::uint8_t> same_turn,
                  bool inside_out, ThreadTeam& team);
 
-  const Point& normal(Face face) const { return normals_[face]; }
+  const Point& normal(Face face) const { return shapes_.normals[face]; }
   bool is_inside_out() const { return inside_out_; }
 
-  Point position(Cell face) const override { return centroids_[face]; }
-  double measure(Cell face) const override { return areas_[face]; }
+  Point position(Cell face) const override { return shapes_.centroids[face]; }
+  double measure(Cell face) const override { return shapes_.areas[face]; }
   CellShape shape(Cell face) const override;
   double step_length(Cell from, std::int64_t arc) const override;
   double border_length(Cell from, std::int64_t arc) const override;
@@ -67,9 +67,7 @@ class PolygonSurface final : public Surface {
   const std::span<const std::int32_t> sides_;      // (M,)
   const std::span<const std::uint8_t> same_turn_;  // (M,)
   const bool inside_out_;
-  Buffer<Point> centroids_;
-  Buffer<double> areas_;
-  Buffer<Point> normals_;                                // unit, or zero if the area is zero
+  const PolygonShapes shapes_;
   std::unordered_map<Face, SortedCorners> large_faces_;  // faces with more than kMostInARow corners
 };
 

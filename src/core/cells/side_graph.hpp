@@ -37,32 +37,6 @@ struct SharedSides {
   Buffer<std::int32_t> sizes;   // number of cells; 0 if it is not a side
 };
 
-// Counts sides by the number of cells on them.
-struct SideTally {
-  EdgeCounts sides;
-  std::uint64_t arcs = 0;  // n (n - 1) for each side of n cells; no overflow, as n < 2^31
-  std::int64_t most_cells = 0;
-
-  void add(const SideTally& other) {
-    sides.edges += other.sides.edges;
-    sides.boundary += other.sides.boundary;
-    sides.non_manifold += other.sides.non_manifold;
-    sides.inconsistent += other.sides.inconsistent;
-    arcs += other.arcs;
-    most_cells = std::max(most_cells, other.most_cells);
-  }
-
-  void count(std::span<const ListedSide> shared) {
-    const std::size_t n = shared.size();
-    ++sides.edges;
-    arcs += static_cast<std::uint64_t>(n) * (n - 1);
-    most_cells = std::max(most_cells, static_cast<std::int64_t>(n));
-    sides.boundary += n == 1;
-    sides.non_manifold += n > 2;
-    sides.inconsistent += n == 2 && shared[0].ascending == shared[1].ascending;
-  }
-};
-
 // Cells provide n_cells() and n_vertices(). first_place(cell) is the index of the first side of a
 // cell among all sides, and for n_cells() their total number. for_each_side(cell, visit) calls
 // visit(side, lowest vertex, key, ascending).
@@ -89,14 +63,11 @@ SideList list_sides(const Cells& cells, ThreadTeam& team) {
   list.sides = Buffer<ListedSide>(total);
   for_all([&](std::int64_t place, const ListedSide& side) { list.sides[place] = side; });
   // Threads write in any order; sorting makes the result unique.
-  team.for_each_block(cells.n_vertices(), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t vertex = begin; vertex < end; ++vertex) {
-      std::sort(list.sides.data() + list.starts[vertex],
-                list.sides.data() + list.starts[vertex + 1],
-                [](const ListedSide& a, const ListedSide& b) {
-                  return std::tie(a.key, a.cell, a.side) < std::tie(b.key, b.cell, b.side);
-                });
-    }
+  team.for_each_index(cells.n_vertices(), [&](std::int64_t vertex) {
+    const std::int64_t begin = list.starts[vertex];
+    std::ranges::sort(
+        list.sides.span().subspan(begin, list.starts[vertex + 1] - begin), {},
+        [](const ListedSide& side) { return std::tuple(side.key, side.cell, side.side); });
   });
   return list;
 }
@@ -105,7 +76,7 @@ SideList list_sides(const Cells& cells, ThreadTeam& team) {
 // sides with the same vertices, only the first is kept.
 template <typename Cells>
 void share_sides_at(const Cells& cells, SideList& list, Vertex vertex, SharedSides& shared,
-                    SideTally& tally) {
+                    EdgeTally& tally) {
   const std::int64_t end = list.starts[vertex + 1];
   for (std::int64_t i = list.starts[vertex]; i < end;) {
     const std::int64_t first = i;
@@ -116,7 +87,8 @@ void share_sides_at(const Cells& cells, SideList& list, Vertex vertex, SharedSid
       if (kept == first || list.sides[kept - 1].cell != side.cell) list.sides[kept++] = side;
     }
     const auto on_side = list.sides.span().subspan(first, kept - first);
-    tally.count(on_side);
+    const std::size_t n = on_side.size();
+    tally.count(n, n == 2 && on_side[0].ascending == on_side[1].ascending);
     for (const ListedSide& side : on_side) {
       const std::int64_t place = cells.first_place(side.cell) + side.side;
       shared.firsts[place] = first;
@@ -126,12 +98,12 @@ void share_sides_at(const Cells& cells, SideList& list, Vertex vertex, SharedSid
 }
 
 template <typename Cells>
-SideTally share_sides(const Cells& cells, SideList& list, ThreadTeam& team, SharedSides& shared) {
+EdgeTally share_sides(const Cells& cells, SideList& list, ThreadTeam& team, SharedSides& shared) {
   team.fill(shared.sizes.span(), 0);
-  SideTally total;
+  EdgeTally total;
   std::mutex mutex;  // of total
   team.for_each_block(cells.n_vertices(), [&](std::int64_t begin, std::int64_t end) {
-    SideTally tally;
+    EdgeTally tally;
     for (auto vertex = static_cast<Vertex>(begin); vertex < end; ++vertex) {
       share_sides_at(cells, list, vertex, shared, tally);
     }
@@ -149,8 +121,8 @@ void write_arcs(const Cells& cells, const SideList& list, const SharedSides& sha
   for (std::int64_t place = cells.first_place(cell); place < cells.first_place(cell + 1); ++place) {
     if (shared.sizes[place] == 0) continue;
     const auto on_side = list.sides.span().subspan(shared.firsts[place], shared.sizes[place]);
-    const auto own = std::find_if(on_side.begin(), on_side.end(),
-                                  [&](const ListedSide& side) { return side.cell == cell; });
+    const auto own =
+        std::ranges::find_if(on_side, [&](const ListedSide& side) { return side.cell == cell; });
     for (const ListedSide& other : on_side) {
       if (other.cell == cell) continue;
       graph.neighbors[arc] = other.cell;
@@ -171,10 +143,10 @@ PolygonGraph build_side_graph(const Cells& cells, ThreadTeam& team) {
   SideList list = list_sides(cells, team);
   const auto n_places = static_cast<std::size_t>(cells.first_place(cells.n_cells()));
   SharedSides shared{Buffer<std::int64_t>(n_places), Buffer<std::int32_t>(n_places)};
-  const SideTally tally = share_sides(cells, list, team, shared);
-  check_number_of_arcs(tally.arcs, tally.most_cells, n_cells);
+  const EdgeTally tally = share_sides(cells, list, team, shared);
+  check_number_of_arcs(tally, n_cells);
   PolygonGraph graph;
-  graph.counts = tally.sides;
+  graph.counts = tally.edges;
   graph.offsets = Buffer<std::int64_t>(n_cells + 1);
   std::int64_t total = 0;
   for (Cell cell = 0; cell < n_cells; ++cell) {

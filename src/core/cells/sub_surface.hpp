@@ -68,9 +68,7 @@ class SubSurface final : public Surface {
   Cell next_around(Corner corner, Cell before, Cell here) const override {
     const Cell next = whole_.next_around(corner, kept_.cells[before], kept_.cells[here]);
     if (next == kNoCell || new_cells_[next] == kNoCell) return kNoCell;
-    const auto neighbors = arcs().neighbors(here);
-    const bool is_kept =
-        std::find(neighbors.begin(), neighbors.end(), new_cells_[next]) != neighbors.end();
+    const bool is_kept = arcs().leads_to(here, new_cells_[next]);
     return is_kept ? new_cells_[next] : kNoCell;
   }
 

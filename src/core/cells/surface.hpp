@@ -13,7 +13,6 @@ namespace superfacets {
 using Corner = std::int64_t;
 
 inline constexpr Corner kNoCorner = -1;
-inline constexpr Cell kNoCell = -1;
 
 // Measures of the border that an arc crosses.
 struct CrossedBorder {
@@ -66,8 +65,11 @@ class Surface {
     return {at, measure(cell), {}, {}, {at, at}};
   }
 
-  // Length of the step from cell to cell across the border (eq. 1 of the paper).
-  virtual double step_length(Cell from, std::int64_t arc) const = 0;
+  // Length of the step from cell to cell across the border (eq. 1 of the paper). By default, the
+  // distance of their positions.
+  virtual double step_length(Cell from, std::int64_t arc) const {
+    return norm(position(arcs_.targets[arc]) - position(from));
+  }
 
   // Length of the border that an arc crosses: an edge, between faces.
   virtual double border_length(Cell from, std::int64_t arc) const = 0;
@@ -85,11 +87,14 @@ class Surface {
   virtual double angle(Cell from, std::int64_t arc) const = 0;
 
   // The side that an arc leaves its cell by, >= 0. The arcs of a cell are sorted by side; if
-  // several cells meet at one border, the arcs to all of them leave by the same side.
-  virtual int side(Cell from, std::int64_t arc) const = 0;
+  // several cells meet at one border, the arcs to all of them leave by the same side. By default,
+  // each arc has a side of its own.
+  virtual int side(Cell from, std::int64_t arc) const {
+    return static_cast<int>(arc - arcs_.offsets[from]);
+  }
 
   // Length of the border of a cell that no arc crosses: the boundary of an open mesh.
-  virtual double open_length(Cell cell) const = 0;
+  virtual double open_length(Cell) const { return 0.0; }
 
   // Prefetches the data of a cell that functions of this class read, with arcs from `arc` on.
   virtual void prefetch_cell(Cell, std::int64_t /*arc*/) const {}

@@ -27,7 +27,7 @@ struct TetSides {
     for (int side = 0; side < 4; ++side) {
       std::array<Vertex, 3> v{};
       for (int i = 0; i < 3; ++i) v[i] = representative[tets[tet].corners[kSides[side][i]]];
-      std::sort(v.begin(), v.end());
+      std::ranges::sort(v);
       if (v[0] == v[1] || v[1] == v[2]) continue;
       const SideKey key = static_cast<SideKey>(v[1]) << 32 | static_cast<SideKey>(v[2]);
       visit(side, v[0], key, side % 2 == 0);  // directions have no meaning in a volume
@@ -92,16 +92,12 @@ TetMeasures measure_tets(std::span<const Point> vertices, std::span<const Tet> t
   const std::size_t n_arcs = graph.neighbors.size();
   TetMeasures measures{Buffer<Point>(tets.size()), Buffer<double>(tets.size()),
                        Buffer<double>(n_arcs), Buffer<double>(n_arcs), Buffer<double>(tets.size())};
-  const auto for_all = [&](const auto& visit) {
-    team.for_each_block(std::ssize(tets), [&](std::int64_t begin, std::int64_t end) {
-      for (auto tet = static_cast<Cell>(begin); tet < end; ++tet) visit(tet);
-    });
-  };
-  for_all([&](Cell tet) {
+  team.for_each_index(std::ssize(tets), [&](std::int64_t tet) {
     measures.centroids[tet] = centroid_of(vertices, tets[tet]);
     measures.volumes[tet] = volume_of(vertices, tets[tet]);
   });
-  for_all([&](Cell tet) { measure_arcs_of(vertices, tets, graph, tet, measures); });
+  team.for_each_index(std::ssize(tets),
+                      [&](Cell tet) { measure_arcs_of(vertices, tets, graph, tet, measures); });
   return measures;
 }
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "base/arctangent.hpp"
+#include "base/elementary.hpp"
 
 namespace superfacets {
 namespace {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <utility>
-#include <vector>
 
 #include "base/assert.hpp"
 
@@ -48,7 +46,9 @@ std::vector<NormalPair> list_pairs(TurnedSets& sets, const NeighborRows& neighbo
     const auto [lower, higher] = std::minmax(points[row], points[near]);
     pairs.push_back({1.0 - std::abs(cosine), lower, higher, from, to, cosine < 0.0});
   });
-  std::sort(pairs.begin(), pairs.end());
+  std::ranges::sort(pairs, {}, [](const NormalPair& pair) {
+    return std::tuple(pair.cost, pair.lower, pair.higher);
+  });
   return pairs;
 }
 
@@ -68,7 +68,7 @@ TurnedSets join_neighbors(const NeighborRows& neighbors, std::span<const Cell> p
 
 TurnedSets::TurnedSets(Place n_places) : parents_(n_places), turned_(n_places) {
   std::iota(parents_.begin(), parents_.end(), 0);
-  std::fill(turned_.begin(), turned_.end(), std::uint8_t{0});
+  std::ranges::fill(turned_, std::uint8_t{0});
 }
 
 std::pair<Place, bool> TurnedSets::root(Place place) {

@@ -10,8 +10,6 @@
 
 namespace superfacets {
 
-inline constexpr Place kNoPlace = -1;
-
 // The nearest neighbors of each place, in rows of equal length, padded with kNoPlace.
 struct NeighborRows {
   std::span<const Place> places;  // (N * n_columns,)
@@ -48,11 +46,6 @@ struct NormalPair {
   Place to;
   bool is_opposite;  // whether their normals are opposite
 };
-
-// The order in which pairs are joined.
-inline bool operator<(const NormalPair& a, const NormalPair& b) {
-  return std::tie(a.cost, a.lower, a.higher) < std::tie(b.cost, b.lower, b.higher);
-}
 
 // Consecutive places (a tile), and the neighbors of these outside the tile.
 struct NormalTile {

@@ -1,21 +1,16 @@
 #include "cells/weights.hpp"
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
 #include <mutex>
-#include <numbers>
 #include <type_traits>
 #include <utility>
 
-#include "base/arctangent.hpp"
-#include "base/assert.hpp"
 #include "base/buffer.hpp"
+#include "base/elementary.hpp"
 #include "base/point_block.hpp"
 #include "base/prefetch.hpp"
-#include "base/threads.hpp"
-#include "base/versions.hpp"
 #include "cells/ridges.hpp"
 #include "mesh/geometry.hpp"
 

@@ -43,7 +43,7 @@ bool Classification::is_complete() const {
     const bool is_missing = label == kNoLabel && islands_ == Islands::kKeep;
     if (is_missing || label < kNoLabel || label >= std::ssize(centers_)) return false;
   }
-  return std::all_of(centers_.begin(), centers_.end(), [&](Place center) {
+  return std::ranges::all_of(centers_, [&](Place center) {
     return path(center).length == 0 && centers_[path(center).label] == center;
   });
 }
@@ -87,8 +87,7 @@ void Classification::adopt_orphans() {
     orphans.insert(orphans.end(), found.begin(), found.end());
   };
   team_.for_each_block(graph_.n_cells(), find_orphans);
-  std::sort(orphans.begin(), orphans.end(),
-            [&](Place a, Place b) { return graph_.cells[a] < graph_.cells[b]; });
+  std::ranges::sort(orphans, [&](Place a, Place b) { return graph_.cells[a] < graph_.cells[b]; });
   for (const Place orphan : orphans) {
     if (exact_.path(orphan).label != kNoLabel) continue;
     exact_.start(orphan, static_cast<Label>(centers_.size()));

@@ -10,7 +10,7 @@
 #include "base/prefetch.hpp"
 #include "cells/ordered_graph.hpp"
 #include "clustering/cell_grower.hpp"
-#include "clustering/weighted_sum.hpp"
+#include "clustering/sums.hpp"
 
 namespace superfacets {
 

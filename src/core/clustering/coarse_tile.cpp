@@ -1,7 +1,6 @@
 #include "clustering/coarse_tile.hpp"
 
 #include <algorithm>
-#include <optional>
 
 #include "base/assert.hpp"
 #include "clustering/coarse_ranges.hpp"
@@ -48,23 +47,25 @@ TileCells divide_tile(const OrderedGraph& tile, Place n_own, Place cell_size, Th
   std::vector<RangeCells> parts(n_ranges(n_own));
   Buffer<Cell> of(n_own);  // counted from the first of the range
   Buffer<float> lengths(n_own);
-  std::vector<std::optional<CellGrower>> growers(team.size());
+  PerThread<CellGrower> growers(team.size());
   team.for_each(std::ssize(parts), [&](std::int64_t range, int thread) {
-    if (!growers[thread]) growers[thread].emplace(tile, cell_size);
     const auto [begin, end] = places_of_range(range, n_own);
     const auto write = [&](Place place, std::size_t cell, float length) {
       of[place] = static_cast<Cell>(cell);
       lengths[place] = length;
     };
-    parts[range] = divide_range(tile, *growers[thread], begin, end, write);
+    parts[range] = divide_range(tile, growers.get(thread, tile, cell_size), begin, end, write);
   });
   return joined(parts, std::move(of), std::move(lengths));
 }
 
 TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cell> coarse,
-                      std::span<const float> lengths, ThreadTeam& team) {
+                      std::span<const float> lengths, std::span<const Point> positions,
+                      ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(coarse.size(), tile.n_cells()) &&
                      lengths.size() == coarse.size());
+  const bool is_straight = tile.straight_unit > 0.0;
+  const CrossingLengths crossing{tile, lengths, is_straight ? positions : std::span<const Point>()};
   std::vector<RangeArcs> parts(n_ranges(n_own));
   team.for_each(std::ssize(parts), [&](std::int64_t range, int) {
     const auto [begin, end] = places_of_range(range, n_own);
@@ -72,7 +73,7 @@ TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cel
         std::minmax_element(coarse.begin() + begin, coarse.begin() + end);
     const auto n_cells = static_cast<std::size_t>(*highest - *lowest) + 1;
     const auto coarse_of = [&](Place place) { return coarse[place]; };
-    parts[range] = connect_range({begin, end}, {*lowest, n_cells}, coarse_of, {tile, lengths, {}});
+    parts[range] = connect_range({begin, end}, {*lowest, n_cells}, coarse_of, crossing);
   });
   TileArcs joined{{0}, {}};
   for (const RangeArcs& part : parts) {

@@ -30,9 +30,11 @@ struct TileArcs {
 };
 
 // The arcs of the coarse cells of a tile. For its own places and its rim, `coarse` holds the coarse
-// cell by its number among all, and lengths those of the paths from its center.
+// cell, in the order of all, and lengths those of the paths from its center, as in CrossingLengths.
+// `positions` are those of the coarse cells, if steps are straight.
 TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cell> coarse,
-                      std::span<const float> lengths, ThreadTeam& team);
+                      std::span<const float> lengths, std::span<const Point> positions,
+                      ThreadTeam& team);
 
 // For each region its cell nearest to the given target, the lowest among equals, and the squared
 // distance; kNoCell and infinity if no cell of the tile is in the region.

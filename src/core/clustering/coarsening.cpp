@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <optional>
 
 #include "base/assert.hpp"
 #include "clustering/nearest_members.hpp"
@@ -43,15 +42,15 @@ std::pair<Place, Place> CoarseGraph::places(std::int64_t range) const {
 std::vector<CoarseGraph::Part> CoarseGraph::divide(Place cell_size, Buffer<float>& lengths,
                                                    ThreadTeam& team) {
   std::vector<Part> parts(((fine_.n_cells() - 1) >> kRangeBits) + 1);
-  std::vector<std::optional<CellGrower>> growers(team.size());
+  PerThread<CellGrower> growers(team.size());
   team.for_each(std::ssize(parts), [&](std::int64_t range, int thread) {
-    if (!growers[thread]) growers[thread].emplace(fine_, cell_size);
     const auto [begin, end] = places(range);
     const auto write = [&](Place place, std::size_t cell, float length) {
       local_[place] = static_cast<LocalCell>(cell);
       lengths[place] = length;
     };
-    parts[range].cells = divide_range(fine_, *growers[thread], begin, end, write);
+    parts[range].cells =
+        divide_range(fine_, growers.get(thread, fine_, cell_size), begin, end, write);
   });
   return parts;
 }

@@ -7,7 +7,7 @@
 namespace superfacets {
 namespace {
 
-// Less than every squared distance; stored for centers.
+// Less than every squared distance, and less than kIsCenter: where the search for a maximum begins.
 constexpr double kBelowAll = -2.0;
 
 // Nodes of this level hold 2^11 cells, about ten microseconds of work. They are updated on several
@@ -19,9 +19,7 @@ constexpr std::size_t kMinShared = 8;
 
 FarthestPoints::FarthestPoints(const OrderedGraph& graph, ThreadTeam& team)
     : graph_(graph), team_(team), squared_distance_(graph.n_cells()) {
-  team.for_each_block(graph.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    std::fill(squared_distance_.begin() + begin, squared_distance_.begin() + end, kInfinity);
-  });
+  team.fill(squared_distance_.span(), kInfinity);
   for (std::size_t level = 0; level < graph_.tree.n_levels(); ++level) {
     summaries_.emplace_back(graph_.tree.level(level).size());
   }
@@ -33,7 +31,7 @@ void FarthestPoints::summarize_all() {
     auto summarize_range = [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t index = begin; index < end; ++index) summarize(level, index);
     };
-    team_.for_each_block(static_cast<std::int64_t>(summaries_[level].size()), summarize_range);
+    team_.for_each_block(std::ssize(summaries_[level]), summarize_range);
   }
 }
 
@@ -59,7 +57,7 @@ void FarthestPoints::update_all(std::size_t top, Point position) {
   std::vector<std::size_t> changing;
   find_changing(top, 0, position, changing);
   if (changing.size() < kMinShared) return update(top, 0, position);
-  team_.for_each(static_cast<std::int64_t>(changing.size()),
+  team_.for_each(std::ssize(changing),
                  [&](std::int64_t task, int) { update(kSharedLevel, changing[task], position); });
   for (std::size_t level = kSharedLevel + 1; level <= top; ++level) {
     for (std::size_t& index : changing) index /= BoxTree::kFanOut;

@@ -5,7 +5,6 @@
 #include <mutex>
 #include <numeric>
 #include <tuple>
-#include <vector>
 
 #include "cells/components.hpp"
 #include "spatial/box_tree.hpp"
@@ -43,15 +42,20 @@ class LabeledCells {
       labels_.push_back(labels[place]);
     }
     tree_ = BoxTree(positions_, team);
-    find_lowest();
-    if (!groups_.empty()) find_ranges();
+    lowest_ = tree_.summarize<Cell>(
+        cells_, graph.n_cells(), [](Cell& lowest, Cell cell) { lowest = std::min(lowest, cell); });
+    if (groups.empty()) return;
+    std::vector<Range> ranges;
+    for (const Label group : groups_) ranges.push_back({group, group});
+    ranges_ = tree_.summarize<Range>(
+        ranges, {}, [](Range& range, const Range& other) { range.include(other); });
   }
 
   // Searches the labeled cell nearest to a cell of an island with this group. `best` is the best
   // candidate for other cells of the island, and is replaced by a better one.
   void search(Point target, Place place, Label group, Candidate& best) const {
     // The nearest cell along the curve is usually near in space; boxes farther away are skipped.
-    const auto next = std::lower_bound(places_.begin(), places_.end(), place) - places_.begin();
+    const auto next = std::ranges::lower_bound(places_, place) - places_.begin();
     const auto n = static_cast<std::int64_t>(places_.size());
     compare(target, std::min<std::int64_t>(next, n - 1), group, best);
     compare(target, std::max<std::int64_t>(next - 1, 0), group, best);
@@ -85,31 +89,6 @@ class LabeledCells {
     if (other.is_better_than(best)) best = other;
   }
 
-  void find_lowest() {
-    for (std::size_t level = 0; level < tree_.n_levels(); ++level) {
-      const auto& below = level == 0 ? cells_ : lowest_[level - 1];
-      const std::size_t fan_out = level == 0 ? BoxTree::kLeaf : BoxTree::kFanOut;
-      std::vector<Cell> lowest(tree_.level(level).size(), std::numeric_limits<Cell>::max());
-      for (std::size_t i = 0; i < below.size(); ++i) {
-        lowest[i / fan_out] = std::min(lowest[i / fan_out], below[i]);
-      }
-      lowest_.push_back(std::move(lowest));
-    }
-  }
-
-  void find_ranges() {
-    for (std::size_t level = 0; level < tree_.n_levels(); ++level) {
-      const std::size_t fan_out = level == 0 ? BoxTree::kLeaf : BoxTree::kFanOut;
-      const std::size_t n_below = level == 0 ? groups_.size() : ranges_[level - 1].size();
-      std::vector<Range> ranges(tree_.level(level).size());
-      for (std::size_t i = 0; i < n_below; ++i) {
-        const Range below = level == 0 ? Range{groups_[i], groups_[i]} : ranges_[level - 1][i];
-        ranges[i / fan_out].include(below);
-      }
-      ranges_.push_back(std::move(ranges));
-    }
-  }
-
   std::vector<Place> places_;  // ascending
   std::vector<Point> positions_;
   std::vector<Cell> cells_;
@@ -126,8 +105,7 @@ std::vector<Place> unlabeled_places(std::span<const Label> labels, const Compone
   for (Place place = 0; std::cmp_less(place, labels.size()); ++place) {
     if (labels[place] == kNoLabel) places.push_back(place);
   }
-  std::stable_sort(places.begin(), places.end(),
-                   [&](Place a, Place b) { return pieces.of[a] < pieces.of[b]; });
+  std::ranges::stable_sort(places, [&](Place a, Place b) { return pieces.of[a] < pieces.of[b]; });
   return places;
 }
 
@@ -149,13 +127,13 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
       if (best.is_better_than(nearest[piece])) nearest[piece] = best;
     }
   };
-  team.for_each_block(static_cast<std::int64_t>(places.size()), search_range, kBlock);
+  team.for_each_block(std::ssize(places), search_range, kBlock);
   return nearest;
 }
 
 // Makes regions of the islands that may join no region.
 void name_islands(const OrderedGraph& graph, const Components& pieces, JoinedIslands& joined) {
-  Label next = *std::max_element(joined.labels.begin(), joined.labels.end()) + 1;
+  Label next = *std::ranges::max_element(joined.labels) + 1;
   std::vector<Label> names(pieces.n_components, kNoLabel);
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
     if (joined.labels[cell] != kNoLabel) continue;
@@ -172,9 +150,8 @@ void name_islands(const OrderedGraph& graph, const Components& pieces, JoinedIsl
 
 JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> labels,
                            std::span<const Label> groups, ThreadTeam& team) {
-  JoinedIslands joined{Buffer<Label>(labels.size()), 0, {}};
-  std::copy(labels.begin(), labels.end(), joined.labels.begin());
-  if (std::find(labels.begin(), labels.end(), kNoLabel) == labels.end()) return joined;
+  JoinedIslands joined{copy_of(labels), 0, {}};
+  if (std::ranges::find(labels, kNoLabel) == labels.end()) return joined;
   Buffer<Label> by_place(labels.size());
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) by_place[graph.place_of[cell]] = labels[cell];
   const Components pieces = find_components(graph, by_place.span());
@@ -184,9 +161,8 @@ JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> lab
   for (const Place place : places) {
     joined.labels[graph.cells[place]] = nearest[pieces.of[place]].label;
   }
-  joined.n_joined = static_cast<Cell>(
-      std::count_if(nearest.begin(), nearest.end(),
-                    [](const Candidate& candidate) { return candidate.label != kNoLabel; }));
+  joined.n_joined = static_cast<Cell>(std::ranges::count_if(
+      nearest, [](const Candidate& candidate) { return candidate.label != kNoLabel; }));
   name_islands(graph, pieces, joined);
   return joined;
 }

@@ -17,7 +17,7 @@ class PieceJoiner {
       : arcs_(arcs), lengths_(lengths), labels_(std::move(labels)), is_loose_(labels_.size()) {}
 
   void join(std::vector<Cell> loose) {
-    std::fill(is_loose_.begin(), is_loose_.end(), 0);
+    std::ranges::fill(is_loose_, 0);
     for (const Cell cell : loose) is_loose_[cell] = 1;
     while (!loose.empty() && join_some(loose)) {
     }
@@ -75,12 +75,18 @@ Buffer<Label> join_loose_pieces(const Arcs& arcs, std::span<const float> lengths
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), arcs.n_cells()));
   SUPERFACETS_ASSERT(std::ssize(lengths) == arcs.n_arcs());
   SUPERFACETS_ASSERT(all_below(centers, arcs.n_cells()));
+  const std::vector<Cell> loose = loose_cells(find_components(arcs, labels), labels, centers);
+  return join_loose_cells(arcs, lengths, labels, loose);
+}
+
+Buffer<Label> join_loose_cells(const Arcs& arcs, std::span<const float> lengths,
+                               std::span<const Label> labels, std::span<const Cell> loose) {
+  SUPERFACETS_ASSERT(all_below(loose, arcs.n_cells()));
   Buffer<Label> joined(labels.size());
-  std::copy(labels.begin(), labels.end(), joined.begin());
-  std::vector<Cell> loose = loose_cells(find_components(arcs, labels), labels, centers);
+  std::ranges::copy(labels, joined.begin());
   if (loose.empty()) return joined;
   PieceJoiner joiner(arcs, lengths, std::move(joined));
-  joiner.join(std::move(loose));
+  joiner.join({loose.begin(), loose.end()});
   return std::move(joiner).take_labels();
 }
 

@@ -16,4 +16,9 @@ namespace superfacets {
 Buffer<Label> join_loose_pieces(const Arcs& arcs, std::span<const float> lengths,
                                 std::span<const Label> labels, std::span<const Cell> centers);
 
+// The same for part of a graph, where it is known which cells are not connected with a center: the
+// part has these loose cells, in ascending order, with all of their arcs, and their neighbors.
+Buffer<Label> join_loose_cells(const Arcs& arcs, std::span<const float> lengths,
+                               std::span<const Label> labels, std::span<const Cell> loose);
+
 }  // namespace superfacets

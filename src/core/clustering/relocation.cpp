@@ -52,7 +52,7 @@ template <typename Key>
 std::vector<Label> sorted_labels(std::size_t n_regions, const Key& key) {
   std::vector<Label> labels(n_regions);
   std::iota(labels.begin(), labels.end(), Label{0});
-  std::stable_sort(labels.begin(), labels.end(), [&](Label a, Label b) { return key(a) < key(b); });
+  std::ranges::stable_sort(labels, [&](Label a, Label b) { return key(a) < key(b); });
   return labels;
 }
 

@@ -119,8 +119,8 @@ class SeededComponents {
     std::iota(order.begin(), order.end(), 0);
     std::rotate(order.begin(), order.begin() + component(first_),
                 order.begin() + component(first_) + 1);
-    std::stable_sort(order.begin(), order.end(),
-                     [&](Cell a, Cell b) { return sizes[a].measure > sizes[b].measure; });
+    std::ranges::stable_sort(order,
+                             [&](Cell a, Cell b) { return sizes[a].measure > sizes[b].measure; });
     return order;
   }
 
@@ -174,7 +174,7 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
     keys[place] = {ranks[components.component(place)], from_starts.path(place).length,
                    graph.cells[place], place};
   }
-  std::sort(keys.begin(), keys.end());
+  std::ranges::sort(keys);
   std::vector<Place> order;
   order.reserve(keys.size());
   for (const auto& key : keys) order.push_back(std::get<3>(key));

@@ -6,12 +6,9 @@
 
 #include "base/assert.hpp"
 #include "clustering/nearest_members.hpp"
-#include "clustering/weighted_sum.hpp"
 
 namespace superfacets {
 namespace {
-
-constexpr Place kNowhere = -1;
 
 void add_shared(std::int64_t& target, std::int64_t value) {
   std::atomic_ref(target).fetch_add(value, std::memory_order_relaxed);
@@ -21,9 +18,7 @@ void add_shared(std::int64_t& target, std::int64_t value) {
 
 RegionMeans::RegionMeans(const OrderedGraph& graph, ThreadTeam& team)
     : graph_(graph), team_(team), fixed_(graph), labels_(graph.n_cells()) {
-  team.for_each_block(graph.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    std::fill(labels_.begin() + begin, labels_.begin() + end, kNoLabel);
-  });
+  team.fill(labels_.span(), kNoLabel);
 }
 
 void RegionMeans::resize(std::size_t n_regions) {
@@ -72,9 +67,8 @@ std::vector<Point> RegionMeans::means_of(std::span<const Label> regions) const {
   std::vector<Point> means;
   means.reserve(regions.size());
   std::vector<WeightedSum> small(sums_.size());
-  const bool any_small = std::any_of(regions.begin(), regions.end(), [&](Label label) {
-    return FixedPoint::is_too_small(sums_[label]);
-  });
+  const bool any_small = std::ranges::any_of(
+      regions, [&](Label label) { return FixedPoint::is_too_small(sums_[label]); });
   for (Cell cell = 0; any_small && cell < graph_.n_cells(); ++cell) {
     const Place place = graph_.place_of[cell];
     if (labels_[place] == kNoLabel || !FixedPoint::is_too_small(sums_[labels_[place]])) continue;
@@ -119,7 +113,7 @@ std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Lab
                     [&](Place place) { return labels[place]; });
   };
   team.for_each_block(graph.n_cells(), take_over);
-  std::vector<Place> members(n_regions, kNowhere);
+  std::vector<Place> members(n_regions, kNoPlace);
   for (Place place = 0; place < graph.n_cells(); ++place) members[labels[place]] = place;
   SUPERFACETS_ASSERT(all_below(members, graph.n_cells()));  // no region is empty
   return means.nearest(members);

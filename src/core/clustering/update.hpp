@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cells/ordered_graph.hpp"
-#include "clustering/fixed_point.hpp"
+#include "clustering/sums.hpp"
 
 namespace superfacets {
 

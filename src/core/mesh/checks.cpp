@@ -7,7 +7,6 @@
 #include "base/assert.hpp"
 #include "base/box.hpp"
 #include "base/buffer.hpp"
-#include "base/threads.hpp"
 
 namespace superfacets {
 namespace {
@@ -59,25 +58,6 @@ MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Vertex>
   findings.low = bounds.low;
   findings.high = bounds.high;
   return findings;
-}
-
-void narrow_indices(std::span<const std::int64_t> indices, ThreadTeam& team,
-                    std::span<std::int32_t> narrow) {
-  SUPERFACETS_ASSERT(narrow.size() == indices.size());
-  const auto n = static_cast<std::int64_t>(indices.size());
-  team.for_each_index(n, [&](std::int64_t i) {
-    const auto index = static_cast<std::int32_t>(indices[i]);
-    narrow[i] = index == indices[i] ? index : -1;
-  });
-}
-
-void narrow_indices(std::span<const std::int32_t> indices, ThreadTeam& team,
-                    std::span<std::int32_t> narrow) {
-  SUPERFACETS_ASSERT(narrow.size() == indices.size());
-  const auto n = static_cast<std::int64_t>(indices.size());
-  team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
-    std::copy(indices.begin() + begin, indices.begin() + end, narrow.begin() + begin);
-  });
 }
 
 NumberFindings check_numbers(std::span<const double> numbers, ThreadTeam& team) {

@@ -1,6 +1,7 @@
 // Stage 0: checks whether arrays form a mesh.
 #pragma once
 
+#include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
 
@@ -20,12 +21,15 @@ MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Vertex>
                         ThreadTeam& team);
 
 // Copies indices to 32 bits. An index that does not fit becomes -1, which no index range contains.
-void narrow_indices(std::span<const std::int64_t> indices, ThreadTeam& team,
-                    std::span<std::int32_t> narrow);
-
-// Copies indices that have 32 bits already.
-void narrow_indices(std::span<const std::int32_t> indices, ThreadTeam& team,
-                    std::span<std::int32_t> narrow);
+template <typename Index>
+Buffer<std::int32_t> narrow_indices(std::span<const Index> indices, ThreadTeam& team) {
+  Buffer<std::int32_t> narrow(indices.size());
+  team.for_each_index(std::ssize(indices), [&](std::int64_t i) {
+    const auto index = static_cast<std::int32_t>(indices[i]);
+    narrow[i] = index == indices[i] ? index : -1;
+  });
+  return narrow;
+}
 
 struct NumberFindings {
   bool is_valid = true;  // all numbers are finite and >= 0

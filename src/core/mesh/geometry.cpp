@@ -6,7 +6,6 @@
 
 #include "base/assert.hpp"
 #include "base/point_block.hpp"
-#include "base/threads.hpp"
 #include "base/versions.hpp"
 
 namespace superfacets {
@@ -54,9 +53,9 @@ struct Measure {
   }
 };
 
-// Measures faces begin .. end-1. Returns the square of their longest side; 0 without normals.
+// Measures faces begin .. end-1. Returns the square of their longest side.
 double measure_range(std::span<const Point> vertices, std::span<const Triangle> faces,
-                     std::int64_t begin, std::int64_t end, const FaceShapes& all) {
+                     std::int64_t begin, std::int64_t end, FaceShapes& all) {
   const InstructionSet with = best_instruction_set();
   std::array<Points, 3> corners;
   Shapes shapes;
@@ -71,9 +70,8 @@ double measure_range(std::span<const Point> vertices, std::span<const Triangle> 
     }
     run_version(with, Measure{}, corners, &shapes, n);
     for (std::size_t i = 0; i < n; ++i) all.centroids[first + i] = shapes.centroids.get(i);
-    std::copy_n(shapes.areas.begin(), n, all.areas.begin() + first);
-    if (all.normals.empty()) continue;
     for (std::size_t i = 0; i < n; ++i) all.normals[first + i] = shapes.normals.get(i);
+    std::copy_n(shapes.areas.begin(), n, all.areas.begin() + first);
     longest =
         std::max(longest, *std::max_element(shapes.longest.begin(), shapes.longest.begin() + n));
   }
@@ -82,21 +80,16 @@ double measure_range(std::span<const Point> vertices, std::span<const Triangle> 
 
 }  // namespace
 
-void measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces,
-                   ThreadTeam& team, const FaceShapes& shapes) {
-  SUPERFACETS_ASSERT(shapes.centroids.size() == faces.size() &&
-                     shapes.areas.size() == faces.size());
-  SUPERFACETS_ASSERT(shapes.normals.empty() ||
-                     (shapes.normals.size() == faces.size() &&
-                      shapes.longest.size() == (faces.size() + kSumBlock - 1) / kSumBlock));
-  const auto n_faces = static_cast<std::int64_t>(faces.size());
-  team.for_each_block(
-      n_faces,
-      [&](std::int64_t begin, std::int64_t end) {
-        const double longest = measure_range(vertices, faces, begin, end, shapes);
-        if (!shapes.longest.empty()) shapes.longest[begin / kSumBlock] = longest;
-      },
-      kSumBlock);
+FaceShapes measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces,
+                         ThreadTeam& team) {
+  const std::size_t n = faces.size();
+  FaceShapes shapes{Buffer<Point>(n), Buffer<double>(n), Buffer<Point>(n),
+                    Buffer<double>((n + kSumBlock - 1) / kSumBlock)};
+  const auto measure = [&](std::int64_t begin, std::int64_t end) {
+    shapes.longest[begin / kSumBlock] = measure_range(vertices, faces, begin, end, shapes);
+  };
+  team.for_each_block(std::ssize(faces), measure, kSumBlock);
+  return shapes;
 }
 
 double sliver_area(std::span<const Point> vertices, std::span<const Triangle> faces,
@@ -119,13 +112,13 @@ double sliver_area(std::span<const Point> vertices, std::span<const Triangle> fa
   return sum_of_blocks(n_faces, add_slivers, team);
 }
 
-void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
-                  ThreadTeam& team, std::span<Point> vectors) {
-  SUPERFACETS_ASSERT(vectors.size() == faces.size());
-  const auto n_faces = static_cast<std::int64_t>(faces.size());
-  team.for_each_index(n_faces, [&](std::int64_t face) {
+Buffer<Point> area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
+                           ThreadTeam& team) {
+  Buffer<Point> vectors(faces.size());
+  team.for_each_index(std::ssize(faces), [&](std::int64_t face) {
     vectors[face] = 0.5 * double_area_vector(vertices, faces[face]);
   });
+  return vectors;
 }
 
 Point unit_normal_along(const Point& direction, double longest_squared) {
@@ -143,7 +136,7 @@ Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
 }
 
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces) {
-  return std::count_if(faces.begin(), faces.end(), [&](const Triangle& face) {
+  return std::ranges::count_if(faces, [&](const Triangle& face) {
     return squared_norm(unit_normal(vertices, face)) == 0.0;
   });
 }

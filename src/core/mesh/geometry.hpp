@@ -1,6 +1,7 @@
 // Stage 0: centroids, areas and normals of faces, and the volume they enclose.
 #pragma once
 
+#include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
 
@@ -22,19 +23,18 @@ inline double area(std::span<const Point> vertices, const Triangle& face) {
   return 0.5 * norm(double_area_vector(vertices, face));
 }
 
-// Output arrays of measure_faces: the measures that stages 1 and 2 need. `normals` and `longest`
-// may both be empty, and are not filled then.
+// The measures that stages 1 and 2 need.
 struct FaceShapes {
-  std::span<Point> centroids;  // (F,)
-  std::span<double> areas;     // (F,)
-  std::span<Point> normals;    // (F,) as from unit_normal
-  std::span<double> longest;   // (F / kSumBlock, rounded up) the longest side, squared, in each
-                               // block of faces
+  Buffer<Point> centroids;  // (F,)
+  Buffer<double> areas;     // (F,)
+  Buffer<Point> normals;    // (F,) as from unit_normal
+  Buffer<double> longest;   // (F / kSumBlock, rounded up) the longest side, squared, in each block
+                            // of faces
 };
 
-// Fills the arrays of `shapes`, in one pass over the faces.
-void measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces,
-                   ThreadTeam& team, const FaceShapes& shapes);
+// Computes them in one pass over the faces.
+FaceShapes measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces,
+                         ThreadTeam& team);
 
 // Area of the faces whose longest side is longer than min_length, and whose height above it is less
 // than max_height. The same bits for any number of threads. `longest` comes from measure_faces:
@@ -44,8 +44,8 @@ double sliver_area(std::span<const Point> vertices, std::span<const Triangle> fa
                    double min_length, double max_height, ThreadTeam& team);
 
 // Area times unit normal of each face.
-void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
-                  ThreadTeam& team, std::span<Point> vectors);
+Buffer<Point> area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
+                           ThreadTeam& team);
 
 // The unit vector in the direction of a cross product. It is zero if the product is not longer than
 // its rounding errors; longest_squared is the largest squared length of the factors.

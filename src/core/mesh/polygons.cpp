@@ -33,18 +33,19 @@ double longest_squared(std::span<const Point> vertices, std::span<const Vertex> 
   return longest;
 }
 
+// The unit normal in a direction.
+Point normal_along(const Point& direction, std::span<const Point> vertices,
+                   std::span<const Vertex> corners) {
+  // Each triangle of the fan adds its rounding error.
+  const auto n_triangles = static_cast<double>(corners.size() - 2);
+  return unit_normal_along(direction, n_triangles * longest_squared(vertices, corners));
+}
+
 Point mean_corner(std::span<const Point> vertices, std::span<const Vertex> corners) {
   const Point& origin = vertices[corners[0]];  // relative to it, small polygons keep their digits
   Point sum{0.0, 0.0, 0.0};
   for (const Vertex corner : corners) sum = sum + (vertices[corner] - origin);
   return origin + (1.0 / static_cast<double>(corners.size())) * sum;
-}
-
-Point clamped(const Point& p, std::span<const Point> vertices, std::span<const Vertex> corners) {
-  Box box;
-  for (const Vertex corner : corners) box.include(vertices[corner]);
-  return {std::clamp(p.x, box.low.x, box.high.x), std::clamp(p.y, box.low.y, box.high.y),
-          std::clamp(p.z, box.low.z, box.high.z)};
 }
 
 Point centroid_of_fan(std::span<const Point> vertices, std::span<const Vertex> corners,
@@ -58,8 +59,9 @@ Point centroid_of_fan(std::span<const Point> vertices, std::span<const Vertex> c
     moment = moment + weight * (u + v);
     total += weight;
   });
-  const Point center = vertices[corners[0]] + (1.0 / (3.0 * total)) * moment;
-  return clamped(center, vertices, corners);
+  Box box;
+  for (const Vertex corner : corners) box.include(vertices[corner]);
+  return box.clamped(vertices[corners[0]] + (1.0 / (3.0 * total)) * moment);
 }
 
 // Cuts one polygon, seen along its normal, into triangles.
@@ -93,7 +95,7 @@ class EarCutter {
   bool is_ear(std::size_t i) const {
     const Vertex tip[] = {before(i), rest_[i], after(i)};
     if (!(turn(tip[0], tip[1], tip[2]) > 0.0)) return false;
-    return std::none_of(rest_.begin(), rest_.end(), [&](Vertex other) {
+    return std::ranges::none_of(rest_, [&](Vertex other) {
       if (std::find(std::begin(tip), std::end(tip), other) != std::end(tip)) return false;
       return turn(tip[0], tip[1], other) >= 0.0 && turn(tip[1], tip[2], other) >= 0.0 &&
              turn(tip[2], tip[0], other) >= 0.0;
@@ -148,25 +150,28 @@ Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex
   return sum;
 }
 
+Point unit_normal(std::span<const Point> vertices, std::span<const Vertex> corners) {
+  return normal_along(double_area_vector(vertices, corners), vertices, corners);
+}
+
 PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners) {
   const Point direction = double_area_vector(vertices, corners);
-  // Each triangle of the fan adds its rounding error.
-  const auto n_triangles = static_cast<double>(corners.size() - 2);
-  const Point normal =
-      unit_normal_along(direction, n_triangles * longest_squared(vertices, corners));
+  const Point normal = normal_along(direction, vertices, corners);
   return {centroid_of_fan(vertices, corners, normal), 0.5 * norm(direction), normal};
 }
 
-void measure_polygons(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
-                      std::span<Point> centroids, std::span<double> areas,
-                      std::span<Point> normals) {
+PolygonShapes measure_polygons(std::span<const Point> vertices, const Polygons& faces,
+                               ThreadTeam& team) {
   SUPERFACETS_ASSERT(faces.are_valid());
-  team.for_each_index(faces.n_faces(), [&](Face face) {
-    const PolygonMeasures measures = measure_polygon(vertices, faces[face]);
-    centroids[face] = measures.centroid;
-    areas[face] = measures.area;
-    normals[face] = measures.normal;
+  const std::int64_t n = faces.n_faces();
+  PolygonShapes shapes{Buffer<Point>(n), Buffer<double>(n), Buffer<Point>(n)};
+  team.for_each_index(n, [&](Face face) {
+    const auto [centroid, area, normal] = measure_polygon(vertices, faces[face]);
+    shapes.centroids[face] = centroid;
+    shapes.areas[face] = area;
+    shapes.normals[face] = normal;
   });
+  return shapes;
 }
 
 double polygon_sliver_area(std::span<const Point> vertices, const Polygons& faces,
@@ -185,13 +190,15 @@ double polygon_sliver_area(std::span<const Point> vertices, const Polygons& face
   return sum_of_blocks(faces.n_faces(), add_slivers, team);
 }
 
-void triangulate(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
-                 std::span<Triangle> triangles) {
-  SUPERFACETS_ASSERT(std::ssize(triangles) == std::ssize(faces.corners) - 2 * faces.n_faces());
+Buffer<Triangle> triangulate(std::span<const Point> vertices, const Polygons& faces,
+                             ThreadTeam& team) {
+  Buffer<Triangle> triangles(std::ssize(faces.corners) - 2 * faces.n_faces());
   team.for_each_index(faces.n_faces(), [&](Face face) {
     const std::int64_t first = faces.offsets[face] - 2 * std::int64_t{face};
-    triangulate_one(vertices, faces[face], triangles.subspan(first, faces.n_sides(face) - 2));
+    triangulate_one(vertices, faces[face],
+                    triangles.span().subspan(first, faces.n_sides(face) - 2));
   });
+  return triangles;
 }
 
 }  // namespace superfacets

@@ -1,6 +1,7 @@
 // Stage 0: faces with any number of corners, and their measures.
 #pragma once
 
+#include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
 
@@ -32,17 +33,25 @@ struct PolygonMeasures {
 // a plane, twice the area times the unit normal, for concave polygons too.
 Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners);
 
+// The normal of a polygon, of length 1, or zero if its area is not larger than rounding errors.
+Point unit_normal(std::span<const Point> vertices, std::span<const Vertex> corners);
+
 // Area, centroid and normal of a polygon. The area is measured in projection along the normal. For
 // a planar polygon it is the area of the fan, with flipped triangles counted as negative. The
 // centroid is the centroid of the fan, with the same signs. It is clamped to the box around the
 // corners, because the centroid of a self-intersecting polygon may be outside. Without a normal,
-// the centroid is the mean of the corners. A polygon has no normal if its area is not larger than
-// rounding errors. For triangles, the results equal those of mesh/geometry.hpp bit for bit.
+// the centroid is the mean of the corners. For triangles, the results equal those of
+// mesh/geometry.hpp bit for bit.
 PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners);
 
-void measure_polygons(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
-                      std::span<Point> centroids, std::span<double> areas,
-                      std::span<Point> normals);
+// Of all faces.
+struct PolygonShapes {
+  Buffer<Point> centroids;
+  Buffer<double> areas;
+  Buffer<Point> normals;
+};
+PolygonShapes measure_polygons(std::span<const Point> vertices, const Polygons& faces,
+                               ThreadTeam& team);
 
 // Like sliver_area of triangles: area of the faces whose longest side or diagonal from corner 0 is
 // longer than min_length, and whose width is less than max_height. The width of a face is the
@@ -57,7 +66,7 @@ double polygon_sliver_area(std::span<const Point> vertices, const Polygons& face
 // no ear, corner 1 is cut off instead. Faces with more than kMostCornersCut corners are cut into
 // their fans.
 inline constexpr int kMostCornersCut = 4096;
-void triangulate(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
-                 std::span<Triangle> triangles);
+Buffer<Triangle> triangulate(std::span<const Point> vertices, const Polygons& faces,
+                             ThreadTeam& team);
 
 }  // namespace superfacets

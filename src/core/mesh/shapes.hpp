@@ -15,11 +15,6 @@
 
 namespace superfacets {
 
-inline Point clamp_to(const Box& box, const Point& p) {
-  return {std::clamp(p.x, box.low.x, box.high.x), std::clamp(p.y, box.low.y, box.high.y),
-          std::clamp(p.z, box.low.z, box.high.z)};
-}
-
 // Returns the point that is nearer to p: `one` if both are equally near.
 inline Point nearer(const Point& p, const Point& one, const Point& other) {
   return squared_norm(p - other) < squared_norm(p - one) ? other : one;
@@ -35,7 +30,7 @@ inline Point nearest_on_segment(const Point& p, const Point& a, const Point& b) 
   Box box;
   box.include(a);
   box.include(b);
-  return clamp_to(box, a + t * along);
+  return box.clamped(a + t * along);
 }
 
 struct PointShape {
@@ -75,7 +70,7 @@ class TriangleShape {
       const double of_b = dot(cross(ap, ac), normal) / squared;
       const double of_c = dot(cross(ab, ap), normal) / squared;
       const bool is_inside = of_b >= 0.0 && of_c >= 0.0 && of_b + of_c <= 1.0;
-      if (is_inside) return clamp_to(box(), a_ + of_b * ab + of_c * ac);
+      if (is_inside) return box().clamped(a_ + of_b * ab + of_c * ac);
     }
     const Point on_ab = nearest_on_segment(p, a_, b_);
     const Point on_ac = nearest_on_segment(p, a_, c_);

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "base/assert.hpp"
+#include "base/lists.hpp"
 
 namespace superfacets {
 namespace {
@@ -125,15 +126,37 @@ Point* write_points(const Point& a, const Point& b, const Limit& limit, Point* p
   return write_points(middle, b, limit, write_points(a, middle, limit, place + 1));
 }
 
+// Calls visit(lower vertex, higher vertex) for each side of a face that is too long.
+template <typename Visit>
+void for_each_long_side(std::span<const Point> vertices, std::span<const Triangle> faces,
+                        const Limit& limit, const Visit& visit) {
+  for (const Triangle& face : faces) {
+    for (int side = 0; side < 3; ++side) {
+      const auto [low, high] = std::minmax(face.corners[side], face.corners[next_corner(side)]);
+      if (limit.is_exceeded(vertices[low], vertices[high])) visit(low, high);
+    }
+  }
+}
+
 // The edges of the mesh that are too long, each given by its two vertices, and the midpoints on
 // them.
 class LongEdges {
  public:
-  LongEdges(std::span<const Point> vertices, std::span<const Triangle> faces, const Limit& limit)
-      : starts_(vertices.size() + 2) {
-    file_sides(vertices, faces, limit);
-    drop_doubles();
-    place_points(vertices, limit);
+  LongEdges(std::span<const Point> vertices, std::span<const Triangle> faces, const Limit& limit,
+            ThreadTeam& team)
+      : highs_(group<Vertex>(std::ssize(vertices), [&](const auto& add) {
+          for_each_long_side(vertices, faces, limit, add);
+        })) {
+    sort_unique(highs_, team);
+    first_points_ = Buffer<Vertex>(n_edges() + 1);
+    auto next = static_cast<Vertex>(vertices.size());
+    for (Vertex low = 0; low < highs_.n_lists(); ++low) {
+      for (std::int64_t edge = highs_.offsets[low]; edge < highs_.offsets[low + 1]; ++edge) {
+        first_points_[edge] = next;
+        next += count_points(vertices[low], vertices[highs_.entries[edge]], limit);
+      }
+    }
+    first_points_[n_edges()] = next;
   }
 
   // Number of the first midpoint on an edge that is too long, and count of its midpoints. They have
@@ -143,9 +166,9 @@ class LongEdges {
     Vertex count;
   };
   Points points(Vertex a, Vertex b) const {
-    const auto highs = of_vertex(std::min(a, b));
-    const auto place = std::lower_bound(highs.begin(), highs.end(), std::max(a, b));
-    const std::int64_t edge = starts_[std::min(a, b)] + (place - highs.begin());
+    const auto highs = highs_[std::min(a, b)];
+    const auto place = std::ranges::lower_bound(highs, std::max(a, b));
+    const std::int64_t edge = highs_.offsets[std::min(a, b)] + (place - highs.begin());
     return {first_points_[edge], first_points_[edge + 1] - first_points_[edge]};
   }
 
@@ -153,74 +176,18 @@ class LongEdges {
   Vertex end() const { return first_points_[n_edges()]; }
 
   void write(const Limit& limit, ThreadTeam& team, std::span<Point> vertices) const {
-    const auto n_vertices = static_cast<std::int64_t>(starts_.size()) - 2;
-    team.for_each_index(n_vertices, [&](std::int64_t low) {
-      for (std::int64_t edge = starts_[low]; edge < starts_[low + 1]; ++edge) {
+    team.for_each_index(highs_.n_lists(), [&](std::int64_t low) {
+      for (std::int64_t edge = highs_.offsets[low]; edge < highs_.offsets[low + 1]; ++edge) {
         Point* place = &vertices[first_points_[edge]];
-        write_points(vertices[low], vertices[highs_[edge]], limit, place);
+        write_points(vertices[low], vertices[highs_.entries[edge]], limit, place);
       }
     });
   }
 
  private:
-  std::int64_t n_edges() const { return starts_[starts_.size() - 2]; }
+  std::int64_t n_edges() const { return std::ssize(highs_.entries); }
 
-  std::span<const Vertex> of_vertex(Vertex low) const {
-    return highs_.span().subspan(starts_[low], starts_[low + 1] - starts_[low]);
-  }
-
-  // Lists the higher vertex of each long side of all faces, by a counting sort on the lower vertex.
-  // After the prefix sum, starts_[v + 1] is the write cursor of v; when filled, it is the start of
-  // v + 1.
-  void file_sides(std::span<const Point> vertices, std::span<const Triangle> faces,
-                  const Limit& limit) {
-    std::fill(starts_.begin(), starts_.end(), 0);
-    const auto for_each_long_side = [&](const auto& visit) {
-      for (const Triangle& face : faces) {
-        for (int side = 0; side < 3; ++side) {
-          const Vertex a = face.corners[side];
-          const Vertex b = face.corners[next_corner(side)];
-          if (limit.is_exceeded(vertices[a], vertices[b])) visit(std::min(a, b), std::max(a, b));
-        }
-      }
-    };
-    for_each_long_side([&](Vertex low, Vertex) { ++starts_[low + 2]; });
-    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
-    highs_ = Buffer<Vertex>(starts_[starts_.size() - 1]);
-    for_each_long_side([&](Vertex low, Vertex high) { highs_[starts_[low + 1]++] = high; });
-  }
-
-  // Sorts the higher vertices of each lower vertex, and removes duplicates.
-  void drop_doubles() {
-    std::int64_t n_kept = 0;
-    std::int64_t begin = 0;
-    for (std::size_t low = 0; low + 2 < starts_.size(); ++low) {
-      const std::int64_t end = starts_[low + 1];
-      const std::span<Vertex> highs = highs_.span().subspan(begin, end - begin);
-      std::sort(highs.begin(), highs.end());
-      const auto n_different = std::unique(highs.begin(), highs.end()) - highs.begin();
-      std::copy_n(highs.begin(), n_different, highs_.begin() + n_kept);
-      starts_[low] = n_kept;
-      n_kept += n_different;
-      begin = end;
-    }
-    starts_[starts_.size() - 2] = n_kept;
-  }
-
-  void place_points(std::span<const Point> vertices, const Limit& limit) {
-    first_points_ = Buffer<Vertex>(n_edges() + 1);
-    auto next = static_cast<Vertex>(vertices.size());
-    for (std::size_t low = 0; low + 2 < starts_.size(); ++low) {
-      for (std::int64_t edge = starts_[low]; edge < starts_[low + 1]; ++edge) {
-        first_points_[edge] = next;
-        next += count_points(vertices[low], vertices[highs_[edge]], limit);
-      }
-    }
-    first_points_[n_edges()] = next;
-  }
-
-  Buffer<std::int64_t> starts_;  // (V + 2,) edges with lower vertex v: starts_[v] .. [v+1]-1
-  Buffer<Vertex> highs_;         // the higher vertex of each edge, ascending for each lower vertex
+  Lists<Vertex> highs_;          // the higher vertex of each edge, by the lower; ascending
   Buffer<Vertex> first_points_;  // (edges + 1,) number of the first midpoint of each edge
 };
 
@@ -375,14 +342,14 @@ Subdivision subdivide(std::span<const Point> vertices, std::span<const Triangle>
   const Limit limit(max_edge);
   const auto n_faces = static_cast<std::int64_t>(faces.size());
   const Buffer<std::int64_t> starts = place_parts(vertices, faces, limit, max_faces, team);
-  const LongEdges long_edges(vertices, faces, limit);
+  const LongEdges long_edges(vertices, faces, limit, team);
   const Buffer<Vertex> first_points =
       place_inner_points(vertices, faces, limit, long_edges, starts.span(), team);
 
   const auto n_parts = static_cast<std::size_t>(starts[n_faces]);
   Subdivision parts{Buffer<Point>(first_points[n_faces]), Buffer<Triangle>(n_parts),
                     Buffer<Face>(n_parts), Buffer<std::uint8_t>(n_parts)};
-  std::copy(vertices.begin(), vertices.end(), parts.vertices.begin());
+  std::ranges::copy(vertices, parts.vertices.begin());
   long_edges.write(limit, team, parts.vertices.span());
   const auto cut_faces = [&](std::int64_t begin, std::int64_t end) {
     Cutter cutter(limit, long_edges, parts);

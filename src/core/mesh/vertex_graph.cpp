@@ -1,116 +1,75 @@
 #include "mesh/vertex_graph.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/assert.hpp"
-#include "base/threads.hpp"
+#include "base/lists.hpp"
 
 namespace superfacets {
 namespace {
 
-// Calls visit(a, b) for each side of a face with the representatives of its ends, if they differ.
+// Calls visit(a, b) for each side of each face with the representatives of its ends, if they
+// differ.
 template <typename Visit>
-void visit_sides(std::span<const Vertex> corners, std::span<const Vertex> representative,
-                 const Visit& visit) {
-  for (std::size_t side = 0; side < corners.size(); ++side) {
-    const Vertex a = representative[corners[side]];
-    const Vertex b = representative[corners[side + 1 == corners.size() ? 0 : side + 1]];
-    if (a != b) visit(a, b);
-  }
-}
-
-template <typename Visit>
-void for_each_side(std::span<const Triangle> faces, std::span<const Vertex> representative,
+void for_each_side(const CornerLists& faces, std::span<const Vertex> representative,
                    const Visit& visit) {
-  for (const Triangle& face : faces) visit_sides(face.corners, representative, visit);
-}
-
-template <typename Visit>
-void for_each_side(const Polygons& faces, std::span<const Vertex> representative,
-                   const Visit& visit) {
-  for (Face face = 0; face < faces.n_faces(); ++face) {
-    visit_sides(faces[face], representative, visit);
-  }
-}
-
-void sort_rows(VertexGraph& graph, ThreadTeam& team) {
-  const auto n_vertices = static_cast<std::int64_t>(graph.offsets.size()) - 1;
-  team.for_each_index(n_vertices, [&](std::int64_t vertex) {
-    std::sort(graph.neighbors.data() + graph.offsets[vertex],
-              graph.neighbors.data() + graph.offsets[vertex + 1]);
-  });
-}
-
-// Removes duplicates from the sorted rows, and closes the gaps.
-void drop_repeated(VertexGraph& graph) {
-  std::int64_t n_kept = 0;
-  for (std::size_t vertex = 0; vertex + 1 < graph.offsets.size(); ++vertex) {
-    const std::int64_t begin = graph.offsets[vertex];
-    const std::int64_t end = graph.offsets[vertex + 1];
-    graph.offsets[vertex] = n_kept;
-    Vertex last = -1;
-    for (std::int64_t arc = begin; arc < end; ++arc) {
-      const Vertex neighbor = graph.neighbors[arc];
-      if (neighbor != last) graph.neighbors[n_kept++] = neighbor;
-      last = neighbor;
+  for (Face face = 0; face < faces.n_cells(); ++face) {
+    Vertex a = representative[faces[face].back()];
+    for (const Vertex corner : faces[face]) {
+      const Vertex b = representative[corner];
+      if (a != b) visit(a, b);
+      a = b;
     }
   }
-  graph.offsets[graph.offsets.size() - 1] = n_kept;
-  Buffer<Vertex> kept(n_kept);
-  std::copy_n(graph.neighbors.data(), n_kept, kept.data());
-  graph.neighbors = std::move(kept);
-}
-
-void measure_edges(std::span<const Point> vertices, ThreadTeam& team, VertexGraph& graph) {
-  graph.lengths = Buffer<double>(graph.neighbors.size());
-  const auto n_vertices = static_cast<std::int64_t>(vertices.size());
-  team.for_each_index(n_vertices, [&](std::int64_t vertex) {
-    for (std::int64_t arc = graph.offsets[vertex]; arc < graph.offsets[vertex + 1]; ++arc) {
-      // Computed from the lower to the higher vertex, so that both directions have the same bits.
-      const std::int64_t neighbor = graph.neighbors[arc];
-      const auto [low, high] = std::minmax({vertex, neighbor});
-      graph.lengths[arc] = norm(vertices[high] - vertices[low]);
-    }
-  });
-}
-
-template <typename Faces>
-VertexGraph build_graph(std::span<const Point> vertices, const Faces& faces,
-                        std::span<const Vertex> representative, ThreadTeam& team) {
-  const std::size_t n_vertices = representative.size();
-  SUPERFACETS_ASSERT(vertices.size() == n_vertices);
-  VertexGraph graph{Buffer<std::int64_t>(n_vertices + 1), {}, {}};
-  std::fill(graph.offsets.begin(), graph.offsets.end(), 0);
-  for_each_side(faces, representative, [&](Vertex a, Vertex b) {
-    ++graph.offsets[a];
-    ++graph.offsets[b];
-  });
-  std::int64_t n_arcs = 0;
-  for (std::int64_t& offset : graph.offsets) {  // counts become ends of rows, then cursors
-    n_arcs += offset;
-    offset = n_arcs;
-  }
-  graph.neighbors = Buffer<Vertex>(n_arcs);
-  for_each_side(faces, representative, [&](Vertex a, Vertex b) {
-    graph.neighbors[--graph.offsets[a]] = b;
-    graph.neighbors[--graph.offsets[b]] = a;
-  });
-  sort_rows(graph, team);
-  drop_repeated(graph);
-  measure_edges(vertices, team, graph);
-  return graph;
 }
 
 }  // namespace
 
-VertexGraph build_vertex_graph(std::span<const Point> vertices, std::span<const Triangle> faces,
+VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerLists& faces,
                                std::span<const Vertex> representative, ThreadTeam& team) {
-  return build_graph(vertices, faces, representative, team);
+  SUPERFACETS_ASSERT(vertices.size() == representative.size());
+  Lists<Vertex> arcs = group<Vertex>(std::ssize(vertices), [&](const auto& add) {
+    for_each_side(faces, representative, [&](Vertex a, Vertex b) {
+      add(a, b);
+      add(b, a);
+    });
+  });
+  sort_unique(arcs, team);
+  Buffer<double> lengths(arcs.entries.size());
+  team.for_each_index(arcs.n_lists(), [&](std::int64_t vertex) {
+    for (std::int64_t arc = arcs.offsets[vertex]; arc < arcs.offsets[vertex + 1]; ++arc) {
+      // Computed from the lower to the higher vertex, so that both directions have the same bits.
+      const std::int64_t neighbor = arcs.entries[arc];
+      const auto [low, high] = std::minmax({vertex, neighbor});
+      lengths[arc] = norm(vertices[high] - vertices[low]);
+    }
+  });
+  return {std::move(arcs.offsets), std::move(arcs.entries), std::move(lengths)};
 }
 
-VertexGraph build_vertex_graph(std::span<const Point> vertices, const Polygons& faces,
-                               std::span<const Vertex> representative, ThreadTeam& team) {
-  return build_graph(vertices, faces, representative, team);
+Buffer<Point> taubin_smooth(std::span<const Point> vertices, std::span<const std::int64_t> offsets,
+                            std::span<const Vertex> neighbors, int n_steps, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(offsets.size() == vertices.size() + 1);
+  Buffer<Point> now = copy_of(vertices);
+  Buffer<Point> next(vertices.size());
+  const auto move = [&](double factor) {
+    team.for_each_index(std::ssize(vertices), [&](std::int64_t vertex) {
+      next[vertex] = now[vertex];
+      const std::int64_t n = offsets[vertex + 1] - offsets[vertex];
+      if (n == 0) return;
+      Point sum{0.0, 0.0, 0.0};
+      for (const Vertex neighbor : neighbors.subspan(offsets[vertex], n)) sum = sum + now[neighbor];
+      const Point mean = (1.0 / static_cast<double>(n)) * sum;
+      next[vertex] = now[vertex] + factor * (mean - now[vertex]);
+    });
+    std::swap(now, next);
+  };
+  for (int step = 0; step < n_steps; ++step) {
+    move(0.5);
+    move(-0.53);
+  }
+  return now;
 }
 
 }  // namespace superfacets

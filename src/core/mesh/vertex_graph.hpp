@@ -1,10 +1,13 @@
 // Stage 6: the graph of vertices that share an edge, for distances along the edges of a mesh.
 #pragma once
 
+#include <cstdint>
+#include <span>
+
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
-#include "mesh/polygons.hpp"
+#include "mesh/corner_lists.hpp"
 
 namespace superfacets {
 
@@ -16,11 +19,16 @@ struct VertexGraph {
 
 // Builds one arc per edge and direction. Corners are replaced by representative[vertex] (see
 // weld_vertices): vertices that are not used, or not their own representative, have no arcs. A side
-// whose ends have the same representative is no edge. Time O(F + V), and O(n log n) at a vertex
+// whose ends have the same representative is no edge. Time O(C + V), and O(n log n) at a vertex
 // with n edges.
-VertexGraph build_vertex_graph(std::span<const Point> vertices, std::span<const Triangle> faces,
+VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerLists& faces,
                                std::span<const Vertex> representative, ThreadTeam& team);
-VertexGraph build_vertex_graph(std::span<const Point> vertices, const Polygons& faces,
-                               std::span<const Vertex> representative, ThreadTeam& team);
+
+// Positions after n_steps of Taubin's smoothing, each of which moves vertices by 0.5 toward the
+// mean of their neighbors and then by 0.53 away from it: bumps as small as an edge vanish, and the
+// shape does not shrink. Vertices without neighbors stay. Time O(n_steps * (V + M)); the same bits
+// for any number of threads. (Taubin, "A Signal Processing Approach to Fair Surface Design", 1995.)
+Buffer<Point> taubin_smooth(std::span<const Point> vertices, std::span<const std::int64_t> offsets,
+                            std::span<const Vertex> neighbors, int n_steps, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -1,63 +1,32 @@
 #include "mesh/vertex_normals.hpp"
 
+#include <algorithm>
 #include <vector>
 
 #include "base/assert.hpp"
-#include "mesh/geometry.hpp"
+#include "mesh/polygons.hpp"
 
 namespace superfacets {
-namespace {
 
-class Means {
- public:
-  explicit Means(std::span<const Vertex> representative)
-      : representative_(representative),
-        means_(representative.size()),
-        n_faces_(representative.size()) {
-    std::fill(means_.begin(), means_.end(), Point{0.0, 0.0, 0.0});
-  }
-
-  void add(std::span<const Vertex> corners, const Point& normal) {
-    for (const Vertex corner : corners) {
-      const Vertex vertex = representative_[corner];
-      means_[vertex] = means_[vertex] + normal;
-      ++n_faces_[vertex];
-    }
-  }
-
-  Buffer<Point> take() && {
-    for (std::size_t vertex = 0; vertex < means_.size(); ++vertex) {
-      const double n_faces = std::max(n_faces_[vertex], 1);
-      const Point& sum = means_[vertex];
-      means_[vertex] = {sum.x / n_faces, sum.y / n_faces, sum.z / n_faces};
-    }
-    return std::move(means_);
-  }
-
- private:
-  std::span<const Vertex> representative_;
-  Buffer<Point> means_;  // sums, until they are taken
-  std::vector<int> n_faces_;
-};
-
-}  // namespace
-
-Buffer<Point> mean_normals(std::span<const Point> vertices, std::span<const Triangle> faces,
+Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& faces,
                            std::span<const Vertex> representative) {
   SUPERFACETS_ASSERT(representative.size() == vertices.size());
-  Means means(representative);
-  for (const Triangle& face : faces) means.add(face.corners, unit_normal(vertices, face));
-  return std::move(means).take();
-}
-
-Buffer<Point> mean_normals(std::span<const Point> vertices, const Polygons& faces,
-                           std::span<const Vertex> representative) {
-  SUPERFACETS_ASSERT(representative.size() == vertices.size());
-  Means means(representative);
-  for (Face face = 0; face < faces.n_faces(); ++face) {
-    means.add(faces[face], measure_polygon(vertices, faces[face]).normal);
+  Buffer<Point> means(vertices.size());  // sums, until they are divided
+  std::vector<int> n_faces(vertices.size());
+  std::ranges::fill(means, Point{0.0, 0.0, 0.0});
+  for (Face face = 0; face < faces.n_cells(); ++face) {
+    const Point normal = unit_normal(vertices, faces[face]);
+    for (const Vertex corner : faces[face]) {
+      const Vertex vertex = representative[corner];
+      means[vertex] = means[vertex] + normal;
+      ++n_faces[vertex];
+    }
   }
-  return std::move(means).take();
+  for (std::size_t vertex = 0; vertex < means.size(); ++vertex) {
+    const double n = std::max(n_faces[vertex], 1);
+    means[vertex] = {means[vertex].x / n, means[vertex].y / n, means[vertex].z / n};
+  }
+  return means;
 }
 
 }  // namespace superfacets

@@ -5,16 +5,14 @@
 
 #include "base/buffer.hpp"
 #include "base/types.hpp"
-#include "mesh/polygons.hpp"
+#include "mesh/corner_lists.hpp"
 
 namespace superfacets {
 
 // The mean of the unit normals of the faces around each vertex, not normalized; zero at vertices
 // without faces. Corners are replaced by representative[vertex] (see weld_vertices): vertices that
 // are not their own representative have no faces. A face without a normal counts as zero.
-Buffer<Point> mean_normals(std::span<const Point> vertices, std::span<const Triangle> faces,
-                           std::span<const Vertex> representative);
-Buffer<Point> mean_normals(std::span<const Point> vertices, const Polygons& faces,
+Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& faces,
                            std::span<const Vertex> representative);
 
 // How much the surface turns along an edge, given the normals at its ends: 1 minus their dot

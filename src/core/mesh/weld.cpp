@@ -9,7 +9,6 @@
 
 #include "base/assert.hpp"
 #include "base/prefetch.hpp"
-#include "base/threads.hpp"
 
 namespace superfacets {
 namespace {

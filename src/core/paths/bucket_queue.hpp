@@ -95,7 +95,7 @@ class BucketQueue {
     std::vector<FarEntry> waiting;
     std::swap(waiting, far_);
     n_handled_ += waiting.size();
-    current_ = std::min_element(waiting.begin(), waiting.end(), by_length)->length >> width_bits_;
+    current_ = std::ranges::min_element(waiting, by_length)->length >> width_bits_;
     for (const auto& [length, place] : waiting) push(length, place);
   }
 

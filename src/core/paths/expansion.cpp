@@ -31,17 +31,6 @@ int chunk_bits_for(std::int64_t n_cells, int n_threads) {
   return std::clamp(static_cast<int>(std::bit_width(wanted)), kMinChunkBits, kMaxChunkBits);
 }
 
-// Larger than every path length. Shortest paths are below 2^kTotalBits; paths lengthened by a
-// detour are below twice that. A path through a coarse cell consists of paths of finer cells to and
-// from its center, so each of the few levels doubles it at most.
-constexpr PathLength kLongest = PathLength{1} << 60;
-
-PathLength longer_by(PathLength length, const Arc& arc) {
-  SUPERFACETS_ASSERT(length < kLongest);
-  // Converted through a signed integer, for which processors have an instruction.
-  return length + static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
-}
-
 }  // namespace
 
 Expansion::Expansion(const OrderedGraph& graph, ThreadTeam& team)
@@ -75,8 +64,8 @@ void Expansion::clear() {
 void Expansion::restore(std::span<const PathLength> lengths, std::span<const Label> labels) {
   SUPERFACETS_ASSERT(active_.empty() && lengths.size() == lengths_.size() &&
                      labels.size() == labels_.size());
-  std::copy(lengths.begin(), lengths.end(), lengths_.begin());
-  std::copy(labels.begin(), labels.end(), labels_.begin());
+  std::ranges::copy(lengths, lengths_.begin());
+  std::ranges::copy(labels, labels_.begin());
 }
 
 void Expansion::lengthen(std::span<const PathLength> by_label) {
@@ -145,7 +134,7 @@ void Expansion::deliver() {
 void Expansion::run() {
   while (!active_.empty()) {
     const std::vector<std::int64_t> now = std::exchange(active_, {});
-    team_.for_each(static_cast<std::int64_t>(now.size()), [&](std::int64_t task, int thread) {
+    team_.for_each(std::ssize(now), [&](std::int64_t task, int thread) {
       expand_chunk(now[task], workers_[thread]);
     });
     deliver();

@@ -1,7 +1,6 @@
 // The paper's halted expansions, as corrections to the exact classification.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "paths/expansion.hpp"
@@ -23,8 +22,8 @@ class HaltedPaths {
   // centers; cells in components without a center are unreached.
   void correct(const Expansion& exact, std::span<const Place> centers);
 
-  // Must be called next. As long as cells are unreached, makes the lowest of them a center and
-  // appends it to `centers`.
+  // To be called after `correct`: makes the lowest unreached cell a center, and appends it to
+  // `centers`, until all cells are reached.
   void adopt_orphans(const Expansion& exact, std::vector<Place>& centers);
 
   // The path to a place, after all corrections.
@@ -44,19 +43,16 @@ class HaltedPaths {
   void add_doubt(Place place, const Path& path);
   void find_doubts(const Expansion& exact, std::span<const Place> centers);
   std::vector<Label> centers_in_doubt(std::span<const Place> centers) const;
-  void mark_sources(std::vector<std::vector<char>>& is_source) const;
-  bool reaches(const std::vector<std::vector<char>>& is_source, Place center, std::size_t level,
-               std::size_t index) const;
   void expand(Place center, SourcePaths& worker) const;
   void expand_all(std::span<const Label> labels, std::span<const Place> centers);
-  SourcePaths& worker(std::int64_t number);
 
   const OrderedGraph& graph_;
   const double squared_reach_;
   ThreadTeam& team_;
   Buffer<std::int32_t> doubt_of_;  // (N,) index of a place among the uncertain ones
   std::vector<Doubt> doubts_;
-  std::vector<std::unique_ptr<SourcePaths>> workers_;  // made when first needed
+  const std::int64_t n_workers_;
+  PerThread<SourcePaths> workers_;
 };
 
 }  // namespace superfacets

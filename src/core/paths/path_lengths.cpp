@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <memory>
 #include <numeric>
 
 #include "base/assert.hpp"
@@ -14,26 +13,15 @@ namespace {
 // Number of sources per task: large enough that few lists have to be concatenated.
 constexpr std::int64_t kBlock = 64;
 
-// A pool of expansions, one per thread of a team.
-class SourceTeam {
- public:
-  SourceTeam(const OrderedGraph& graph, ThreadTeam& team)
-      : graph_(graph), team_(team), workers_(team.size()) {}
-
-  // Calls work(first, last, paths) for blocks of 0..n_sources-1, on any thread.
-  template <typename Work>
-  void for_each_block(std::int64_t n_sources, const Work& work) {
-    team_.for_each((n_sources + kBlock - 1) / kBlock, [&](std::int64_t block, int thread) {
-      if (!workers_[thread]) workers_[thread] = std::make_unique<SourcePaths>(graph_);
-      work(block * kBlock, std::min(n_sources, (block + 1) * kBlock), *workers_[thread]);
-    });
-  }
-
- private:
-  const OrderedGraph& graph_;
-  ThreadTeam& team_;
-  std::vector<std::unique_ptr<SourcePaths>> workers_;  // made when first needed
-};
+// Calls work(first, last, paths) for blocks of 0..n_sources-1, on any thread.
+template <typename Work>
+void for_each_source_block(const OrderedGraph& graph, std::int64_t n_sources, const Work& work,
+                           ThreadTeam& team) {
+  PerThread<SourcePaths> paths(team.size());
+  team.for_each((n_sources + kBlock - 1) / kBlock, [&](std::int64_t block, int thread) {
+    work(block * kBlock, std::min(n_sources, (block + 1) * kBlock), paths.get(thread, graph));
+  });
+}
 
 float in_units(PathLength length, double unit) {
   return static_cast<float>(static_cast<double>(length) * unit);
@@ -79,14 +67,14 @@ Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sour
   auto fill_rows = [&](std::int64_t first, std::int64_t last, SourcePaths& paths) {
     for (std::int64_t source = first; source < last; ++source) {
       const std::span<float> row = matrix.span().subspan(source * n_cells, n_cells);
-      std::fill(row.begin(), row.end(), std::numeric_limits<float>::infinity());
+      std::ranges::fill(row, std::numeric_limits<float>::infinity());
       paths.expand(graph.place_of[sources[source]], [](Place, PathLength) { return true; });
       paths.take([&](Place place, PathLength length) {
         row[graph.cells[place]] = in_units(length, unit);
       });
     }
   };
-  SourceTeam(graph, team).for_each_block(static_cast<std::int64_t>(sources.size()), fill_rows);
+  for_each_source_block(graph, std::ssize(sources), fill_rows, team);
   return matrix;
 }
 
@@ -100,7 +88,7 @@ SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double u
       append_row(graph, static_cast<Cell>(cell), reach * reach, unit, paths, blocks[cell / kBlock]);
     }
   };
-  SourceTeam(graph, team).for_each_block(n_cells, append_rows);
+  for_each_source_block(graph, n_cells, append_rows, team);
 
   std::vector<std::int64_t> begins(blocks.size() + 1, 0);  // of each block, in entries
   std::transform_inclusive_scan(
@@ -110,7 +98,7 @@ SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double u
   SparseRows rows{Buffer<std::int64_t>(n_cells + 1), Buffer<Cell>(begins.back()),
                   Buffer<float>(begins.back())};
   rows.offsets[0] = 0;
-  team.for_each(static_cast<std::int64_t>(blocks.size()), [&](std::int64_t index, int) {
+  team.for_each(std::ssize(blocks), [&](std::int64_t index, int) {
     const Block block = std::move(blocks[index]);  // frees its memory after use
     for (std::size_t row = 0; row < block.ends.size(); ++row) {
       rows.offsets[index * kBlock + row + 1] = begins[index] + block.ends[row];

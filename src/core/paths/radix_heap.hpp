@@ -53,7 +53,7 @@ class RadixHeap {
     while (buckets_[occupied].empty()) ++occupied;
     auto by_key = [](const Entry& a, const Entry& b) { return a.key < b.key; };
     auto& entries = buckets_[occupied];
-    last_ = std::min_element(entries.begin(), entries.end(), by_key)->key;
+    last_ = std::ranges::min_element(entries, by_key)->key;
     for (const Entry& entry : entries) buckets_[bucket_of(entry.key)].push_back(entry);
     entries.clear();
   }

@@ -1,15 +1,12 @@
 #include "paths/second_paths.hpp"
 
-#include <mutex>
+#include <utility>
+#include <vector>
 
 #include "base/assert.hpp"
 
 namespace superfacets {
 namespace {
-
-PathLength longer_by(PathLength length, const Arc& arc) {
-  return length + static_cast<PathLength>(arc.length);
-}
 
 struct Entering {
   Place place;
@@ -18,24 +15,17 @@ struct Entering {
 
 // The paths that cross a border, by the place behind it. They are found at their sources, because
 // arcs may have no reverse arcs.
-std::vector<Entering> paths_across_borders(const OrderedGraph& graph, std::span<const Path> nearest,
-                                           ThreadTeam& team) {
-  std::vector<Entering> all;
-  std::mutex mutex;
-  team.for_each_block(graph.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    std::vector<Entering> found;
-    for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      const Path path = nearest[place];
-      if (path.label == kNoLabel) continue;
-      for (const Arc& arc : graph.arcs_of(place)) {
-        if (nearest[arc.to].label == path.label) continue;
-        found.push_back({arc.to, {longer_by(path.length, arc), path.label}});
-      }
+Buffer<Entering> paths_across_borders(const OrderedGraph& graph, std::span<const Path> nearest,
+                                      ThreadTeam& team) {
+  const auto add_crossing = [&](Place place, std::vector<Entering>& found) {
+    const Path path = nearest[place];
+    if (path.label == kNoLabel) return;
+    for (const Arc& arc : graph.arcs_of(place)) {
+      if (nearest[arc.to].label == path.label) continue;
+      found.push_back({arc.to, {longer_by(path.length, arc), path.label}});
     }
-    const std::scoped_lock lock(mutex);
-    all.insert(all.end(), found.begin(), found.end());
-  });
-  return all;
+  };
+  return gather<Entering>(graph.n_cells(), add_crossing, team);
 }
 
 // Dijkstra's algorithm within a region, from all of its places with a path.
@@ -62,18 +52,11 @@ void expand_inwards(const OrderedGraph& graph, std::span<const Path> nearest,
 }  // namespace
 
 Regions::Regions(std::span<const Path> paths, Label n_regions)
-    : starts(static_cast<std::size_t>(n_regions) + 1, 0) {
-  for (const Path& path : paths) {
-    if (path.label != kNoLabel) ++starts[path.label + 1];
-  }
-  for (Label label = 0; label < n_regions; ++label) starts[label + 1] += starts[label];
-  places.resize(starts.back());
-  std::vector<std::int64_t> cursors(starts.begin(), starts.end() - 1);
-  for (std::size_t place = 0; place < paths.size(); ++place) {
-    const Label label = paths[place].label;
-    if (label != kNoLabel) places[cursors[label]++] = static_cast<Place>(place);
-  }
-}
+    : places(group<Place>(n_regions, [&](const auto& add) {
+        for (Place place = 0; std::cmp_less(place, paths.size()); ++place) {
+          if (paths[place].label != kNoLabel) add(paths[place].label, place);
+        }
+      })) {}
 
 Buffer<Path> second_paths(const OrderedGraph& graph, std::span<const Path> nearest,
                           const Regions& regions, ThreadTeam& team) {
@@ -84,8 +67,7 @@ Buffer<Path> second_paths(const OrderedGraph& graph, std::span<const Path> neare
     if (path.is_better_than(seconds[place])) seconds[place] = path;
   }
   std::vector<RadixHeap> heaps(team.size());
-  const auto n_regions = std::ssize(regions.starts) - 1;
-  team.for_each(n_regions, [&](std::int64_t label, int thread) {
+  team.for_each(regions.places.n_lists(), [&](std::int64_t label, int thread) {
     expand_inwards(graph, nearest, regions.of(static_cast<Label>(label)), heaps[thread],
                    seconds.span());
   });

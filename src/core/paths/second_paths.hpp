@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/buffer.hpp"
+#include "base/lists.hpp"
 #include "base/threads.hpp"
 #include "cells/ordered_graph.hpp"
 #include "paths/expansion.hpp"
@@ -15,12 +16,9 @@ namespace superfacets {
 struct Regions {
   Regions(std::span<const Path> paths, Label n_regions);
 
-  std::span<const Place> of(Label label) const {
-    return std::span(places).subspan(starts[label], starts[label + 1] - starts[label]);
-  }
+  std::span<const Place> of(Label label) const { return places[label]; }
 
-  std::vector<std::int64_t> starts;  // (K + 1,)
-  std::vector<Place> places;         // without those of kNoLabel
+  Lists<Place> places;
 };
 
 // For each place the best path from a center other than its own, where `nearest` holds the best

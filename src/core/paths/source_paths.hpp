@@ -20,7 +20,7 @@ class SourcePaths {
  public:
   explicit SourcePaths(const OrderedGraph& graph)
       : graph_(graph), queue_(graph.n_arcs), lengths_(graph.n_cells()) {
-    std::fill(lengths_.begin(), lengths_.end(), kUnreached);
+    std::ranges::fill(lengths_, kUnreached);
   }
 
   // Finds the shortest paths from a place on which is_followed(place, length) holds for every place
@@ -71,7 +71,7 @@ class SourcePaths {
   void follow(Place place, PathLength length, const IsFollowed& is_followed, Queue& queue) {
     if (!is_followed(place, length)) return;
     for (const Arc& arc : graph_.arcs_of(place)) {
-      relax(arc.to, length + static_cast<PathLength>(arc.length), queue);
+      relax(arc.to, longer_by(length, arc), queue);
     }
   }
 

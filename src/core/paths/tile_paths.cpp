@@ -50,7 +50,7 @@ void copy_rows(const PathArcs& input, OrderedGraph& graph) {
 
 void copy_lists(const PathArcs& input, OrderedGraph& graph) {
   graph.offsets = Buffer<std::int64_t>(std::size_t{1} + graph.n_cells());
-  std::copy(input.offsets.begin(), input.offsets.end(), graph.offsets.begin());
+  std::ranges::copy(input.offsets, graph.offsets.begin());
   std::fill(graph.offsets.begin() + input.offsets.size(), graph.offsets.end(),
             input.offsets.back());
   graph.arcs = Buffer<Arc>(input.targets.size());

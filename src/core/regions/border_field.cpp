@@ -170,7 +170,7 @@ LabelMix BorderField::mix_around(Vertex vertex) const {
   const auto is_first = [&](Face face) {
     return shares_[face].labels[0] == first && shares_[face].labels[1] == kNoLabel;
   };
-  if (std::all_of(faces.begin(), faces.end(), is_first)) return pure(first);
+  if (std::ranges::all_of(faces, is_first)) return pure(first);
   double area = 0.0;
   for (const Face face : faces) area += around_.area(face);
   MixSum sum;
@@ -227,7 +227,7 @@ bool BorderField::is_inside(Vertex vertex) const {
     return mix.labels[0] == own.labels[0] && mix.is_pure();
   };
   const std::span<const Face> faces = around_.of(vertex);
-  return std::all_of(faces.begin(), faces.end(), [&](Face face) {
+  return std::ranges::all_of(faces, [&](Face face) {
     const auto& corners = around_.corners(face).corners;
     return std::all_of(corners, corners + 3, is_same);
   });
@@ -273,7 +273,7 @@ void BorderField::balance() {
 }
 
 void BorderField::choose_labels() {
-  team_.for_each_index(static_cast<std::int64_t>(near_.size()),
+  team_.for_each_index(std::ssize(near_),
                        [&](std::int64_t i) { chosen_[near_[i]] = best_label(mixes_[near_[i]]); });
 }
 
@@ -293,7 +293,7 @@ Label BorderField::best_label(const LabelMix& mix) const {
 }
 
 void BorderField::cut_faces() {
-  team_.for_each_index(static_cast<std::int64_t>(near_faces_.size()), [&](std::int64_t i) {
+  team_.for_each_index(std::ssize(near_faces_), [&](std::int64_t i) {
     shares_[near_faces_[i]] = cut_of(near_faces_[i]).shares();
   });
 }

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <mutex>
-#include <tuple>
-#include <utility>
 
 #include "base/assert.hpp"
-#include "base/exponential.hpp"
+#include "base/elementary.hpp"
+#include "base/lists.hpp"
 
 namespace superfacets {
 namespace {
@@ -18,10 +16,6 @@ struct Crossing {
   std::int64_t arc;
   double cost;
 };
-
-// Cells per block. The lengths of the sides in a block are listed first, and added up in order
-// later.
-constexpr std::int64_t kBlock = 1 << 14;
 
 struct RegionLength {
   Label region;
@@ -93,24 +87,15 @@ std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCos
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
   SUPERFACETS_ASSERT(std::ssize(cost.lengths) == surface.arcs().n_arcs() &&
                      cost.crease_scale > 0.0);
-  std::vector<Crossing> crossings;
-  std::mutex mutex;
-  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    std::vector<Crossing> part;
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      for (const auto [arc, neighbor] : surface.arcs().steps(cell)) {
-        const Label other = labels[neighbor];
-        if (labels[cell] >= other) continue;
-        part.push_back({labels[cell], other, arc, cost(surface, cell, arc)});
-      }
+  const auto add_crossings = [&](Cell cell, std::vector<Crossing>& found) {
+    for (const auto [arc, neighbor] : surface.arcs().steps(cell)) {
+      const Label other = labels[neighbor];
+      if (labels[cell] >= other) continue;
+      found.push_back({labels[cell], other, arc, cost(surface, cell, arc)});
     }
-    const std::scoped_lock lock(mutex);
-    crossings.insert(crossings.end(), part.begin(), part.end());
-  });
-  // Also sorted by arc, so that the order of the sums does not depend on the number of threads.
-  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
-    return std::tie(a.low, a.high, a.arc) < std::tie(b.low, b.high, b.arc);
-  });
+  };
+  Buffer<Crossing> crossings = gather<Crossing>(surface.n_cells(), add_crossings, team);
+  sort_crossings(crossings);
   std::vector<RegionBorder> borders;
   for (const Crossing& crossing : crossings) {
     const bool is_new = borders.empty() || borders.back().low != crossing.low ||
@@ -124,19 +109,12 @@ std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCos
 std::vector<double> region_perimeters(const Surface& surface, std::span<const Label> labels,
                                       Label n_regions, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
-  const std::int64_t n_blocks = (std::int64_t{surface.n_cells()} + kBlock - 1) / kBlock;
-  std::vector<std::vector<RegionLength>> found(n_blocks);
-  const auto collect = [&](std::int64_t begin, std::int64_t end) {
-    std::vector<RegionLength> lengths;
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      if (labels[cell] != kNoLabel) append_border(surface, labels, cell, lengths);
-    }
-    found[begin / kBlock] = std::move(lengths);
+  const auto add_lengths = [&](Cell cell, std::vector<RegionLength>& lengths) {
+    if (labels[cell] != kNoLabel) append_border(surface, labels, cell, lengths);
   };
-  team.for_each_block(surface.n_cells(), collect, kBlock);
   std::vector<double> perimeters(n_regions, 0.0);
-  for (const std::vector<RegionLength>& lengths : found) {
-    for (const RegionLength& part : lengths) perimeters[part.region] += part.length;
+  for (const auto& [region, length] : gather<RegionLength>(surface.n_cells(), add_lengths, team)) {
+    perimeters[region] += length;
   }
   return perimeters;
 }

@@ -1,8 +1,13 @@
 // Stage 5: which regions touch, the lengths of their borders, and the perimeter of each region.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <tuple>
 #include <vector>
 
+#include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
 #include "cells/surface.hpp"
@@ -25,6 +30,15 @@ struct BorderCost {
   // The costs of consecutive arcs of a cell, from `arc` on, rounded.
   void write(const Surface& surface, Cell from, std::int64_t arc, std::span<float> costs) const;
 };
+
+// Sorts arcs that cross borders by the pair of regions; of a pair, by arc, so that the order of
+// sums does not depend on the number of threads.
+template <typename Crossing>
+void sort_crossings(Buffer<Crossing>& crossings) {
+  std::ranges::sort(crossings, {}, [](const Crossing& crossing) {
+    return std::tuple(crossing.low, crossing.high, crossing.arc);
+  });
+}
 
 struct RegionBorder {
   Label low;

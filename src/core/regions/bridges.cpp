@@ -19,7 +19,8 @@ class BridgeSearch {
   BridgeSearch(const PlacedCells& cells, std::span<const Cell> ranks, Cell n_components)
       : cells_(cells), bridges_(n_components) {
     for (const Cell cell : cells.cells) ranks_.push_back(ranks[cell]);
-    find_lowest_ranks();
+    lowest_ranks_ = cells.tree.summarize<Cell>(
+        ranks_, n_components, [](Cell& lowest, Cell rank) { lowest = std::min(lowest, rank); });
   }
 
   std::vector<Bridge> search_all() {
@@ -37,8 +38,6 @@ class BridgeSearch {
   }
 
  private:
-  static constexpr Place kNoPlace = -1;
-
   void search_from(Place place) {
     const Cell rank = ranks_[place];
     const Point& target = cells_.positions[place];
@@ -58,18 +57,6 @@ class BridgeSearch {
     const Bridge bridge{cells_.cells[from], cells_.cells[to], squared};
     Bridge& best = bridges_[ranks_[from]];
     if (is_better(bridge, best)) best = bridge;
-  }
-
-  void find_lowest_ranks() {
-    for (std::size_t level = 0; level < cells_.tree.n_levels(); ++level) {
-      const auto& below = level == 0 ? ranks_ : lowest_ranks_[level - 1];
-      const std::size_t fan_out = level == 0 ? BoxTree::kLeaf : BoxTree::kFanOut;
-      std::vector<Cell> lowest(cells_.tree.level(level).size(), std::numeric_limits<Cell>::max());
-      for (std::size_t i = 0; i < below.size(); ++i) {
-        lowest[i / fan_out] = std::min(lowest[i / fan_out], below[i]);
-      }
-      lowest_ranks_.push_back(std::move(lowest));
-    }
   }
 
   const PlacedCells& cells_;

@@ -1,10 +1,9 @@
 #include "regions/chains.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
-
-#include "regions/local_connectivity.hpp"
 
 namespace superfacets {
 namespace {
@@ -17,6 +16,89 @@ constexpr double kLeastGain = 1e-9;
 // Without the limit compactness would be lower (better) by 0.007 on the benchmark models, at 1.5
 // times the run time.
 constexpr double kDeepest = 0.5;
+
+// Most neighbors in the region that are examined; a cell with more is not moved.
+constexpr int kMostNeighbors = 16;
+
+class Neighborhood {
+ public:
+  Neighborhood(const Surface& surface, std::span<const Label> labels, Cell cell)
+      : surface_(surface), labels_(labels), cell_(cell) {
+    // A cell whose neighbors across all sides are in the region is not at a border, unless several
+    // cells meet at one of its sides, which is too rare to examine.
+    limit_ = surface.has_corners() ? std::min(surface.n_sides(cell) - 1, kMostNeighbors)
+                                   : kMostNeighbors;
+    for (const Step step : surface.arcs().steps(cell)) {
+      if (labels[step.to] == labels[cell]) add(step);
+    }
+  }
+
+  bool is_joined() const {
+    if (n_steps_ == 0 || n_steps_ > limit_) return false;
+    // Grows the set of neighbors joined with the first one until it does not change.
+    std::array<bool, kMostNeighbors> is_reached{true};
+    int n_reached = 1;
+    for (bool has_grown = true; has_grown && n_reached < n_steps_;) {
+      has_grown = false;
+      for (int i = 0; i < n_steps_; ++i) {
+        if (is_reached[i] || !joins_any(i, is_reached)) continue;
+        is_reached[i] = true;
+        ++n_reached;
+        has_grown = true;
+      }
+    }
+    return n_reached == n_steps_;
+  }
+
+ private:
+  void add(const Step& step) {
+    for (int i = 0; i < std::min(n_steps_, limit_); ++i) {
+      if (steps_[i].to == step.to) return;
+    }
+    if (n_steps_ < limit_) steps_[n_steps_] = step;
+    ++n_steps_;
+  }
+
+  bool joins_any(int i, const std::array<bool, kMostNeighbors>& is_reached) const {
+    for (int j = 0; j < n_steps_; ++j) {
+      if (is_reached[j] && joins(steps_[j], steps_[i])) return true;
+    }
+    return false;
+  }
+
+  bool joins(const Step& first, const Step& second) const {
+    if (surface_.has_corners()) return joins_around_corner(first, second);
+    return surface_.arcs().leads_to(first.to, second.to);
+  }
+
+  // Whether two neighbors are joined around the corner of their sides, by cells of the region other
+  // than this one.
+  bool joins_around_corner(const Step& first, const Step& second) const {
+    const Corner corner = surface_.corner_between(cell_, surface_.side(cell_, first.arc),
+                                                  surface_.side(cell_, second.arc));
+    return corner != kNoCorner &&
+           surface_.leads_around(corner, cell_, first.to, second.to, labels_);
+  }
+
+  const Surface& surface_;
+  const std::span<const Label> labels_;
+  const Cell cell_;
+  int limit_ = 0;
+  int n_steps_ = 0;  // to different neighbors in the region, up to the limit
+  std::array<Step, kMostNeighbors> steps_{};
+};
+
+// Sufficient condition for the region of a cell to stay connected, and not empty, without the cell:
+// its neighbors in the region are joined around the corners of the cell or, if corners are unknown,
+// by arcs among themselves. The result may be false although a longer path joins them, or if a cell
+// has unusually many neighbors. Not moving a cell is always safe.
+bool stays_connected_without(const Surface& surface, std::span<const Label> labels, Cell cell) {
+  const std::span<const Cell> neighbors = surface.arcs().neighbors(cell);
+  const auto n_same = std::ranges::count_if(
+      neighbors, [&](Cell neighbor) { return labels[neighbor] == labels[cell]; });
+  if (n_same <= 1) return n_same == 1;  // most cells at borders
+  return Neighborhood(surface, labels, cell).is_joined();
+}
 
 }  // namespace
 
@@ -36,12 +118,6 @@ MovingRegions::MovingRegions(const Surface& surface, const BorderCost& cost,
     std::fill(marks_.begin() + begin, marks_.begin() + end, 0);
   });
   for (const Cell cell : fixed) marks_[cell] = kFixed;
-}
-
-bool MovingRegions::is_at_border(Cell cell) const {
-  const std::span<const Cell> neighbors = arcs().neighbors(cell);
-  return std::any_of(neighbors.begin(), neighbors.end(),
-                     [&](Cell neighbor) { return labels_[neighbor] != labels_[cell]; });
 }
 
 void MovingRegions::prefetch_arcs(Cell cell) const {
@@ -171,8 +247,8 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, StiffGain
                                                  double least_gain) {
   const auto gain_of = [&](const Candidate& of) { return of.gain + stiff.of(of.stiff); };
   while (!candidates_.empty()) {
-    const auto best = std::max_element(
-        candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
+    const auto best =
+        std::ranges::max_element(candidates_, [&](const Candidate& a, const Candidate& b) {
           return std::pair(gain_of(a), b.cell) < std::pair(gain_of(b), a.cell);
         });
     Candidate taken = *best;
@@ -193,8 +269,8 @@ void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   for (const Cell cell : regions_.arcs().neighbors(moved)) {
     if (regions_.label(cell) != from) continue;
     const Candidate updated = candidate(cell, from, to);
-    const auto known = std::find_if(candidates_.begin(), candidates_.end(),
-                                    [&](const Candidate& other) { return other.cell == cell; });
+    const auto known = std::ranges::find_if(
+        candidates_, [&](const Candidate& other) { return other.cell == cell; });
     if (known == candidates_.end()) {
       candidates_.push_back(updated);
     } else {
@@ -230,7 +306,7 @@ std::vector<AreaChange> ChainMover::take_changes() {
 bool ChainMover::would_join_patches(Cell cell, Label from, Label to) const {
   const Patch patch = patches_.of_region[to];
   const std::span<const Cell> neighbors = regions_.arcs().neighbors(cell);
-  return std::any_of(neighbors.begin(), neighbors.end(), [&](Cell neighbor) {
+  return std::ranges::any_of(neighbors, [&](Cell neighbor) {
     const Label label = regions_.label(neighbor);
     if (label == from || label == to) return false;
     const Patch other = patches_.of_region[label];

@@ -28,7 +28,7 @@ class MovingRegions {
   Buffer<Label> take_labels() && { return std::move(labels_); }
 
   Label label(Cell cell) const { return labels_[cell]; }
-  bool is_at_border(Cell cell) const;
+  bool is_at_border(Cell cell) const { return arcs().is_at_border(cell, labels()); }
   bool may_leave(Cell cell);
 
   // Costs of the borders across the arcs of a cell, computed when first asked for, because few arcs

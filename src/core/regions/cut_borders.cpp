@@ -59,7 +59,7 @@ class Cutter {
         if (cut.is_cut(side)) edges_.push_back(ends_of(face, side));
       }
     }
-    std::sort(edges_.begin(), edges_.end());
+    std::ranges::sort(edges_);
     edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
   }
 
@@ -73,7 +73,7 @@ class Cutter {
     }
     result_ = {Buffer<Point>(n_vertices), Buffer<Triangle>(n_parts), Buffer<Label>(n_parts),
                Buffer<Face>(n_parts)};
-    std::copy(mesh_.vertices.begin(), mesh_.vertices.end(), result_.vertices.begin());
+    std::ranges::copy(mesh_.vertices, result_.vertices.begin());
   }
 
   // From the lower to the higher welded vertex: the same bits on both sides of a seam.
@@ -118,7 +118,7 @@ class Cutter {
   }
 
   Vertex crossing_vertex(Face face, int side) const {
-    const auto place = std::lower_bound(edges_.begin(), edges_.end(), ends_of(face, side));
+    const auto place = std::ranges::lower_bound(edges_, ends_of(face, side));
     return static_cast<Vertex>(first_crossing_ + (place - edges_.begin()));
   }
 

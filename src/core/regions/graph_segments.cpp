@@ -56,7 +56,7 @@ std::int64_t count_graph_segments(std::span<const Point> positions, std::span<co
                                   ThreadTeam& team) {
   SUPERFACETS_ASSERT(normals.size() == positions.size() && all_below(ends, positions.size()));
   Buffer<WeightedEdge> edges(ends.size() / 2);
-  team.for_each_index(static_cast<std::int64_t>(edges.size()), [&](std::int64_t edge) {
+  team.for_each_index(std::ssize(edges), [&](std::int64_t edge) {
     edges[edge] = weighted(positions, normals, ends[2 * edge], ends[2 * edge + 1]);
   });
   return count_segments(std::move(edges), positions.size(), limits);
@@ -68,7 +68,7 @@ std::int64_t count_mesh_segments(std::span<const Point> positions, std::span<con
                                  const SegmentLimits& limits, ThreadTeam& team) {
   SUPERFACETS_ASSERT(normals.size() == positions.size());
   Buffer<WeightedEdge> edges(3 * faces.size());
-  team.for_each_index(static_cast<std::int64_t>(faces.size()), [&](std::int64_t face) {
+  team.for_each_index(std::ssize(faces), [&](std::int64_t face) {
     const auto corner = [&](int i) { return representative[faces[face].corners[i]]; };
     edges[3 * face] = weighted(positions, normals, corner(0), corner(1));
     edges[3 * face + 1] = weighted(positions, normals, corner(0), corner(2));

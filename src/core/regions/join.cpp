@@ -140,8 +140,7 @@ bool are_valid(std::span<const RegionBorder> borders, Label n_regions) {
   const auto is_before = [](const RegionBorder& a, const RegionBorder& b) {
     return std::pair(a.low, a.high) < std::pair(b.low, b.high);
   };
-  return std::all_of(borders.begin(), borders.end(), is_valid) &&
-         std::is_sorted(borders.begin(), borders.end(), is_before);
+  return std::ranges::all_of(borders, is_valid) && std::ranges::is_sorted(borders, is_before);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "regions/labeled_mesh.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "base/assert.hpp"
 #include "mesh/geometry.hpp"
@@ -47,14 +46,13 @@ class Pins {
     if (faces.empty()) return false;
     const Label label = mesh_.labels[faces[0]];
     const bool is_inside =
-        std::all_of(faces.begin(), faces.end(), [&](Face f) { return mesh_.labels[f] == label; });
-    if (std::any_of(faces.begin(), faces.end(), [&](Face f) { return mesh_.is_kept[f] != 0; })) {
+        std::ranges::all_of(faces, [&](Face f) { return mesh_.labels[f] == label; });
+    if (std::ranges::any_of(faces, [&](Face f) { return mesh_.is_kept[f] != 0; })) {
       return true;
     }
     if (is_inside) return false;
-    return faces.size() > kMostFaces || std::any_of(faces.begin(), faces.end(), [&](Face face) {
-             return has_kept_border(vertex, face);
-           });
+    return faces.size() > kMostFaces ||
+           std::ranges::any_of(faces, [&](Face face) { return has_kept_border(vertex, face); });
   }
 
  private:
@@ -98,7 +96,7 @@ class Pins {
   // Whether the edge from a to b is continued by a folded edge at b, nearly straight.
   bool runs_on(Vertex a, Vertex b) const {
     const std::span<const Face> faces = around_.of(b);
-    return faces.size() <= kMostFaces && std::any_of(faces.begin(), faces.end(), [&](Face face) {
+    return faces.size() <= kMostFaces && std::ranges::any_of(faces, [&](Face face) {
              const auto& corners = around_.corners(face).corners;
              return std::any_of(corners, corners + 3,
                                 [&](Vertex c) { return c != a && c != b && continues(a, b, c); });
@@ -120,11 +118,7 @@ class Pins {
 }  // namespace
 
 FacesAround::FacesAround(const LabeledMesh& mesh, ThreadTeam& team)
-    : corners_(mesh.faces.size()),
-      offsets_(mesh.vertices.size() + 1),
-      faces_(3 * mesh.faces.size()),
-      areas_(mesh.faces.size()),
-      normals_(mesh.faces.size()) {
+    : corners_(mesh.faces.size()), areas_(mesh.faces.size()), normals_(mesh.faces.size()) {
   const std::span<const Vertex> lowest = mesh.representative;
   team.for_each_index(n_faces(), [&](std::int64_t face) {
     const auto& [a, b, c] = mesh.faces[face].corners;
@@ -132,17 +126,11 @@ FacesAround::FacesAround(const LabeledMesh& mesh, ThreadTeam& team)
     areas_[face] = superfacets::area(mesh.vertices, mesh.faces[face]);
     normals_[face] = unit_normal(mesh.vertices, mesh.faces[face]);
   });
-  std::fill(offsets_.begin(), offsets_.end(), 0);
-  for (const Triangle& face : corners_) {
-    for (const Vertex corner : face.corners) ++offsets_[corner];
-  }
-  // Counts become ends of lists, which are filled backwards.
-  std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
-  for (std::int64_t face = n_faces() - 1; face >= 0; --face) {
-    for (const Vertex corner : corners_[face].corners) {
-      faces_[--offsets_[corner]] = static_cast<Face>(face);
+  faces_ = group<Face>(std::ssize(mesh.vertices), [&](const auto& add) {
+    for (Face face = 0; face < n_faces(); ++face) {
+      for (const Vertex corner : corners_[face].corners) add(corner, face);
     }
-  }
+  });
 }
 
 Buffer<std::uint8_t> pinned_vertices(const LabeledMesh& mesh, const FacesAround& around,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/buffer.hpp"
+#include "base/lists.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
 
@@ -22,22 +23,19 @@ class FacesAround {
   FacesAround(const LabeledMesh& mesh, ThreadTeam& team);
 
   // Faces with a corner at a vertex, ascending.
-  std::span<const Face> of(Vertex vertex) const {
-    return faces_.span().subspan(offsets_[vertex], offsets_[vertex + 1] - offsets_[vertex]);
-  }
+  std::span<const Face> of(Vertex vertex) const { return faces_[vertex]; }
   // The corners of a face as welded vertices.
   const Triangle& corners(Face face) const { return corners_[face]; }
   double area(Face face) const { return areas_[face]; }
   const Point& normal(Face face) const { return normals_[face]; }  // zero if it has none
   std::int64_t n_faces() const { return std::ssize(corners_.span()); }
-  std::int64_t n_vertices() const { return std::ssize(offsets_.span()) - 1; }
+  std::int64_t n_vertices() const { return faces_.n_lists(); }
 
  private:
   Buffer<Triangle> corners_;
-  Buffer<std::int64_t> offsets_;
-  Buffer<Face> faces_;
   Buffer<double> areas_;
   Buffer<Point> normals_;
+  Lists<Face> faces_;  // by vertex
 };
 
 // Vertices through which borders keep running, 1 each: all corners of kept faces, and the ends of

@@ -197,8 +197,8 @@ bool are_valid(const MergeRegions& regions) {
   };
   return regions.positions.size() == n_regions &&
          (n_regions == 0 || regions.features.size() % n_regions == 0) &&
-         std::all_of(regions.borders.begin(), regions.borders.end(), is_valid) &&
-         std::is_sorted(regions.borders.begin(), regions.borders.end(), is_before);
+         std::ranges::all_of(regions.borders, is_valid) &&
+         std::ranges::is_sorted(regions.borders, is_before);
 }
 
 }  // namespace

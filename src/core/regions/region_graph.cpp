@@ -2,43 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <mutex>
-#include <tuple>
 #include <utility>
 
 #include "base/assert.hpp"
+#include "base/lists.hpp"
+#include "regions/borders.hpp"
 
 namespace superfacets {
 namespace {
 
 // Regions per task; most have hundreds of cells.
 constexpr std::int64_t kRegionBlock = 8;
-
-// The cells of each region, ascending.
-class Members {
- public:
-  Members(std::span<const Label> labels, Label n_regions)
-      : starts_(static_cast<std::size_t>(n_regions) + 1, 0), cells_(labels.size()) {
-    for (const Label label : labels) {
-      if (label != kNoLabel) ++starts_[label];
-    }
-    std::int64_t total = 0;
-    for (std::int64_t& start : starts_) total += std::exchange(start, total);
-    std::vector<std::int64_t> ends(starts_.begin(), starts_.end() - 1);  // write cursors
-    for (std::size_t cell = 0; cell < labels.size(); ++cell) {
-      if (labels[cell] != kNoLabel) cells_[ends[labels[cell]]++] = static_cast<Cell>(cell);
-    }
-  }
-
-  std::span<const Cell> of(std::int64_t region) const {
-    return cells_.span().subspan(starts_[region], starts_[region + 1] - starts_[region]);
-  }
-
- private:
-  std::vector<std::int64_t> starts_;  // (K + 1,)
-  Buffer<Cell> cells_;                // by region
-};
 
 // Sums over the cells of a region. Positions are relative to its first cell, so that regions far
 // from the origin keep their digits.
@@ -82,7 +56,7 @@ SecondMoment moment_about(const Surface& surface, std::span<const Cell> cells,
 
 Cell nearest_cell(const Surface& surface, std::span<const Cell> cells, const Point& to) {
   Cell nearest = cells.front();
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const Cell cell : cells) {
     const double distance = squared_norm(surface.position(cell) - to);
     if (distance < least) {
@@ -93,8 +67,7 @@ Cell nearest_cell(const Surface& surface, std::span<const Cell> cells, const Poi
   return nearest;
 }
 
-void measure_region(const Surface& surface, std::span<const Cell> cells, std::int64_t region,
-                    RegionShapes& shapes) {
+RegionShape measure_region(const Surface& surface, std::span<const Cell> cells) {
   const Point origin = surface.position(cells.front());
   const Sums sums = sum_cells(surface, cells, origin);
   const bool has_measure = sums.measure > 0.0;
@@ -103,15 +76,9 @@ void measure_region(const Surface& surface, std::span<const Cell> cells, std::in
   // Divided one by one: the inverse of a tiny area may be infinite.
   const Point centroid = origin + Point{moment.x / weight, moment.y / weight, moment.z / weight};
   const SecondMoment covariance = moment_about(surface, cells, centroid, sums.measure);
-  shapes.measures[region] = sums.measure;
-  shapes.centroids[region] = centroid;
-  shapes.squares[region] = covariance.squares;
-  shapes.products[region] = covariance.products;
-  shapes.normal_sums[region] = sums.area_vector;
-  shapes.lows[region] = sums.box.low;
-  shapes.highs[region] = sums.box.high;
-  shapes.open_lengths[region] = sums.open_length;
-  shapes.centers[region] = nearest_cell(surface, cells, centroid);
+  return {sums.measure,        centroid,         covariance.squares,
+          covariance.products, sums.area_vector, sums.box.low,
+          sums.box.high,       sums.open_length, nearest_cell(surface, cells, centroid)};
 }
 
 // An arc between two regions, or a part of it: if several arcs cross one side between the same two
@@ -125,39 +92,27 @@ struct Crossing {
   double angle;
 };
 
-bool leads_to(const Surface& surface, Cell from, Cell to) {
-  const std::span<const Cell> neighbors = surface.arcs().neighbors(from);
-  return std::find(neighbors.begin(), neighbors.end(), to) != neighbors.end();
-}
-
 // Collects the arcs that cross borders between regions.
 class CrossingFinder {
  public:
   CrossingFinder(const Surface& surface, std::span<const Label> labels)
       : surface_(surface), labels_(labels) {}
 
-  void add_arcs_of(Cell cell) {
-    if (labels_[cell] == kNoLabel || !is_at_border(cell)) return;
+  // Appends the arcs of a cell.
+  void add_arcs_of(Cell cell, std::vector<Crossing>& found) const {
+    if (labels_[cell] == kNoLabel || !surface_.arcs().is_at_border(cell, labels_)) return;
     std::int64_t begin = surface_.arcs().offsets[cell];
     const std::int64_t end = surface_.arcs().offsets[cell + 1];
     while (begin < end) {
       std::int64_t next = begin + 1;
       const int side = surface_.side(cell, begin);
       while (next < end && surface_.side(cell, next) == side) ++next;
-      add_side(cell, begin, next);
+      add_side(cell, begin, next, found);
       begin = next;
     }
   }
 
-  std::vector<Crossing> take() && { return std::move(found_); }
-
  private:
-  bool is_at_border(Cell cell) const {
-    const std::span<const Cell> neighbors = surface_.arcs().neighbors(cell);
-    return std::any_of(neighbors.begin(), neighbors.end(),
-                       [&](Cell neighbor) { return labels_[neighbor] != labels_[cell]; });
-  }
-
   // Each pair of regions is counted from the lower one, or from the other if there is no reverse
   // arc.
   bool is_counted(Cell cell, Cell neighbor) const {
@@ -165,56 +120,34 @@ class CrossingFinder {
     const Label other = labels_[neighbor];
     if (other == kNoLabel || own == other) return false;
     if (own < other) return true;
-    return surface_.may_have_one_way_arcs() && !leads_to(surface_, neighbor, cell);
+    return surface_.may_have_one_way_arcs() && !surface_.arcs().leads_to(neighbor, cell);
   }
 
-  void add_side(Cell cell, std::int64_t begin, std::int64_t end) {
+  void add_side(Cell cell, std::int64_t begin, std::int64_t end,
+                std::vector<Crossing>& found) const {
     const std::span<const Cell> neighbors = surface_.arcs().targets.subspan(begin, end - begin);
-    on_side_.clear();
+    std::vector<Label> on_side;  // labels on the side, sorted; empty if it has two cells
     if (neighbors.size() > 1) {
-      on_side_.push_back(labels_[cell]);
-      for (const Cell neighbor : neighbors) on_side_.push_back(labels_[neighbor]);
-      std::sort(on_side_.begin(), on_side_.end());
+      on_side.push_back(labels_[cell]);
+      for (const Cell neighbor : neighbors) on_side.push_back(labels_[neighbor]);
+      std::ranges::sort(on_side);
     }
+    const auto count = [&](Label label) {
+      const auto n = std::ranges::equal_range(on_side, label).size();
+      return on_side.empty() ? 1.0 : static_cast<double>(n);
+    };
     for (std::int64_t arc = begin; arc < end; ++arc) {
       const Cell neighbor = surface_.arcs().targets[arc];
       if (!is_counted(cell, neighbor)) continue;
       const auto [low, high] = std::minmax(labels_[cell], labels_[neighbor]);
-      found_.push_back({low, high, arc, 1.0 / (count(low) * count(high)),
-                        surface_.border_length(cell, arc), surface_.angle(cell, arc)});
+      found.push_back({low, high, arc, 1.0 / (count(low) * count(high)),
+                       surface_.border_length(cell, arc), surface_.angle(cell, arc)});
     }
-  }
-
-  // The number of cells on the side with this label.
-  double count(Label label) const {
-    if (on_side_.empty()) return 1.0;
-    const auto range = std::equal_range(on_side_.begin(), on_side_.end(), label);
-    return static_cast<double>(range.second - range.first);
   }
 
   const Surface& surface_;
   const std::span<const Label> labels_;
-  std::vector<Label> on_side_;  // labels on the side, sorted; empty if it has two cells
-  std::vector<Crossing> found_;
 };
-
-std::vector<Crossing> sorted_crossings(const Surface& surface, std::span<const Label> labels,
-                                       ThreadTeam& team) {
-  std::vector<Crossing> crossings;
-  std::mutex mutex;
-  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    CrossingFinder finder(surface, labels);
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) finder.add_arcs_of(cell);
-    const std::vector<Crossing> part = std::move(finder).take();
-    const std::scoped_lock lock(mutex);
-    crossings.insert(crossings.end(), part.begin(), part.end());
-  });
-  // Also sorted by arc, so that the order of the sums does not depend on the number of threads.
-  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
-    return std::tie(a.low, a.high, a.arc) < std::tie(b.low, b.high, b.arc);
-  });
-  return crossings;
-}
 
 // The border crossed by a list of arcs from one region to another.
 RegionArc sum_border(std::span<const Crossing> crossings) {
@@ -241,42 +174,38 @@ RegionArc sum_border(std::span<const Crossing> crossings) {
 
 }  // namespace
 
-RegionShapes::RegionShapes(std::size_t n_regions)
-    : measures(n_regions),
-      centroids(n_regions),
-      squares(n_regions),
-      products(n_regions),
-      normal_sums(n_regions),
-      lows(n_regions),
-      highs(n_regions),
-      open_lengths(n_regions),
-      centers(n_regions) {}
-
-RegionShapes measure_regions(const Surface& surface, std::span<const Label> labels, Label n_regions,
-                             ThreadTeam& team) {
+std::vector<RegionShape> measure_regions(const Surface& surface, std::span<const Label> labels,
+                                         Label n_regions, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
-  const Members members(labels, n_regions);
-  RegionShapes shapes(n_regions);
-  team.for_each_block(
-      n_regions,
-      [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t region = begin; region < end; ++region) {
-          measure_region(surface, members.of(region), region, shapes);
-        }
-      },
-      kRegionBlock);
+  const Lists<Cell> members = group<Cell>(n_regions, [&](const auto& add) {
+    for (Cell cell = 0; cell < surface.n_cells(); ++cell) {
+      if (labels[cell] != kNoLabel) add(labels[cell], cell);
+    }
+  });
+  std::vector<RegionShape> shapes(n_regions);
+  const auto measure_range = [&](std::int64_t begin, std::int64_t end) {
+    for (auto region = begin; region < end; ++region) {
+      shapes[region] = measure_region(surface, members[region]);
+    }
+  };
+  team.for_each_block(n_regions, measure_range, kRegionBlock);
   return shapes;
 }
 
 std::vector<RegionArc> region_arcs(const Surface& surface, std::span<const Label> labels,
                                    ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
-  const std::vector<Crossing> crossings = sorted_crossings(surface, labels, team);
+  const CrossingFinder finder(surface, labels);
+  Buffer<Crossing> crossings = gather<Crossing>(
+      surface.n_cells(),
+      [&](Cell cell, std::vector<Crossing>& found) { finder.add_arcs_of(cell, found); }, team);
+  sort_crossings(crossings);
   std::vector<RegionArc> arcs;
-  for (auto first = crossings.begin(); first != crossings.end();) {
-    const auto last = std::find_if(first, crossings.end(), [&](const Crossing& crossing) {
-      return crossing.low != first->low || crossing.high != first->high;
-    });
+  for (const Crossing* first = crossings.data(); first != crossings.end();) {
+    const Crossing* const last =
+        std::find_if(first, std::as_const(crossings).end(), [&](const Crossing& crossing) {
+          return crossing.low != first->low || crossing.high != first->high;
+        });
     arcs.push_back(sum_border({first, last}));
     first = last;
   }

@@ -11,25 +11,22 @@
 
 namespace superfacets {
 
-// Arrays of one entry per region.
-struct RegionShapes {
-  Buffer<double> measures;
-  Buffer<Point> centroids;    // weighted by measure; the plain mean where all measures are 0
-  Buffer<Point> squares;      // xx, yy, zz of the covariance, weighted likewise
-  Buffer<Point> products;     // xy, xz, yz
-  Buffer<Point> normal_sums;  // the sum of area vectors
-  Buffer<Point> lows;         // of the box around the vertices
-  Buffer<Point> highs;
-  Buffer<double> open_lengths;  // of border that no arc crosses
-  Buffer<Cell> centers;         // the cell nearest to the centroid, the lowest among equals
-
-  explicit RegionShapes(std::size_t n_regions);
+struct RegionShape {
+  double measure;
+  Point centroid;    // weighted by measure; the plain mean where all measures are 0
+  Point squares;     // xx, yy, zz of the covariance, weighted likewise
+  Point products;    // xy, xz, yz
+  Point normal_sum;  // the sum of area vectors
+  Point low;         // of the box around the vertices
+  Point high;
+  double open_length;  // of border that no arc crosses
+  Cell center;         // the cell nearest to the centroid, the lowest among equals
 };
 
 // Measures regions 0..n_regions-1, each of which has a cell. Time O(N); the same bits on any number
 // of threads. Memory: 4 bytes per cell.
-RegionShapes measure_regions(const Surface& surface, std::span<const Label> labels, Label n_regions,
-                             ThreadTeam& team);
+std::vector<RegionShape> measure_regions(const Surface& surface, std::span<const Label> labels,
+                                         Label n_regions, ThreadTeam& team);
 
 // The border between two regions. Angles are those of Surface::angle; means are weighted by border
 // length, or plain if that is 0.

@@ -9,12 +9,9 @@ Buffer<std::uint8_t> cells_at_borders(std::span<const std::int64_t> offsets,
                                       std::span<const Label> labels) {
   SUPERFACETS_ASSERT(offsets.size() <= labels.size() + 1 && all_below(targets, labels.size()));
   Buffer<std::uint8_t> are_at_borders(offsets.size() - 1);
-  for (std::size_t cell = 0; cell + 1 < offsets.size(); ++cell) {
-    bool differs = false;
-    for (std::int64_t arc = offsets[cell]; arc < offsets[cell + 1]; ++arc) {
-      differs |= labels[targets[arc]] != labels[cell];
-    }
-    are_at_borders[cell] = static_cast<std::uint8_t>(differs);
+  const Arcs arcs{offsets, targets};
+  for (Cell cell = 0; cell < arcs.n_cells(); ++cell) {
+    are_at_borders[cell] = static_cast<std::uint8_t>(arcs.is_at_border(cell, labels));
   }
   return are_at_borders;
 }

@@ -22,8 +22,7 @@ template <typename CornersOf>
 void spread_rings(Cell n_cells, const CornersOf& corners_of, std::span<std::uint8_t> rings) {
   // Round by round from the largest number down: a round writes smaller numbers, which the next one
   // reads.
-  for (int ring = rings.empty() ? 0 : *std::max_element(rings.begin(), rings.end()); ring > 1;
-       --ring) {
+  for (int ring = rings.empty() ? 0 : *std::ranges::max_element(rings); ring > 1; --ring) {
     const auto less = static_cast<std::uint8_t>(ring - 1);
     for (Cell cell = 0; cell < n_cells; ++cell) {
       int largest = 0;

@@ -7,10 +7,8 @@
 #include <utility>
 
 #include "base/assert.hpp"
-#include "base/threads.hpp"
 #include "regions/chains.hpp"
 #include "regions/patches.hpp"
-#include "regions/stiffness.hpp"
 
 namespace superfacets {
 namespace {
@@ -64,9 +62,10 @@ class WaitingCells {
 
 class Smoother {
  public:
-  Smoother(MovingRegions& regions, const SmoothOptions& options, ThreadTeam& team)
+  Smoother(MovingRegions& regions, const RegionSums& at_first, const SmoothOptions& options,
+           ThreadTeam& team)
       : regions_(regions),
-        stiffness_(regions.surface(), regions.labels(), options.stiff, team),
+        stiffness_(regions.surface(), at_first, options.stiff),
         waiting_(regions.labels().size(), team),
         team_(team) {
     const auto lists = take_border_cells();
@@ -94,7 +93,7 @@ class Smoother {
   GroupedCells by_region(const Lists& lists) const {
     const std::span<const Label> labels = regions_.labels();
     // All regions: without reverse arcs, a region may be adjacent without a cell at a border.
-    const Label n_regions = *std::max_element(labels.begin(), labels.end()) + 1;
+    const Label n_regions = *std::ranges::max_element(labels) + 1;
     return group_cells(lists, [&](Cell cell) { return labels[cell]; }, n_regions);
   }
 
@@ -158,8 +157,7 @@ bool all_lead_back(const Arcs& arcs, ThreadTeam& team) {
   std::atomic<bool> lead_back = true;
   const auto leads_back = [&](Cell from, Cell to) {
     const std::span<const Cell> returning = arcs.neighbors(to);
-    return returning.size() <= kMostArcs &&
-           std::find(returning.begin(), returning.end(), from) != returning.end();
+    return returning.size() <= kMostArcs && std::ranges::find(returning, from) != returning.end();
   };
   team.for_each_block(arcs.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     for (auto cell = static_cast<Cell>(begin); cell < end && lead_back; ++cell) {
@@ -171,14 +169,15 @@ bool all_lead_back(const Arcs& arcs, ThreadTeam& team) {
   return lead_back;
 }
 
-void smooth(MovingRegions& regions, const SmoothOptions& options, ThreadTeam& team) {
+void smooth(MovingRegions& regions, const RegionSums& at_first, const SmoothOptions& options,
+            ThreadTeam& team) {
   const Surface& surface = regions.surface();
   if (surface.may_have_one_way_arcs() && !all_lead_back(surface.arcs(), team)) {
     // Patches may be adjacent without being recorded as such, so they move one after another.
     ThreadTeam alone(1);
-    Smoother(regions, options, alone).run(options.max_sweeps);
+    Smoother(regions, at_first, options, alone).run(options.max_sweeps);
   } else {
-    Smoother(regions, options, team).run(options.max_sweeps);
+    Smoother(regions, at_first, options, team).run(options.max_sweeps);
   }
 }
 
@@ -186,15 +185,15 @@ void smooth(MovingRegions& regions, const SmoothOptions& options, ThreadTeam& te
 
 SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
                          std::span<const Label> labels, std::span<const Cell> fixed,
-                         std::span<const Cell> rim, const SmoothOptions& options,
-                         ThreadTeam& team) {
+                         std::span<const Cell> rim, const RegionSums& at_first,
+                         const SmoothOptions& options, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
   SUPERFACETS_ASSERT(std::ssize(cost.lengths) == surface.arcs().n_arcs() &&
                      cost.crease_scale > 0.0);
   SUPERFACETS_ASSERT(all_below(fixed, surface.n_cells()) && options.max_distance >= 0.0);
   SUPERFACETS_ASSERT(all_below(rim, surface.n_cells()));
   MovingRegions regions(surface, cost, labels, fixed, team);
-  smooth(regions, options, team);
+  smooth(regions, at_first, options, team);
   SmoothedPart part;
   std::copy_if(rim.begin(), rim.end(), std::back_inserter(part.examined),
                [&](Cell cell) { return regions.was_examined(cell); });
@@ -205,7 +204,9 @@ SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
 Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
                              std::span<const Label> labels, std::span<const Cell> fixed,
                              const SmoothOptions& options, ThreadTeam& team) {
-  return smooth_part(surface, cost, labels, fixed, {}, options, team).labels;
+  const bool is_stiff = options.stiff.stiffness > 0.0;
+  const RegionSums at_first = is_stiff ? sums_of_regions(surface, labels, team) : RegionSums();
+  return smooth_part(surface, cost, labels, fixed, {}, at_first, options, team).labels;
 }
 
 }  // namespace superfacets

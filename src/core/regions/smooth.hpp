@@ -44,10 +44,12 @@ struct SmoothedPart {
 
 // The same for a part of a surface that has all cells at borders, surrounded by further cells up to
 // a rim: cells that lack a neighbor, or a cell at one of their corners. Cells are in the order of
-// the whole surface. Of cells that are not considered for a move, only the label is read: if no rim
-// cell was examined, the result is that of the whole surface.
+// the whole surface, whose regions have the sums `at_first`. Of cells that are not considered for a
+// move, only the label is read: if no rim cell was examined, the result is that of the whole
+// surface.
 SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
                          std::span<const Label> labels, std::span<const Cell> fixed,
-                         std::span<const Cell> rim, const SmoothOptions& options, ThreadTeam& team);
+                         std::span<const Cell> rim, const RegionSums& at_first,
+                         const SmoothOptions& options, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -21,8 +21,11 @@ struct Run {
   Point moment{0.0, 0.0, 0.0};
 };
 
-std::vector<Run> sums_of_regions(const Surface& surface, std::span<const Label> labels,
-                                 Label n_regions, ThreadTeam& team) {
+}  // namespace
+
+RegionSums sums_of_regions(const Surface& surface, std::span<const Label> labels,
+                           ThreadTeam& team) {
+  if (labels.empty()) return {};
   std::vector<std::vector<Run>> blocks((labels.size() + kBlock - 1) / kBlock);
   const auto collect = [&](std::int64_t begin, std::int64_t end) {
     std::vector<Run> runs;
@@ -35,34 +38,34 @@ std::vector<Run> sums_of_regions(const Surface& surface, std::span<const Label> 
     blocks[begin / kBlock] = std::move(runs);
   };
   team.for_each_block(surface.n_cells(), collect, kBlock);
-  std::vector<Run> sums(n_regions);
+  const Label n_regions = *std::ranges::max_element(labels) + 1;
+  RegionSums sums{std::vector<double>(n_regions, 0.0),
+                  std::vector<Point>(n_regions, Point{0.0, 0.0, 0.0})};
   for (const std::vector<Run>& runs : blocks) {
     for (const Run& run : runs) {
-      sums[run.region].area += run.area;
-      sums[run.region].moment = sums[run.region].moment + run.moment;
+      sums.areas[run.region] += run.area;
+      sums.moments[run.region] = sums.moments[run.region] + run.moment;
     }
   }
   return sums;
 }
 
-}  // namespace
-
-Stiffness::Stiffness(const Surface& surface, std::span<const Label> labels,
-                     const StiffnessOptions& options, ThreadTeam& team)
+Stiffness::Stiffness(const Surface& surface, const RegionSums& at_first,
+                     const StiffnessOptions& options)
     : surface_(surface), roundness_(options.roundness) {
   SUPERFACETS_ASSERT(options.stiffness >= 0.0 && options.roundness >= 0.0);
-  if (options.stiffness == 0.0 || labels.empty()) return;
-  const Label n_regions = *std::max_element(labels.begin(), labels.end()) + 1;
-  const std::vector<Run> sums = sums_of_regions(surface, labels, n_regions, team);
+  SUPERFACETS_ASSERT(at_first.moments.size() == at_first.areas.size());
+  if (options.stiffness == 0.0) return;
   double total = 0.0;
-  for (const Run& sum : sums) total += sum.area;
+  for (const double area : at_first.areas) total += area;
   if (!(total > 0.0)) return;
-  const double mean = total / n_regions;
+  const std::size_t n_regions = at_first.areas.size();
+  const double mean = total / static_cast<double>(n_regions);
   changes_.assign(n_regions, 0.0);
-  for (const Run& sum : sums) {
-    const double area = std::max(sum.area, kLeastShare * mean);
+  for (std::size_t region = 0; region < n_regions; ++region) {
+    const double area = std::max(at_first.areas[region], kLeastShare * mean);
     weights_.push_back(options.stiffness / area);
-    centroids_.push_back((1.0 / area) * sum.moment);
+    centroids_.push_back((1.0 / area) * at_first.moments[region]);
   }
 }
 

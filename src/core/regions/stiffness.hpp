@@ -39,10 +39,19 @@ struct StiffnessOptions {
   double roundness = 0.0;  // per unit of length, cubed
 };
 
+// The area of each region, and the sum of the positions of its cells, weighted by their areas. The
+// sums of the cells of each block of consecutive cells are added first, in the order of the cells,
+// so that they do not depend on the number of threads.
+struct RegionSums {
+  std::vector<double> areas;
+  std::vector<Point> moments;
+};
+RegionSums sums_of_regions(const Surface& surface, std::span<const Label> labels, ThreadTeam& team);
+
 class Stiffness {
  public:
-  Stiffness(const Surface& surface, std::span<const Label> labels, const StiffnessOptions& options,
-            ThreadTeam& team);
+  // `at_first` are the sums of all regions; they are not read if stiffness is 0.
+  Stiffness(const Surface& surface, const RegionSums& at_first, const StiffnessOptions& options);
 
   bool is_off() const { return weights_.empty(); }
   Label n_regions() const { return static_cast<Label>(weights_.size()); }

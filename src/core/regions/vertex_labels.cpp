@@ -8,44 +8,24 @@
 #include <vector>
 
 #include "base/assert.hpp"
+#include "base/lists.hpp"
 #include "base/radix_sort.hpp"
 
 namespace superfacets {
 namespace {
 
-// Vertices per task that lists edges.
-constexpr std::int64_t kBlock = 1 << 14;
-
 // Lists edge(a, b) for each arc that `is_listed`, in the order of vertices, and sorts the list.
 template <typename IsListed, typename MakeEdge>
 Buffer<WeightedEdge> sorted_edges(const VertexEdges& edges, const IsListed& is_listed,
                                   const MakeEdge& edge, ThreadTeam& team) {
-  const std::int64_t n_vertices = edges.n_vertices();
-  std::vector<std::vector<WeightedEdge>> lists((n_vertices + kBlock - 1) / kBlock);
-  team.for_each_block(
-      n_vertices,
-      [&](std::int64_t begin, std::int64_t end) {
-        std::vector<WeightedEdge>& list = lists[begin / kBlock];
-        for (auto a = static_cast<Vertex>(begin); a < end; ++a) {
-          for (const Vertex b : edges.of(a)) {
-            if (is_listed(a, b)) list.push_back(edge(a, b));
-          }
-        }
-      },
-      kBlock);
-  std::size_t n_edges = 0;
-  for (const auto& list : lists) n_edges += list.size();
-  Buffer<WeightedEdge> all(n_edges);
-  WeightedEdge* next = all.data();
-  for (const auto& list : lists) next = std::copy(list.begin(), list.end(), next);
+  const auto add_edges = [&](Vertex a, std::vector<WeightedEdge>& list) {
+    for (const Vertex b : edges.of(a)) {
+      if (is_listed(a, b)) list.push_back(edge(a, b));
+    }
+  };
+  Buffer<WeightedEdge> all = gather<WeightedEdge>(edges.n_vertices(), add_edges, team);
   radix_sort(all);
   return all;
-}
-
-Buffer<Label> copy_of(std::span<const Label> labels) {
-  Buffer<Label> copy(labels.size());
-  std::copy(labels.begin(), labels.end(), copy.begin());
-  return copy;
 }
 
 std::vector<std::int64_t> sizes_of(std::span<const Label> labels, const LeastSize& size) {

@@ -1,6 +1,12 @@
 // A tree of bounding boxes over the cells in their order on the space-filling curve.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "base/assert.hpp"
@@ -17,27 +23,35 @@ class BoxTree {
   static constexpr std::size_t kFanOut = 8;  // a cube on a Morton curve has eight octants
 
   BoxTree() = default;  // an empty tree
-
   // Builds a tree over points, given in their order on the curve.
-  BoxTree(std::span<const Point> positions, ThreadTeam& team);
-
+  BoxTree(std::span<const Point> positions, ThreadTeam& team)
+      : BoxTree(
+            positions.size(), kLeaf,
+            [&](std::size_t place) { return Box{positions[place], positions[place]}; }, team) {}
   // Builds a tree over cells with an extent. box_of(place) returns the box of a cell; it is called
   // once for each place, on any thread.
   template <typename BoxOf>
   BoxTree(std::size_t n_cells, std::size_t leaf_size, const BoxOf& box_of, ThreadTeam& team)
       : n_cells_(n_cells), leaf_size_(leaf_size) {
-    std::vector<Box> leaves((n_cells + leaf_size - 1) / leaf_size);
-    team.for_each_index(static_cast<std::int64_t>(leaves.size()), [&](std::int64_t leaf) {
+    levels_.emplace_back((n_cells + leaf_size - 1) / leaf_size);
+    team.for_each_index(std::ssize(levels_[0]), [&](std::int64_t leaf) {
       const auto [first, last] = places(leaf);
-      for (auto place = first; place < last; ++place) leaves[leaf].include(box_of(place));
+      for (auto place = first; place < last; ++place) levels_[0][leaf].include(box_of(place));
     });
-    build_nodes(std::move(leaves));
+    while (levels_.back().size() > 1) {
+      const std::vector<Box>& below = levels_.back();
+      std::vector<Box> nodes((below.size() + kFanOut - 1) / kFanOut);
+      for (std::size_t child = 0; child < below.size(); ++child) {
+        nodes[child / kFanOut].include(below[child]);
+      }
+      levels_.push_back(std::move(nodes));
+    }
   }
 
+  bool empty() const { return n_cells_ == 0; }
   // Number of levels. The first level holds the leaves, the last only the root.
   std::size_t n_levels() const { return levels_.size(); }
   std::span<const Box> level(std::size_t level) const { return levels_[level]; }
-
   // The children of a node above the leaves: first, and one past the last.
   std::pair<std::size_t, std::size_t> children(std::size_t level, std::size_t index) const {
     SUPERFACETS_ASSERT(level > 0 && level < n_levels() && index < levels_[level].size());
@@ -49,17 +63,38 @@ class BoxTree {
     return {leaf * leaf_size_, std::min((leaf + 1) * leaf_size_, n_cells_)};
   }
 
+  // A value for each node, by level: combine(node, value) adds the value of each place to that of
+  // its leaf, and of each child to that of its parent. Nodes begin with `empty`.
+  template <typename Value, typename Combine>
+  std::vector<std::vector<Value>> summarize(std::span<const Value> of_places, const Value& empty,
+                                            const Combine& combine) const {
+    std::vector<std::vector<Value>> nodes;
+    for (std::span<const Value> below = of_places; nodes.size() < n_levels();) {
+      const std::size_t fan_out = nodes.empty() ? leaf_size_ : kFanOut;
+      std::vector<Value>& level = nodes.emplace_back(levels_[nodes.size()].size(), empty);
+      for (std::size_t i = 0; i < below.size(); ++i) combine(level[i / fan_out], below[i]);
+      below = level;
+    }
+    return nodes;
+  }
+
   // Calls visit(begin, end), with the range of places, for each leaf if is_wanted(level, index)
   // holds for the leaf and all of its ancestors. The condition may change between visits.
   template <typename IsWanted, typename Visit>
   void visit_leaves(const IsWanted& is_wanted, const Visit& visit) const {
-    visit_below(n_levels() - 1, 0, is_wanted, visit);
+    if (!empty()) visit_below(n_levels() - 1, 0, is_wanted, visit);
+  }
+
+  // The same for each leaf that is not farther than `limit`, which visit may lower: of the children
+  // of a node, the nearest first. distance(level, index) is a lower bound of the distance to
+  // anything in a node, or NaN to leave it out.
+  template <typename Distance, typename Visit>
+  void visit_nearest(const Distance& distance, const double& limit, const Visit& visit) const {
+    if (empty() || !(distance(n_levels() - 1, 0) <= limit)) return;
+    visit_nearest_below(n_levels() - 1, 0, distance, limit, visit);
   }
 
  private:
-  // Adds the leaves, and the levels above them.
-  void build_nodes(std::vector<Box> leaves);
-
   template <typename IsWanted, typename Visit>
   void visit_below(std::size_t level, std::size_t index, const IsWanted& is_wanted,
                    const Visit& visit) const {
@@ -70,6 +105,28 @@ class BoxTree {
     }
     const auto [begin, end] = children(level, index);
     for (auto child = begin; child < end; ++child) visit_below(level - 1, child, is_wanted, visit);
+  }
+
+  template <typename Distance, typename Visit>
+  void visit_nearest_below(std::size_t level, std::size_t index, const Distance& distance,
+                           const double& limit, const Visit& visit) const {
+    if (level == 0) {
+      const auto [begin, end] = places(index);
+      return visit(begin, end);
+    }
+    std::array<std::pair<double, std::size_t>, kFanOut> open;  // distances, and children
+    std::size_t n_open = 0;
+    const auto [begin, end] = children(level, index);
+    for (auto child = begin; child < end; ++child) {
+      const double apart = distance(level - 1, child);
+      if (!(apart <= limit)) continue;
+      std::size_t slot = n_open++;
+      for (; slot > 0 && apart < open[slot - 1].first; --slot) open[slot] = open[slot - 1];
+      open[slot] = {apart, child};
+    }
+    for (std::size_t i = 0; i < n_open && open[i].first <= limit; ++i) {
+      visit_nearest_below(level - 1, open[i].second, distance, limit, visit);
+    }
   }
 
   std::size_t n_cells_ = 0;

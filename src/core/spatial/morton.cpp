@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <mutex>
 #include <numeric>
 #include <utility>
 
 #include "base/assert.hpp"
+#include "base/lists.hpp"
 
 namespace superfacets {
 namespace {
@@ -14,9 +16,6 @@ constexpr int kBitsPerAxis = 10;
 constexpr int kDigitBits = 10;  // the tables of one digit fit into the first-level cache
 static_assert(kCodeBits == 3 * kBitsPerAxis && kCodeBits == 3 * kDigitBits);
 constexpr std::uint32_t kDigits = 1U << kDigitBits;
-
-// Parts of the cells per thread, each with its own write cursors. Several balance the load.
-constexpr std::int64_t kPartsPerThread = 4;
 
 struct Entry {
   std::uint32_t code;
@@ -61,62 +60,17 @@ class Curve {
   double scale_;
 };
 
-using Counts = std::array<std::int64_t, kDigits>;
-
-// Cells sorted by the highest digit of their codes. Cells with equal digits are then sorted by the
-// other digits within the second-level cache.
-struct Coarse {
-  Buffer<Entry> entries;
-  std::array<std::int64_t, kDigits + 1> starts;  // start of the entries of each digit
-};
-
-// One thread counts and moves the cells of a part. The write cursors are ordered by digit, then by
-// part, so the sort is stable and does not depend on the number of parts.
-Coarse sort_by_high_digit(std::span<const std::uint32_t> codes, ThreadTeam& team) {
-  const auto n = static_cast<std::int64_t>(codes.size());
-  const std::int64_t n_parts = kPartsPerThread * team.size();
-  const auto start_of = [&](std::int64_t part) { return n * part / n_parts; };
-  std::vector<Counts> next(n_parts);  // counts, then write cursors
-  team.for_each(n_parts, [&](std::int64_t part, int) {
-    next[part].fill(0);
-    for (auto cell = start_of(part); cell < start_of(part + 1); ++cell) {
-      SUPERFACETS_ASSERT(codes[cell] >> kCodeBits == 0);
-      ++next[part][digit_of(codes[cell], 2)];
-    }
-  });
-  Coarse coarse{Buffer<Entry>(codes.size()), {}};
-  std::int64_t n_before = 0;
-  for (std::uint32_t digit = 0; digit < kDigits; ++digit) {
-    coarse.starts[digit] = n_before;
-    for (Counts& of_part : next) n_before += std::exchange(of_part[digit], n_before);
-  }
-  coarse.starts[kDigits] = n_before;
-  team.for_each(n_parts, [&](std::int64_t part, int) {
-    for (auto cell = start_of(part); cell < start_of(part + 1); ++cell) {
-      const std::int64_t place = next[part][digit_of(codes[cell], 2)]++;
-      coarse.entries[place] = {codes[cell], static_cast<Cell>(cell)};
-    }
-  });
-  return coarse;
-}
-
-// Replaces counts by their prefix sums.
-void sum_up(Counts& counts) {
-  std::int64_t n_before = 0;
-  for (std::int64_t& count : counts) n_before += std::exchange(count, n_before);
-}
-
 // Sorts entries by their two lower digits, one after the other, and writes their cells.
 void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sorted, Cell* cells) {
   if (entries.empty()) return;
-  Counts first{};
-  Counts second{};
+  std::array<std::int64_t, kDigits> first{};
+  std::array<std::int64_t, kDigits> second{};
   for (const Entry& entry : entries) {
     ++first[digit_of(entry.code, 0)];
     ++second[digit_of(entry.code, 1)];
   }
-  sum_up(first);
-  sum_up(second);
+  std::exclusive_scan(first.begin(), first.end(), first.begin(), std::int64_t{0});
+  std::exclusive_scan(second.begin(), second.end(), second.begin(), std::int64_t{0});
   if (sorted.size() < entries.size()) sorted.resize(entries.size());
   for (const Entry& entry : entries) sorted[first[digit_of(entry.code, 0)]++] = entry;
   for (const Entry& entry : std::span(sorted).first(entries.size())) {
@@ -124,14 +78,25 @@ void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sort
   }
 }
 
-Buffer<Cell> order_of(const Coarse& coarse, ThreadTeam& team) {
-  Buffer<Cell> order(coarse.entries.size());
+// Cells are sorted by the highest digit of their codes first, then by the other digits within the
+// second-level cache. Codes in a buffer are freed before the order is allocated.
+template <typename Codes>
+Buffer<Cell> order_of(Codes codes, ThreadTeam& team) {
+  const auto n = std::ssize(codes);
+  const Lists<Entry> by_digit = group<Entry>(
+      n, kDigits,
+      [&](std::int64_t begin, std::int64_t end, const auto& add) {
+        for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+          SUPERFACETS_ASSERT(codes[cell] >> kCodeBits == 0);
+          add(digit_of(codes[cell], 2), {codes[cell], cell});
+        }
+      },
+      team);
+  codes = {};
+  Buffer<Cell> order(n);
   std::vector<std::vector<Entry>> sorted(team.size());
   team.for_each(kDigits, [&](std::int64_t digit, int thread) {
-    const std::int64_t begin = coarse.starts[digit];
-    const std::int64_t size = coarse.starts[digit + 1] - begin;
-    sort_by_low_digits(coarse.entries.span().subspan(begin, size), sorted[thread],
-                       order.data() + begin);
+    sort_by_low_digits(by_digit[digit], sorted[thread], order.data() + by_digit.offsets[digit]);
   });
   return order;
 }
@@ -173,7 +138,7 @@ std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std
 void refine(std::span<const Point> positions, std::span<const std::uint32_t> codes,
             std::size_t n_together, std::span<Cell> order, ThreadTeam& team) {
   const auto runs = long_runs(codes, n_together);
-  team.for_each(static_cast<std::int64_t>(runs.size()), [&](std::int64_t run, int) {
+  team.for_each(std::ssize(runs), [&](std::int64_t run, int) {
     const auto [first, last] = runs[run];
     order_by_halves(positions, order.subspan(first, last - first), n_together);
   });
@@ -182,23 +147,19 @@ void refine(std::span<const Point> positions, std::span<const std::uint32_t> cod
 }  // namespace
 
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team) {
-  // Codes are freed before the order is allocated.
-  const Coarse coarse = sort_by_high_digit(morton_codes(positions, bounds, team).span(), team);
-  return order_of(coarse, team);
+  return order_of(morton_codes(positions, bounds, team), team);
 }
 
 Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team) {
-  return order_of(sort_by_high_digit(codes, team), team);
+  return order_of(codes, team);
 }
 
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
                                    ThreadTeam& team) {
   const Curve curve(bounds);
   Buffer<std::uint32_t> codes(positions.size());
-  team.for_each_block(std::ssize(positions), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t cell = begin; cell < end; ++cell)
-      codes[cell] = curve.code_of(positions[cell]);
-  });
+  team.for_each_index(std::ssize(positions),
+                      [&](std::int64_t cell) { codes[cell] = curve.code_of(positions[cell]); });
   return codes;
 }
 
@@ -216,8 +177,7 @@ Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t 
 Buffer<Cell> order_within_steps(std::span<const Point> positions,
                                 std::span<const std::uint32_t> codes, std::size_t n_together,
                                 ThreadTeam& team) {
-  SUPERFACETS_ASSERT(codes.size() == positions.size() &&
-                     std::is_sorted(codes.begin(), codes.end()));
+  SUPERFACETS_ASSERT(codes.size() == positions.size() && std::ranges::is_sorted(codes));
   Buffer<Cell> order(positions.size());
   std::iota(order.begin(), order.end(), 0);
   refine(positions, codes, n_together, order.span(), team);
@@ -225,17 +185,14 @@ Buffer<Cell> order_within_steps(std::span<const Point> positions,
 }
 
 Box bounds_of(std::span<const Point> positions, ThreadTeam& team) {
-  constexpr std::int64_t kBlock = 1 << 14;  // cells per block of the reduction
-  const auto n = static_cast<std::int64_t>(positions.size());
-  std::vector<Box> boxes((n + kBlock - 1) / kBlock);
-  auto include_range = [&](std::int64_t begin, std::int64_t end) {
-    Box box;
-    for (std::int64_t cell = begin; cell < end; ++cell) box.include(positions[cell]);
-    boxes[begin / kBlock] = box;
-  };
-  team.for_each_block(n, include_range, kBlock);
   Box bounds;
-  for (const Box& box : boxes) bounds.include(box);
+  std::mutex mutex;
+  team.for_each_block(std::ssize(positions), [&](std::int64_t begin, std::int64_t end) {
+    Box box;
+    for (const Point& p : positions.subspan(begin, end - begin)) box.include(p);
+    const std::scoped_lock lock(mutex);
+    bounds.include(box);
+  });
   return bounds;
 }
 

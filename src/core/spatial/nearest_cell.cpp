@@ -26,9 +26,9 @@ constexpr std::size_t kQueriesTogether = 64;  // queries of one code left in inp
 struct Answer {
   double squared;
   Cell cell = std::numeric_limits<Cell>::max();
-  Place place = -1;
+  Place place = kNoPlace;
 
-  bool is_found() const { return place >= 0; }
+  bool is_found() const { return place != kNoPlace; }
 };
 
 // Shapes along a space-filling curve, with a tree of boxes over them.
@@ -56,8 +56,13 @@ class ShapeSearch {
   Answer nearest_to(const Point& p, double max_squared, const Answer& hint) const {
     Answer best{max_squared};
     if (hint.is_found()) offer(p, hint.place, best);
-    const std::size_t top = tree_.n_levels() - 1;
-    if (tree_.level(top)[0].squared_distance(p) <= best.squared) search(p, top, 0, best);
+    const auto squared_distance = [&](std::size_t level, std::size_t index) {
+      return tree_.level(level)[index].squared_distance(p);
+    };
+    // A box at exactly the best distance may hold a lower cell.
+    tree_.visit_nearest(squared_distance, best.squared, [&](std::size_t begin, std::size_t end) {
+      for (auto place = begin; place < end; ++place) offer(p, static_cast<Place>(place), best);
+    });
     return best;
   }
 
@@ -66,34 +71,6 @@ class ShapeSearch {
   }
 
  private:
-  struct Open {
-    double squared;  // distance to the box, squared
-    std::size_t index;
-  };
-
-  // Searches a node, nearest boxes first. A box at exactly the best distance may hold a lower cell.
-  void search(const Point& p, std::size_t level, std::size_t index, Answer& best) const {
-    if (level == 0) {
-      const auto [begin, end] = tree_.places(index);
-      for (auto place = begin; place < end; ++place) offer(p, static_cast<Place>(place), best);
-      return;
-    }
-    std::array<Open, BoxTree::kFanOut> open;
-    std::size_t n_open = 0;
-    const std::span<const Box> below = tree_.level(level - 1);
-    const auto [begin, end] = tree_.children(level, index);
-    for (auto child = begin; child < end; ++child) {
-      const double squared = below[child].squared_distance(p);
-      if (squared > best.squared) continue;
-      std::size_t slot = n_open++;
-      for (; slot > 0 && squared < open[slot - 1].squared; --slot) open[slot] = open[slot - 1];
-      open[slot] = {squared, child};
-    }
-    for (std::size_t i = 0; i < n_open && open[i].squared <= best.squared; ++i) {
-      search(p, level - 1, open[i].index, best);
-    }
-  }
-
   void offer(const Point& p, Place place, Answer& best) const {
     const double squared = squared_norm(p - shapes_[place].nearest(p));
     const Cell cell = cells_[place];
@@ -120,7 +97,7 @@ NearestCells find_nearest(const ShapeSearch<Shape>& shapes, std::span<const Poin
       const Point& p = queries[query];
       answer = shapes.nearest_to(p, max_distance * max_distance, answer);
       const bool is_found = answer.is_found();
-      found.cells[query] = is_found ? answer.cell : kNoLabel;
+      found.cells[query] = is_found ? answer.cell : kNoCell;
       found.distances[query] = is_found ? std::sqrt(answer.squared) : kInfinity;
       found.points[query] = is_found ? shapes.point_of(answer, p) : Point{kNaN, kNaN, kNaN};
     }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "base/assert.hpp"
 #include "spatial/morton.hpp"
@@ -42,9 +41,7 @@ NeighborSearch::NeighborSearch(std::span<const Point> positions, std::span<const
     : positions_(points.size()) {
   Buffer<Point> found(points.size());
   const auto n = static_cast<std::int64_t>(points.size());
-  team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = begin; i < end; ++i) found[i] = positions[points[i]];
-  });
+  team.for_each_index(n, [&](std::int64_t i) { found[i] = positions[points[i]]; });
   points_ = refined_morton_order(found.span(), BoxTree::kLeaf, team);
   team.for_each_index(n, [&](std::int64_t place) {
     positions_[place] = found[points_[place]];
@@ -115,8 +112,7 @@ void NeighborSearch::find_nearby(std::size_t leaf, double farthest,
     const double apart = squared_norm(other.low + other.high - middle);
     if (near != leaf) nearby.push_back({apart, near});
   });
-  std::sort(nearby.begin(), nearby.end(),
-            [](const Nearby& a, const Nearby& b) { return a.apart < b.apart; });
+  std::ranges::sort(nearby, [](const Nearby& a, const Nearby& b) { return a.apart < b.apart; });
 }
 
 // Offers the points of a leaf, except the point at `from`, to the list of a place.

@@ -10,14 +10,12 @@
 namespace superfacets {
 namespace {
 
-constexpr Cell kNone = -1;
-
-// For each point, its index among the wanted points; kNone if it is not wanted.
+// For each point, its index among the wanted points; kNoCell if it is not wanted.
 Buffer<Cell> rows_of_wanted(std::span<const std::uint8_t> is_wanted, std::size_t& n_wanted) {
   Buffer<Cell> rows(is_wanted.size());
   n_wanted = 0;
   for (std::size_t i = 0; i < is_wanted.size(); ++i) {
-    rows[i] = is_wanted[i] != 0 ? static_cast<Cell>(n_wanted++) : kNone;
+    rows[i] = is_wanted[i] != 0 ? static_cast<Cell>(n_wanted++) : kNoCell;
   }
   return rows;
 }
@@ -34,10 +32,10 @@ NearestRows nearest_in_part(std::span<const Point> positions,
   std::iota(every.begin(), every.end(), 0);
   const NeighborSearch search(positions, every, team);
   NearestRows found{Buffer<Cell>(n_wanted * n_nearest), Buffer<double>(n_wanted * n_nearest)};
-  std::fill(found.points.begin(), found.points.end(), kNone);
-  std::fill(found.squared.begin(), found.squared.end(), kInfinity);
+  std::ranges::fill(found.points, kNoCell);
+  std::ranges::fill(found.squared, kInfinity);
   search.for_each_wanted(
-      n_nearest, [&](Place place) { return row_of[search.point_at(place)] != kNone; },
+      n_nearest, [&](Place place) { return row_of[search.point_at(place)] != kNoCell; },
       [&](Place place, std::span<const Neighbor> nearest, int) {
         std::size_t next = n_nearest * row_of[search.point_at(place)];
         for (const Neighbor& neighbor : nearest) {
@@ -54,41 +52,26 @@ Buffer<Point> directions_around(std::span<const Point> positions, std::span<cons
   SUPERFACETS_ASSERT(all_below(centers, static_cast<Cell>(positions.size())));
   Buffer<Point> directions(centers.size());
   const std::size_t n_columns = centers.empty() ? 0 : rows.size() / centers.size();
-  team.for_each_block(std::ssize(centers), [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = begin; i < end; ++i) {
-      Spread spread(positions[centers[i]]);
-      spread.include(positions[centers[i]]);
-      for (const Cell near : rows.subspan(n_columns * i, n_columns)) {
-        if (near == kNone) break;
-        spread.include(positions[near]);
-      }
-      directions[i] = direction_of_least_spread(spread);
+  team.for_each_index(std::ssize(centers), [&](std::int64_t i) {
+    Spread spread(positions[centers[i]]);
+    spread.include(positions[centers[i]]);
+    for (const Cell near : rows.subspan(n_columns * i, n_columns)) {
+      if (near == kNoCell) break;
+      spread.include(positions[near]);
     }
+    directions[i] = direction_of_least_spread(spread);
   });
   return directions;
 }
 
-SortedLists sorted_lists(Cell n_cells, std::span<const Cell> sources,
-                         std::span<const Place> targets) {
+Lists<Place> sorted_lists(Cell n_cells, std::span<const Cell> sources,
+                          std::span<const Place> targets) {
   SUPERFACETS_ASSERT(sources.size() == targets.size() && all_below(sources, n_cells));
-  Buffer<std::int64_t> cursors(std::size_t{1} + n_cells);  // starts of lists; when filled, ends
-  std::fill(cursors.begin(), cursors.end(), 0);
-  for (const Cell source : sources) ++cursors[source + 1];
-  std::inclusive_scan(cursors.begin(), cursors.end(), cursors.begin());
-  Buffer<Place> sorted(targets.size());
-  for (std::size_t i = 0; i < sources.size(); ++i) sorted[cursors[sources[i]]++] = targets[i];
-  SortedLists lists{Buffer<std::int64_t>(std::size_t{1} + n_cells), {}};
-  lists.offsets[0] = 0;
-  Place* next = sorted.data();  // end of the kept entries
-  for (Cell cell = 0; cell < n_cells; ++cell) {
-    Place* begin = sorted.data() + (cell == 0 ? 0 : cursors[cell - 1]);
-    Place* end = sorted.data() + cursors[cell];
-    std::sort(begin, end);
-    next = std::copy(begin, std::unique(begin, end), next);
-    lists.offsets[cell + 1] = next - sorted.data();
-  }
-  lists.targets = Buffer<Place>(lists.offsets[n_cells]);
-  std::copy_n(sorted.begin(), lists.targets.size(), lists.targets.begin());
+  Lists<Place> lists = group<Place>(n_cells, [&](const auto& add) {
+    for (std::size_t i = 0; i < sources.size(); ++i) add(sources[i], targets[i]);
+  });
+  ThreadTeam alone(1);
+  sort_unique(lists, alone);
   return lists;
 }
 

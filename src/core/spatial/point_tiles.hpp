@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/buffer.hpp"
+#include "base/lists.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
 
@@ -26,13 +27,9 @@ NearestRows nearest_in_part(std::span<const Point> positions,
 Buffer<Point> directions_around(std::span<const Point> positions, std::span<const Cell> centers,
                                 std::span<const Cell> rows, ThreadTeam& team);
 
-// Targets of each of n cells, ascending, without duplicates. sorted_lists builds them from pairs
-// (sources[i], targets[i]) in any order.
-struct SortedLists {
-  Buffer<std::int64_t> offsets;  // (n + 1,)
-  Buffer<Place> targets;
-};
-SortedLists sorted_lists(Cell n_cells, std::span<const Cell> sources,
-                         std::span<const Place> targets);
+// Targets of each of n cells, ascending, without duplicates, from pairs (sources[i], targets[i]) in
+// any order.
+Lists<Place> sorted_lists(Cell n_cells, std::span<const Cell> sources,
+                          std::span<const Place> targets);
 
 }  // namespace superfacets

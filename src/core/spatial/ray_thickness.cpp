@@ -1,12 +1,14 @@
 #include "spatial/ray_thickness.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
-#include <numbers>
-#include <optional>
+#include <memory>
 #include <utility>
+#include <vector>
 
-#include "base/arctangent.hpp"
+#include "base/elementary.hpp"
 #include "spatial/box_tree.hpp"
 #include "spatial/morton.hpp"
 
@@ -21,70 +23,41 @@ constexpr double kCosHalfAngle = 0.5;  // cosine of the half-angle of the cone o
 constexpr double kSoftening = 0.2;     // radians; the weight of a ray is 1 / (angle + kSoftening)
 constexpr double kLeastShare = 0.25;   // least fraction of rays that must leave the body
 
-constexpr std::size_t kFanOut = BoxTree::kFanOut;
-
-// The boxes of the children of a node, with one array per coordinate for vectorized loops. Single
-// precision, rounded outwards.
-struct Boxes {
-  std::array<std::array<float, kFanOut>, 3> low;
-  std::array<std::array<float, kFanOut>, 3> high;
-
-  void set(std::size_t i, const Box& box) {
-    const std::array<double, 3> lows{box.low.x, box.low.y, box.low.z};
-    const std::array<double, 3> highs{box.high.x, box.high.y, box.high.z};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis][i] = below(lows[axis]);
-      high[axis][i] = -below(-highs[axis]);
-    }
-  }
-
- private:
-  static float below(double value) {
-    const auto rounded = static_cast<float>(value);
-    return std::nextafter(rounded, -std::numeric_limits<float>::infinity());
-  }
-};
-
 struct Ray {
-  Ray(const Point& start, const Point& direction)
+  Ray(const Point& start, const Point& direction, double by)
       : from(start),
         along(direction),
-        origin{static_cast<float>(from.x), static_cast<float>(from.y), static_cast<float>(from.z)},
-        inverse{invert(along.x), invert(along.y), invert(along.z)} {}
+        inverse{invert(along.x), invert(along.y), invert(along.z)},
+        slack(by),
+        from_low(start + Point{by, by, by}),
+        from_high(start - Point{by, by, by}) {}
 
-  // Returns 1 / x. For x near 0, a large number replaces infinity, whose product with 0 is NaN.
-  static float invert(double x) {
-    constexpr double kLeast = 1e-15;
-    return static_cast<float>(1.0 / (std::abs(x) < kLeast ? std::copysign(kLeast, x) : x));
-  }
+  // 1 / x; a large number replaces infinity, whose product with 0 is NaN.
+  static double invert(double x) { return 1.0 / (x == 0.0 ? 1e-100 : x); }
 
   Point from;
   Point along;
-  std::array<float, 3> origin;
-  std::array<float, 3> inverse;
+  Point inverse;
+  double slack;     // by which boxes are enlarged, for rounding
+  Point from_low;   // the start as seen from an enlarged lower bound
+  Point from_high;  // and from an enlarged upper bound
 };
 
-// Computes the distances at which a ray enters and leaves each box. The first is a lower bound of
-// the distance to anything in the box; it is larger than the second if the ray misses the box.
-// kSlack compensates for rounding of the ray.
-void enter(const Boxes& boxes, const Ray& ray, std::array<float, kFanOut>& enters,
-           std::array<float, kFanOut>& leaves) {
-  constexpr float kSlack = 1e-6F;
-  enters.fill(0.0F);
-  leaves.fill(1e30F);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float origin = ray.origin[axis];
-    const float inverse = ray.inverse[axis];
-    const auto& low = inverse < 0.0F ? boxes.high[axis] : boxes.low[axis];
-    const auto& high = inverse < 0.0F ? boxes.low[axis] : boxes.high[axis];
-    const float slack = inverse < 0.0F ? -kSlack : kSlack;
-    for (std::size_t i = 0; i < kFanOut; ++i) {
-      const float near = (low[i] - slack - origin) * inverse;
-      const float far = (high[i] + slack - origin) * inverse;
-      enters[i] = near > enters[i] ? near : enters[i];
-      leaves[i] = far < leaves[i] ? far : leaves[i];
-    }
-  }
+// A lower bound of the distance at which a ray enters a box; NaN if it does not enter within
+// `limit`.
+double entry(const Box& box, const Ray& ray, double limit) {
+  double enter = 0.0;
+  double leave = limit;
+  const auto clip = [&](double Point::* axis) {
+    const double first = (box.low.*axis - ray.from_low.*axis) * ray.inverse.*axis;
+    const double last = (box.high.*axis - ray.from_high.*axis) * ray.inverse.*axis;
+    enter = std::max(enter, std::min(first, last));
+    leave = std::min(leave, std::max(first, last));
+  };
+  clip(&Point::x);
+  clip(&Point::y);
+  clip(&Point::z);
+  return enter <= leave ? enter : kNaN;
 }
 
 struct Hit {
@@ -144,9 +117,10 @@ class SlantedBox {
       axes_[1] = 1.0 / norm(normal) * normal;
       axes_[2] = cross(axes_[0], axes_[1]);
     }
+    origin_ = targets.front().corner;
     for (const Target& target : targets) {
       for (const Point& edge : {Point{0.0, 0.0, 0.0}, target.first, target.second}) {
-        box_.include(along_axes(target.corner + edge));
+        box_.include(along_axes(target.corner - origin_ + edge));
       }
     }
   }
@@ -154,24 +128,10 @@ class SlantedBox {
   Point extent() const { return box_.high - box_.low; }
   bool has_axes() const { return squared_norm(axes_[0]) > 0.0; }
 
-  // Whether a ray may hit the box within a distance.
-  bool is_met(const Ray& ray, double distance) const {
-    const Point from = along_axes(ray.from);
-    const Point along = along_axes(ray.along);
-    double enter = 0.0;
-    double leave = distance;
-    const auto clip = [&](double low, double high, double start, double step) {
-      constexpr double kSlack = 1e-6;  // as for axis-aligned boxes
-      const double first = low - kSlack - start;
-      const double last = high + kSlack - start;
-      if (step == 0.0) return first <= 0.0 && last >= 0.0;
-      enter = std::max(enter, (step > 0.0 ? first : last) / step);
-      leave = std::min(leave, (step > 0.0 ? last : first) / step);
-      return enter <= leave;
-    };
-    return clip(box_.low.x, box_.high.x, from.x, along.x) &&
-           clip(box_.low.y, box_.high.y, from.y, along.y) &&
-           clip(box_.low.z, box_.high.z, from.z, along.z);
+  // As for boxes that are parallel to the axes.
+  double entry(const Ray& ray, double limit) const {
+    const Ray turned(along_axes(ray.from - origin_), along_axes(ray.along), ray.slack);
+    return superfacets::entry(box_, turned, limit);
   }
 
  private:
@@ -179,8 +139,9 @@ class SlantedBox {
     return {dot(axes_[0], p), dot(axes_[1], p), dot(axes_[2], p)};
   }
 
+  Point origin_;
   std::array<Point, 3> axes_{};
-  Box box_;
+  Box box_;  // relative to the origin, along the axes
 };
 
 // The triangles of a mesh, and a tree of boxes over them.
@@ -188,11 +149,9 @@ class RayTree {
  public:
   RayTree(std::span<const Point> vertices, std::span<const Triangle> triangles, ThreadTeam& team)
       : targets_(triangles.size()) {
-    set_unit(vertices, triangles);
-    const auto corner = [&](Vertex vertex) { return local(vertices[vertex]); };
     const auto box_of = [&](std::int64_t face) {
       Box box;
-      for (const Vertex vertex : triangles[face].corners) box.include(corner(vertex));
+      for (const Vertex vertex : triangles[face].corners) box.include(vertices[vertex]);
       return box;
     };
     Buffer<Point> middles(triangles.size());  // centers of the boxes, times two
@@ -203,159 +162,70 @@ class RayTree {
     const Buffer<Cell> faces = refined_morton_order(middles.span(), kTrianglesPerLeaf, team);
     const auto take_place = [&](std::size_t place) {
       const auto& [a, b, c] = triangles[faces[place]].corners;
-      targets_[place] = {corner(a), corner(b) - corner(a), corner(c) - corner(a)};
+      targets_[place] = {vertices[a], vertices[b] - vertices[a], vertices[c] - vertices[a]};
       return box_of(faces[place]);
     };
     tree_ = BoxTree(triangles.size(), kTrianglesPerLeaf, take_place, team);
-    pack(team);
     add_slanted(team);
   }
 
-  // Transforms a point to local coordinates. They have their origin in the middle of the mesh and
-  // run from -1 to 1, so that one number bounds the rounding of single precision on every mesh.
-  Point local(const Point& p) const { return (1.0 / scale_) * (p - middle_); }
-  double scale() const { return scale_; }
-
-  // Returns the first hit of a ray beyond the distance `least`, both in local coordinates. If there
-  // is none, the distance of the hit is infinite.
-  Hit first_hit(const Ray& ray, double least, bool inside_out) const {
+  // The first hit of a ray beyond the distance `least`. If there is none, its distance is infinite.
+  Hit first_hit(const Point& from, const Point& along, double least, bool inside_out) const {
+    constexpr double kSlack = 1e-9;  // in extents of the mesh
+    if (tree_.empty()) return {kInfinity};
+    const Box& all = tree_.level(tree_.n_levels() - 1)[0];
+    const Point extent = all.high - all.low;
+    const Ray ray(from, along, kSlack * std::max({extent.x, extent.y, extent.z}));
     Hit best{kInfinity};
-    std::array<Open, kMostOpen> open;
-    std::size_t n_open = 1;
-    open[0] = {0.0F, static_cast<std::uint32_t>(tree_.n_levels() - 1), 0};
-    while (n_open > 0) {
-      const Open node = open[--n_open];
-      if (!(node.enter < best.distance) || is_passed_by(node, ray, best.distance)) continue;
-      if (node.level > 0) {
-        n_open = open_below(node, ray, best, open, n_open);
-        continue;
-      }
-      const auto [begin, end] = tree_.places(node.index);
+    const auto distance = [&](std::size_t level, std::size_t index) {
+      const double enter = entry(tree_.level(level)[index], ray, best.distance);
+      const SlantedBox* const slanted = slanted_[level][index].get();
+      return slanted == nullptr || std::isnan(enter) ? enter : slanted->entry(ray, best.distance);
+    };
+    tree_.visit_nearest(distance, best.distance, [&](std::size_t begin, std::size_t end) {
       for (auto place = begin; place < end; ++place) {
         targets_[place].offer(ray, least, inside_out, best);
       }
-    }
+    });
     return best;
   }
 
  private:
-  // Sets the origin and unit of local coordinates. Unused vertices may be far away and are ignored.
-  void set_unit(std::span<const Point> vertices, std::span<const Triangle> triangles) {
-    Box bounds;
-    for (const Triangle& triangle : triangles) {
-      for (const Vertex vertex : triangle.corners) bounds.include(vertices[vertex]);
+  // Adds slanted boxes to the nodes whose box has many times the area of their triangles, where
+  // that makes the box much smaller.
+  void add_slanted(ThreadTeam& team) {
+    constexpr double kThin = 32.0;  // a square at 45 degrees to two axes has about 4
+    constexpr double kMuchSmaller = 0.25;
+    std::vector<double> of_targets(targets_.size());
+    for (std::size_t place = 0; place < targets_.size(); ++place) {
+      of_targets[place] = 0.5 * norm(cross(targets_[place].first, targets_[place].second));
     }
-    if (triangles.empty()) return;
-    middle_ = 0.5 * (bounds.low + bounds.high);
-    const Point size = bounds.high - bounds.low;
-    const double half = 0.5 * std::max({size.x, size.y, size.z});
-    if (half > 0.0) scale_ = half;
-  }
-
-  struct Open {
-    float enter;
-    std::uint32_t level;
-    std::size_t index;
-  };
-  static constexpr std::size_t kMostOpen = 128;  // eight per level: enough for 2^45 triangles
-
-  void pack(ThreadTeam& team) {
-    boxes_.resize(tree_.n_levels());
-    for (std::size_t level = 1; level < tree_.n_levels(); ++level) {
-      boxes_[level].resize(tree_.level(level).size());
-      const std::span<const Box> below = tree_.level(level - 1);
-      team.for_each_block(std::ssize(boxes_[level]), [&](std::int64_t first, std::int64_t last) {
-        for (auto index = first; index < last; ++index) {
-          const auto [begin, end] = tree_.children(level, index);
-          for (auto child = begin; child < end; ++child) {
-            boxes_[level][index].set(child - begin, below[child]);
-          }
-        }
+    const auto areas =
+        tree_.summarize<double>(of_targets, 0.0, [](double& sum, double area) { sum += area; });
+    slanted_.resize(tree_.n_levels());
+    for (std::size_t level = 0; level < tree_.n_levels(); ++level) {
+      slanted_[level].resize(areas[level].size());
+      team.for_each_index(std::ssize(areas[level]), [&](std::int64_t index) {
+        const Box& around = tree_.level(level)[index];
+        const double surface = surface_of(around.high - around.low);
+        if (surface <= kThin * areas[level][index]) return;
+        const SlantedBox box(targets_of(level, index));
+        if (!box.has_axes() || surface_of(box.extent()) >= kMuchSmaller * surface) return;
+        slanted_[level][index] = std::make_unique<SlantedBox>(box);
       });
     }
   }
 
-  // Adds oriented boxes to leaves whose axis-aligned box has many times the area of their
-  // triangles, and to nodes above them of which at least half the children are of this kind.
-  void add_slanted(ThreadTeam& team) {
-    constexpr double kThin = 32.0;  // a square at 45 degrees to two axes has about 4
-    const std::span<const Box> leaves = tree_.level(0);
-    std::vector<std::uint8_t> is_thin(leaves.size());
-    team.for_each_block(std::ssize(leaves), [&](std::int64_t first, std::int64_t last) {
-      for (auto leaf = first; leaf < last; ++leaf) {
-        double area = 0.0;
-        for (const Target& target : targets_of(0, leaf)) {
-          area += 0.5 * norm(cross(target.first, target.second));
-        }
-        is_thin[leaf] = surface_of(leaves[leaf].high - leaves[leaf].low) > kThin * area;
-      }
-    });
-    slanted_.resize(tree_.n_levels());
-    for (std::size_t level = 0; std::ranges::count(is_thin, 1) > 0; ++level) {
-      add_slanted(level, is_thin, team);
-      if (level + 1 == tree_.n_levels()) return;
-      std::vector<std::uint8_t> above(tree_.level(level + 1).size());
-      for (std::size_t index = 0; index < above.size(); ++index) {
-        const auto [begin, end] = tree_.children(level + 1, index);
-        const auto n_thin = std::count(is_thin.begin() + begin, is_thin.begin() + end, 1);
-        above[index] = std::cmp_greater_equal(2 * n_thin, end - begin);
-      }
-      is_thin = std::move(above);
-    }
-  }
-
-  void add_slanted(std::size_t level, std::span<const std::uint8_t> is_thin, ThreadTeam& team) {
-    constexpr double kMuchSmaller = 0.25;
-    const std::span<const Box> boxes = tree_.level(level);
-    slanted_[level].resize(boxes.size());
-    team.for_each_block(std::ssize(boxes), [&](std::int64_t first, std::int64_t last) {
-      for (auto index = first; index < last; ++index) {
-        if (is_thin[index] == 0) continue;
-        const SlantedBox box(targets_of(level, index));
-        const double least = kMuchSmaller * surface_of(boxes[index].high - boxes[index].low);
-        if (box.has_axes() && surface_of(box.extent()) < least) slanted_[level][index] = box;
-      }
-    });
-  }
-
   std::span<const Target> targets_of(std::size_t level, std::size_t index) const {
     std::size_t size = kTrianglesPerLeaf;
-    for (std::size_t below = 0; below < level; ++below) size *= kFanOut;
+    for (std::size_t below = 0; below < level; ++below) size *= BoxTree::kFanOut;
     const std::size_t first = index * size;
     return targets_.span().subspan(first, std::min(size, targets_.size() - first));
   }
 
-  bool is_passed_by(const Open& node, const Ray& ray, double distance) const {
-    const auto& boxes = slanted_[node.level];
-    if (boxes.empty()) return false;
-    const auto& box = boxes[node.index];
-    return box.has_value() && !box->is_met(ray, distance);
-  }
-
-  // Pushes the children of a node that the ray meets before its best hit, the nearest last.
-  std::size_t open_below(const Open& node, const Ray& ray, const Hit& best,
-                         std::array<Open, kMostOpen>& open, std::size_t n_open) const {
-    std::array<float, kFanOut> enters;
-    std::array<float, kFanOut> leaves;
-    enter(boxes_[node.level][node.index], ray, enters, leaves);
-    const auto [begin, end] = tree_.children(node.level, node.index);
-    const std::size_t first = n_open;
-    for (auto child = begin; child < end; ++child) {
-      const float at = enters[child - begin];
-      if (at > leaves[child - begin] || !(at < best.distance)) continue;
-      std::size_t slot = n_open++;
-      for (; slot > first && at > open[slot - 1].enter; --slot) open[slot] = open[slot - 1];
-      open[slot] = {at, node.level - 1, child};
-    }
-    return n_open;
-  }
-
   Buffer<Target> targets_;  // by place on the curve
-  Point middle_{0.0, 0.0, 0.0};
-  double scale_ = 1.0;  // half the longest side of the bounding box
   BoxTree tree_;
-  std::vector<std::vector<Boxes>> boxes_;  // by level: boxes of the children of each node
-  std::vector<std::vector<std::optional<SlantedBox>>> slanted_;  // by level; empty for most nodes
+  std::vector<std::vector<std::unique_ptr<SlantedBox>>> slanted_;  // by level; null for most nodes
 };
 
 struct Spoke {
@@ -416,8 +286,7 @@ double deviation_of(std::span<const Length> lengths) {
 // The weighted mean of the lengths, without those farther from the median than the standard
 // deviation. Sorts the lengths.
 double typical_length(std::vector<Length>& lengths) {
-  std::sort(lengths.begin(), lengths.end(),
-            [](const Length& a, const Length& b) { return a.length < b.length; });
+  std::ranges::sort(lengths, [](const Length& a, const Length& b) { return a.length < b.length; });
   const double median = median_of(lengths);
   const double limit = deviation_of(lengths) + 1e-9 * median;  // tolerates rounding errors
   double sum = 0.0;
@@ -438,7 +307,6 @@ Buffer<double> ray_thickness(std::span<const Point> vertices, std::span<const Tr
                              const RayOptions& options, ThreadTeam& team) {
   SUPERFACETS_ASSERT(axes.size() == starts.size() && options.n_rays >= 1);
   const RayTree tree(vertices, triangles, team);
-  const double least = options.least_distance / tree.scale();
   const std::vector<Spoke> spokes = make_spokes(options.n_rays);
   const auto n_enough = static_cast<std::size_t>(std::ceil(kLeastShare * options.n_rays));
   Buffer<double> thickness(starts.size());
@@ -450,11 +318,11 @@ Buffer<double> ray_thickness(std::span<const Point> vertices, std::span<const Tr
       thickness[i] = kNaN;
       if (squared_norm(axis) == 0.0) continue;
       const auto [right, up] = across(axis);
-      const Point start = tree.local(starts[i]);
       for (const auto& [direction, weight] : spokes) {
-        const Ray ray(start, direction.x * right + direction.y * up + direction.z * axis);
-        const Hit hit = tree.first_hit(ray, least, options.inside_out);
-        if (hit.is_exit) lengths.push_back({hit.distance * tree.scale(), weight});
+        const Point along = direction.x * right + direction.y * up + direction.z * axis;
+        const Hit hit =
+            tree.first_hit(starts[i], along, options.least_distance, options.inside_out);
+        if (hit.is_exit) lengths.push_back({hit.distance, weight});
       }
       if (lengths.size() >= n_enough) thickness[i] = typical_length(lengths);
     }

@@ -71,8 +71,7 @@ Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, T
   Buffer<std::uint32_t> codes(cells.n_cells());
   team.for_each_index(cells.n_cells(), [&](std::int64_t cell) {
     const auto corners = cells[cell];
-    const auto lowest =
-        static_cast<std::uint32_t>(*std::min_element(corners.begin(), corners.end()));
+    const auto lowest = static_cast<std::uint32_t>(*std::ranges::min_element(corners));
     codes[cell] = spare_bits < 0 ? lowest >> -spare_bits : lowest << spare_bits;
   });
   return order_of_codes(codes.span(), team);
@@ -111,7 +110,7 @@ SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> re
       prefetch(places.data() + placed.begin_of(sorted.order[place + kAhead]));
     }
     const auto corners = placed[sorted.order[place]];
-    std::copy(corners.begin(), corners.end(), sorted.corners.data() + rows.begin_of(place));
+    std::ranges::copy(corners, sorted.corners.data() + rows.begin_of(place));
   });
   return sorted;
 }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/assert.hpp"
-#include "base/exponential.hpp"
+#include "base/elementary.hpp"
 
 namespace superfacets {
 namespace {
@@ -72,21 +72,19 @@ void relax_row(const Arcs& arcs, const float* shares, std::size_t any_width, Cel
 
 }  // namespace
 
-Conductances step_conductances(const Surface& surface, std::span<const double> areas,
-                               ThreadTeam& team) {
+Buffer<double> step_conductances(const Surface& surface, std::span<const double> areas,
+                                 ThreadTeam& team) {
   const Arcs& arcs = surface.arcs();
-  Conductances found{Buffer<double>(arcs.n_arcs()), Buffer<double>(arcs.n_arcs())};
+  Buffer<double> conductances(arcs.n_arcs());
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
-      const double step = surface.step_length(cell, arc);
       const double width = std::sqrt(areas[cell] + areas[neighbor]);
-      const double least = 1e-6 * width;  // steps between cells at one place count as this long
-      const double open = width > 0.0 ? width / std::max(step, least) : 0.0;
-      found.steps[arc] = step;
-      found.conductances[arc] = open + kLeastConductance;
+      // Steps between cells at one place count as long as a fraction of their width.
+      const double step = std::max(surface.step_length(cell, arc), 1e-6 * width);
+      conductances[arc] = (width > 0.0 ? width / step : 0.0) + kLeastConductance;
     }
   });
-  return found;
+  return conductances;
 }
 
 double straight_step(const OrderedGraph& graph, Place from, const Arc& arc) {
@@ -114,8 +112,8 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
     const Place place = graph.place_of[cell];
     const auto arcs = graph.arcs_of(place);
-    const auto n = std::count_if(arcs.begin(), arcs.end(),
-                                 [&](const Arc& arc) { return arc.to != place; });  // or padding
+    const auto n =
+        std::ranges::count_if(arcs, [&](const Arc& arc) { return arc.to != place; });  // or padding
     found.offsets[cell + 1] = found.offsets[cell] + n;
   }
   found.neighbors = Buffer<Cell>(found.offsets[graph.n_cells()]);
@@ -162,14 +160,14 @@ Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductance
                            std::span<const double> steps, std::span<const Cell> coarse_of,
                            const Arcs& coarse) {
   Buffer<double> sums(coarse.n_arcs());
-  std::fill(sums.begin(), sums.end(), 0.0);
+  std::ranges::fill(sums, 0.0);
   for (Cell cell = 0; cell < arcs.n_cells(); ++cell) {
     const Cell from = coarse_of[cell];
     const std::span<const Cell> targets = coarse.neighbors(from);
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
       const Cell to = coarse_of[neighbor];
       if (to == from) continue;
-      const auto at = std::lower_bound(targets.begin(), targets.end(), to) - targets.begin();
+      const auto at = std::ranges::lower_bound(targets, to) - targets.begin();
       SUPERFACETS_ASSERT(at < std::ssize(targets) && targets[at] == to);
       sums[coarse.offsets[from] + at] += conductances[arc] * steps[arc];
     }
@@ -205,7 +203,7 @@ void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t w
       }
     });
   }
-  if (n_sweeps % 2 == 1) std::copy(other_rows.begin(), other_rows.end(), rows.begin());
+  if (n_sweeps % 2 == 1) std::ranges::copy(other_rows, rows.begin());
 }
 
 std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductances,

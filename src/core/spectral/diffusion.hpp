@@ -12,16 +12,11 @@ namespace superfacets {
 // Smallest conductance of an arc, so that no part of the surface is cut off.
 inline constexpr double kLeastConductance = 1e-6;
 
-struct Conductances {
-  Buffer<double> steps;         // (M,) step lengths g, eq. 1 of the paper
-  Buffer<double> conductances;  // (M,) sqrt(A_i + A_j) / g + kLeastConductance
-};
-
-// Computes the step lengths and conductances of all arcs, whatever the angle between their cells.
-// `areas` are by cell. The square root approximates the length of the edge. An arc and its reverse
-// arc have the same bits.
-Conductances step_conductances(const Surface& surface, std::span<const double> areas,
-                               ThreadTeam& team);
+// The conductances of all arcs, whatever the angle between their cells, (M,): sqrt(A_i + A_j) / g +
+// kLeastConductance, with areas A by cell and the length g of the step, eq. 1 of the paper. The
+// square root approximates the length of the edge. An arc and its reverse arc have the same bits.
+Buffer<double> step_conductances(const Surface& surface, std::span<const double> areas,
+                                 ThreadTeam& team);
 
 // The arcs of a graph with straight steps, by cell and without padding.
 struct ConductingArcs {

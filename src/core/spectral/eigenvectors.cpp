@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <set>
+#include <span>
+#include <utility>
 
 #include "base/assert.hpp"
-#include "spectral/sparse_factor.hpp"
 
 namespace superfacets {
 namespace {
@@ -99,6 +101,116 @@ double noise(std::uint64_t index) {
   bits = (bits ^ (bits >> 27U)) * 0x94d049bb133111ebU;
   bits ^= bits >> 31U;
   return static_cast<double>(bits >> 11U) * 0x1p-52 - 1.0;
+}
+
+// M = P^T F D F^T P for a symmetric, positive definite matrix M whose off-diagonal entries are on
+// the arcs of a graph. The graph has some thousand cells, and at most one arc from each cell to
+// another. Cells are eliminated by minimum degree, the lowest index first among equals. On graphs
+// of surfaces the factors have about n log n entries.
+class SparseFactor {
+ public:
+  // M has `diagonal` on its diagonal, and minus the conductance of each arc as other entries. Arcs
+  // have reverse arcs of the same conductance.
+  SparseFactor(const Arcs& arcs, std::span<const double> conductances,
+               std::span<const double> diagonal);
+
+  // Solves M X = B in place: `rows` holds B, then X, as n rows of `width` numbers.
+  void solve(std::span<double> rows, std::size_t width) const;
+
+ private:
+  struct Entry {
+    Cell cell;
+    double value;
+  };
+  using Row = std::vector<Entry>;  // sorted by cell
+
+  struct Elimination {
+    Cell cell;
+    Cell neighbor;  // the row of this cell is updated
+  };
+  static void subtract(const Row& pivot_row, double factor, const Elimination& step, Row& row,
+                       Row& merged);
+
+  std::vector<Cell> order_;             // cells in their order of elimination
+  std::vector<double> pivots_;          // diagonal of D, in this order
+  std::vector<std::size_t> starts_{0};  // start of the entries of each column, in this order
+  std::vector<Entry> entries_;          // entries of the columns of F, without its diagonal of ones
+};
+
+SparseFactor::SparseFactor(const Arcs& arcs, std::span<const double> conductances,
+                           std::span<const double> diagonal) {
+  const Cell n_cells = arcs.n_cells();
+  std::vector<double> left(diagonal.begin(), diagonal.end());  // diagonal of the reduced matrix
+  std::vector<Row> rows(n_cells);                              // its off-diagonal entries
+  std::set<std::pair<std::size_t, Cell>> queue;
+  for (Cell cell = 0; cell < n_cells; ++cell) {
+    for (const auto [arc, neighbor] : arcs.steps(cell)) {
+      rows[cell].push_back({neighbor, -conductances[arc]});
+    }
+    std::ranges::sort(rows[cell], [](const Entry& a, const Entry& b) { return a.cell < b.cell; });
+    queue.insert({rows[cell].size(), cell});
+  }
+  Row merged;
+  while (!queue.empty()) {
+    const Cell cell = queue.begin()->second;
+    queue.erase(queue.begin());
+    const Row row = std::move(rows[cell]);
+    const double pivot = left[cell];
+    SUPERFACETS_ASSERT(pivot > 0.0);
+    for (const auto& [neighbor, value] : row) {
+      const double factor = value / pivot;
+      queue.erase({rows[neighbor].size(), neighbor});
+      left[neighbor] -= factor * value;
+      subtract(row, factor, {cell, neighbor}, rows[neighbor], merged);
+      queue.insert({rows[neighbor].size(), neighbor});
+      entries_.push_back({neighbor, factor});
+    }
+    order_.push_back(cell);
+    pivots_.push_back(pivot);
+    starts_.push_back(entries_.size());
+  }
+}
+
+// Subtracts a multiple of the row of the eliminated cell from the row of a neighbor, and removes
+// the entry of that cell. Diagonals are stored separately.
+void SparseFactor::subtract(const Row& pivot_row, double factor, const Elimination& step, Row& row,
+                            Row& merged) {
+  merged.clear();
+  auto here = row.begin();
+  const auto copy_up_to = [&](Cell column) {
+    for (; here != row.end() && here->cell < column; ++here) {
+      if (here->cell != step.cell) merged.push_back(*here);
+    }
+  };
+  for (const auto& [column, value] : pivot_row) {
+    if (column == step.neighbor) continue;
+    copy_up_to(column);
+    const bool is_there = here != row.end() && here->cell == column;
+    merged.push_back({column, (is_there ? here->value : 0.0) - factor * value});
+    if (is_there) ++here;
+  }
+  copy_up_to(std::numeric_limits<Cell>::max());
+  row = merged;
+}
+
+void SparseFactor::solve(std::span<double> rows, std::size_t width) const {
+  SUPERFACETS_ASSERT(rows.size() == order_.size() * width);
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const double* here = rows.data() + width * order_[i];
+    for (std::size_t e = starts_[i]; e < starts_[i + 1]; ++e) {
+      double* there = rows.data() + width * entries_[e].cell;
+      for (std::size_t c = 0; c < width; ++c) there[c] -= entries_[e].value * here[c];
+    }
+  }
+  for (std::size_t i = order_.size(); i-- > 0;) {
+    double* here = rows.data() + width * order_[i];
+    const double inverse = 1.0 / pivots_[i];
+    for (std::size_t c = 0; c < width; ++c) here[c] *= inverse;
+    for (std::size_t e = starts_[i]; e < starts_[i + 1]; ++e) {
+      const double* there = rows.data() + width * entries_[e].cell;
+      for (std::size_t c = 0; c < width; ++c) here[c] -= entries_[e].value * there[c];
+    }
+  }
 }
 
 // Subspace iteration with the inverse of L + shift A, and a Rayleigh-Ritz step in each iteration.
@@ -219,17 +331,17 @@ class Subspace {
     const Square turned = product(basis, diagonalize(reduced), false);
     std::vector<std::size_t> order(width_);
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return reduced(a, a) < reduced(b, b); });
+    std::ranges::stable_sort(
+        order, [&](std::size_t a, std::size_t b) { return reduced(a, a) < reduced(b, b); });
     for (std::size_t i = 0; i < width_; ++i) values_[i] = reduced(order[i], order[i]);
     std::vector<double> combined(width_);
     for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
-      std::fill(combined.begin(), combined.end(), 0.0);
+      std::ranges::fill(combined, 0.0);
       for (std::size_t k = 0; k < width_; ++k) {
         const double value = row(cell)[k];
         for (std::size_t i = 0; i < width_; ++i) combined[i] += value * turned(k, order[i]);
       }
-      std::copy(combined.begin(), combined.end(), row(cell).begin());
+      std::ranges::copy(combined, row(cell).begin());
     }
   }
 

@@ -1,17 +1,15 @@
 #include "study/vsa.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <set>
 #include <utility>
 
 #include "base/assert.hpp"
+#include "base/box.hpp"
 #include "mesh/geometry.hpp"
 
 namespace superfacets {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Unit normals cancel out if their area-weighted sum is shorter than this fraction of the area: the
 // rest of the sum is rounding, as on any closed surface.
@@ -284,8 +282,8 @@ Face ProxyRegions::worst_face(const std::vector<RegionErrors>& regions) const {
 // Computes labels from proxies and seeds (section 3.3 of the paper). All seeds are labeled before
 // any face is offered, so no region loses its seed.
 void ProxyRegions::flood() {
-  std::fill(labels_.begin(), labels_.end(), kNoLabel);
-  std::fill(least_offer_.begin(), least_offer_.end(), kInfinity);
+  std::ranges::fill(labels_, kNoLabel);
+  std::ranges::fill(least_offer_, kInfinity);
   n_offers_ = 0;
   for (Label label = 0; label < n_regions(); ++label) labels_[seeds_[label]] = label;
   for (Label label = 0; label < n_regions(); ++label) offer_neighbors(seeds_[label]);

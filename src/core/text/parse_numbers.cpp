@@ -6,7 +6,6 @@
 #include <system_error>
 
 #include "base/assert.hpp"
-#include "base/threads.hpp"
 #include "text/scan_lines.hpp"
 
 // Some standard libraries have no from_chars for floating point: libc++ before version 20, and
@@ -139,7 +138,7 @@ ParsedLines<Value> parse_lines(const LineSpans& lines, ThreadTeam& team,
       const auto values = std::span(first, lines.counts[line]);
       const char* text = lines.text.data();
       if (!parse_line(text + lines.starts[line], text + lines.ends[line], values, parse_token)) {
-        std::fill(values.begin(), values.end(), Value{0});
+        std::ranges::fill(values, Value{0});
         left_out[chunk].push_back(line);
       }
       first += values.size();

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/assert.hpp"
-#include "base/threads.hpp"
 
 namespace superfacets {
 namespace {
@@ -77,29 +76,23 @@ TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end
   };
   // Number of lines in the previous chunk; after the prefix sum, number of lines before each chunk.
   std::vector<std::int64_t> firsts(n_chunks + 1, 0);
-  auto count = [&](std::int64_t first_chunk, std::int64_t last_chunk) {
-    for (std::int64_t chunk = first_chunk; chunk < last_chunk; ++chunk) {
-      lines_of_chunk(chunk, [&](std::int64_t, std::int64_t) { ++firsts[chunk + 1]; });
-    }
-  };
-  team.for_each_block(n_chunks, count, 1);
+  team.for_each(n_chunks, [&](std::int64_t chunk, int) {
+    lines_of_chunk(chunk, [&](std::int64_t, std::int64_t) { ++firsts[chunk + 1]; });
+  });
   for (std::int64_t chunk = 0; chunk < n_chunks; ++chunk) firsts[chunk + 1] += firsts[chunk];
 
   const auto n_lines = static_cast<std::size_t>(firsts[n_chunks]);
   TextLines lines{Buffer<std::int64_t>(n_lines), Buffer<std::int64_t>(n_lines),
                   Buffer<std::int32_t>(n_lines)};
-  auto write = [&](std::int64_t first_chunk, std::int64_t last_chunk) {
-    for (std::int64_t chunk = first_chunk; chunk < last_chunk; ++chunk) {
-      std::int64_t line = firsts[chunk];
-      lines_of_chunk(chunk, [&](std::int64_t start, std::int64_t line_end) {
-        lines.starts[line] = start;
-        lines.ends[line] = line_end;
-        lines.counts[line] = count_tokens(text.substr(start, line_end - start));
-        ++line;
-      });
-    }
-  };
-  team.for_each_block(n_chunks, write, 1);
+  team.for_each(n_chunks, [&](std::int64_t chunk, int) {
+    std::int64_t line = firsts[chunk];
+    lines_of_chunk(chunk, [&](std::int64_t start, std::int64_t line_end) {
+      lines.starts[line] = start;
+      lines.ends[line] = line_end;
+      lines.counts[line] = count_tokens(text.substr(start, line_end - start));
+      ++line;
+    });
+  });
   return lines;
 }
 
@@ -108,17 +101,12 @@ void match_keywords(std::string_view text, std::span<const std::int64_t> starts,
                     bool any_case, ThreadTeam& team, std::span<std::int8_t> found) {
   SUPERFACETS_ASSERT(starts.size() == ends.size() && starts.size() == found.size());
   SUPERFACETS_ASSERT(keywords.size() <= std::numeric_limits<std::int8_t>::max());
-  auto match = [&](std::int64_t first_line, std::int64_t last_line) {
-    for (std::int64_t i = first_line; i < last_line; ++i) {
-      const std::string_view line = text.substr(starts[i], ends[i] - starts[i]);
-      std::size_t keyword = 0;
-      while (keyword < keywords.size() && !begins_with(line, keywords[keyword], any_case)) {
-        ++keyword;
-      }
-      found[i] = static_cast<std::int8_t>(keyword);
-    }
-  };
-  team.for_each_block(static_cast<std::int64_t>(starts.size()), match);
+  team.for_each_index(std::ssize(starts), [&](std::int64_t i) {
+    const std::string_view line = text.substr(starts[i], ends[i] - starts[i]);
+    std::size_t keyword = 0;
+    while (keyword < keywords.size() && !begins_with(line, keywords[keyword], any_case)) ++keyword;
+    found[i] = static_cast<std::int8_t>(keyword);
+  });
 }
 
 }  // namespace superfacets

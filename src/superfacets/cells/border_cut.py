@@ -186,7 +186,7 @@ class _Regions:
         """Return the regions of checked labels, -1 for faces in none."""
         whole = np.where(labels < 0, n_regions, labels).astype(np.int32)
         lowest = lowest_vertices(mesh.vertices, weld, n_threads)
-        _, areas = _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
+        areas = _core.measure_faces(mesh.vertices, mesh.faces, n_threads)[1]
         sums = sums_by_label(whole, areas, n_regions + 1)
         pieces = _count_pieces(mesh, whole, n_regions + 1, weld, n_threads)
         return cls(mesh, whole, n_regions, lowest, weld, sums, pieces, n_threads)
@@ -212,7 +212,7 @@ class _Regions:
         vertices, faces, labels, _ = cut
         n = self.n_regions + 1
         new = Mesh(vertices, faces)
-        _, areas = _core.measure_faces(new.vertices, new.faces, self.n_threads)
+        areas = _core.measure_faces(new.vertices, new.faces, self.n_threads)[1]
         change = np.abs(sums_by_label(labels, areas, n) - self.areas)
         limit = np.minimum(_MOST_CHANGE * self.areas, self._largest_change(change))
         pieces = _count_pieces(new, labels, n, self.weld, self.n_threads)

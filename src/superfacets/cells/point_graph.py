@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs
+from .._types import Array, Floats, Ints, Longs, Viewpoint
 from .._validate import check_spread, checked_count, checked_number, checked_threads
 from ..adapters.convert import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
@@ -270,10 +270,10 @@ def estimate_normals(
     )
     if viewpoint is None:
         return graph.normals
-    return _turned_to(np.array(checked_viewpoint(viewpoint)), graph)
+    return _turned_to(checked_viewpoint(viewpoint), graph)
 
 
-def checked_viewpoint(viewpoint: npt.ArrayLike) -> tuple[float, float, float]:
+def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
     """Return three finite numbers; a ValueError if it is anything else."""
     place = np.asarray(viewpoint, dtype=np.float64)
     if place.shape != (3,) or not np.isfinite(place).all():
@@ -282,13 +282,19 @@ def checked_viewpoint(viewpoint: npt.ArrayLike) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _turned_to(place: Floats, graph: PointGraph) -> Floats:
+def _turned_to(place: Viewpoint, graph: PointGraph) -> Floats:
     """Return normals, flipped in each component so that most of its area faces a place."""
     labels = np.zeros(len(graph.positions), np.int32)
     components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
-    toward = place - graph.positions
-    facing = graph.measures * np.einsum("ij,ij->i", graph.normals, toward)
-    lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
-    np.divide(facing, lengths, out=facing, where=lengths > 0)
+    facing = facing_areas(place, graph.positions, graph.normals, graph.measures)
     sums: Array = np.bincount(components, weights=facing, minlength=n_components)
     return np.where(sums[components] < 0, -1.0, 1.0)[:, None] * graph.normals
+
+
+def facing_areas(place: Viewpoint, positions: Floats, normals: Floats, measures: Floats) -> Floats:
+    """Return the area of each point as it is seen from a place, negative if seen from behind."""
+    toward = np.array(place) - positions
+    facing = measures * np.einsum("ij,ij->i", normals, toward)
+    lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
+    np.divide(facing, lengths, out=facing, where=lengths > 0)
+    return np.asarray(facing)

@@ -299,7 +299,10 @@ class RegionGraph:
         }
 
     def __repr__(self) -> str:
-        return f"RegionGraph({self.n_regions} regions, {self.n_arcs} arcs)"
+        return (
+            f"RegionGraph({self.n_regions} regions, {self.n_arcs} arcs; "
+            ".to_pandas(), .to_networkx(), .to_scipy(), .to_pyg())"
+        )
 
 
 def region_graph(
@@ -350,8 +353,8 @@ def region_graph(
     >>> from superfacets import Mesh
     >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
     >>> graph = region_graph(valley, [0, 1])
-    >>> graph, graph.areas.tolist(), graph.edge_index.tolist()
-    (RegionGraph(2 regions, 1 arcs), [0.5, 0.5], [[0], [1]])
+    >>> graph.n_regions, graph.areas.tolist(), graph.edge_index.tolist()
+    (2, [0.5, 0.5], [[0], [1]])
     >>> graph.border_lengths.tolist(), graph.concavities.round(3).tolist()
     ([1.0], [1.571])
     """

@@ -52,10 +52,7 @@ def sorted_corners(vertices: Floats, corners: Corners, weld: bool, n_threads: in
     The corners of a cell keep their order. Expected time O(V + C).
     """
     lowest = lowest_vertices(vertices, weld, n_threads)
-    offsets = np.empty(0, np.int64) if corners.offsets is None else corners.offsets
-    return SortedCorners(
-        *_core.sort_mesh(vertices, lowest, corners.vertices, offsets, corners.size or 0, n_threads)
-    )
+    return SortedCorners(*_core.sort_mesh(vertices, lowest, *corners.lists, n_threads))
 
 
 def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:

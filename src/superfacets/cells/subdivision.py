@@ -203,7 +203,7 @@ def subdivide(
         ) from None
     if polygons is None:
         return Subdivision(Mesh(vertices, faces), sources, depths)
-    _, areas = _core.measure_faces(surface.vertices, triangles, threads)
+    areas = _core.measure_faces(surface.vertices, triangles, threads)[1]
     return Subdivision(Mesh(vertices, faces), polygons[sources], depths, areas[sources])
 
 

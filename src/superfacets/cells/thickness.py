@@ -99,7 +99,7 @@ def shape_diameter(
     thickness = rays_from(cells, graph, np.arange(surface.n_cells), n_rays, threads)
     if t == 0.0:
         return thickness
-    _, conductances = _core.step_conductances(surface.handle, graph.measures, threads)
+    conductances = _core.step_conductances(surface.handle, graph.measures, threads)
     length = t * graph.diagonal
     # In diagonals: the same numbers in every unit of length.
     shares = thickness / graph.diagonal

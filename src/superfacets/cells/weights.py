@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -68,7 +68,7 @@ ALL_COUNT = np.empty(0, np.uint8)
 """Argument for the core: all arcs count."""
 
 
-WeightName = Literal["creases", "parts", "superfacets", "stk02"]
+WeightName = Literal["parts", "creases", "superfacets", "stk02"]
 
 Weights: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
 """One weight per arc."""
@@ -103,6 +103,11 @@ class EdgeSums(NamedTuple):
     n_edges: int  # this and the following are 0 without ridges
     n_soft: int  # edges that bend by 10 to 40 degrees
     n_sharp: int  # convex edges that bend by more
+
+    @classmethod
+    def total(cls, parts: Iterable[EdgeSums]) -> EdgeSums:
+        """Return the sums over several parts of a mesh."""
+        return cls(*map(sum, zip(*parts, strict=True)))
 
     @property
     def are_of_machine_part(self) -> bool:
@@ -363,23 +368,22 @@ class Weight:
 
 
 WEIGHTS: Mapping[WeightName, Weight] = {
+    "parts": Weight(
+        about='like ``"creases"``, with straight steps, paths to cells two or three steps away, and'
+        " a price for steps between parts of the shape, as from a finger to the palm (their"
+        ' distance in the `spectral_embedding`); in volumes like ``"creases"``',
+        defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
+        compute=lambda surface, cells, radius, params: _adapted_weights(
+            surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
+        ),
+        has_parts=True,
+    ),
     "creases": Weight(
         about="`crease_weights`: a crease costs the same to cross at every resolution of the mesh",
         defaults={"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
         compute=lambda surface, cells, radius, params: _adapted_weights(
             surface, cells, _crease_factors(radius, params)
         ),
-    ),
-    "parts": Weight(
-        about='like ``"creases"``, but steps between cells are straight lines, paths lead across'
-        " vertices, too, and a step from one part of the shape to another, as from a finger to the"
-        " palm, costs 2.1 times its distance in the `spectral_embedding`. Without creases there are"
-        ' no parts. In volumes, these weights are those of ``"creases"``',
-        defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
-        compute=lambda surface, cells, radius, params: _adapted_weights(
-            surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
-        ),
-        has_parts=True,
     ),
     "superfacets": Weight(
         about="`superfacet_weights`: those of the paper",
@@ -506,20 +510,24 @@ def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Flo
     return weights_and_sums(surface, cells, factors, None)[0]
 
 
-def creases_and_turn(
+def creases_and_sums(
     surface: Surface,
     faces: Arcs,
     radius: float,
     options: WeightOptions,
     normals: Floats | None,
-    evened: float,
+    shape: tuple[float, bool],
     counted: Bytes,
-) -> tuple[Floats, int]:
-    """Return weights ``"creases"`` and the turn of a part of a mesh; see `weights_and_sums`."""
+) -> tuple[Floats, EdgeSums]:
+    """Return weights ``"creases"`` or ``"parts"`` of a part of a mesh, and sums over its edges.
+
+    `shape` has `evened` and `all_sharp` of `EdgeFactors`.
+    """
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
-    factors = _crease_factors(radius, options.params)._replace(evened=evened)
-    weights, sums = weights_and_sums(surface, cells, factors, counted)
-    return weights, sums.turn
+    factors = _crease_factors(radius, options.params)
+    evened, all_sharp = shape
+    factors = factors._replace(is_straight=options.has_parts, evened=evened, all_sharp=all_sharp)
+    return weights_and_sums(surface, cells, factors, counted)
 
 
 def weights_and_sums(

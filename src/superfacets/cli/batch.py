@@ -15,7 +15,7 @@ from .interrupts import soon_ended
 from .options import COUNT, FOLDER, quiet_option
 from .outputs import OUTPUT_FORMATS
 from .progress import FileBar
-from .segment_options import file_options, options_of, segment_options
+from .segment_options import SegmentCommand, file_options, options_of, segment_options
 
 
 def _formats(
@@ -30,7 +30,7 @@ def _formats(
     return names
 
 
-@click.command("batch")
+@click.command("batch", cls=SegmentCommand)
 @click.argument("inputs", metavar="IN...", nargs=-1, required=True)
 @click.option(
     "-o",
@@ -74,7 +74,7 @@ def batch_command(
     as_json: bool,
     **given: Any,
 ) -> None:
-    """Segment all meshes and point clouds in IN on all cores, or on a cluster.
+    """Segment thousands of files on all cores, or on a cluster.
 
     IN are files, folders, patterns in quotes ("scans/**/*.ply"), or @LIST, a text file with a path
     per line. DIR/manifest.jsonl gets a line per file. A second start does only what is missing or

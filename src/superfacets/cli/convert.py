@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,22 +10,22 @@ import click
 import numpy as np
 import numpy.typing as npt
 
+from ..batches.sources import find_sources
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..export.cells import FormatOptions
 from ..export.regions import write_regions
 from ..export.scannet import GROUPS
-from ..export.write import ENDING_OF_FORMAT, check_outputs, write_outputs
+from ..export.write import ENDING_OF_FORMAT, check_outputs
 from ..interop.aggregation import regroup_segments
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
-from .failures import print_note
+from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import labels_beside, load_cells_and_attributes
 from .interrupts import run_in_background
 from .options import (
     FILE,
     FOLDER,
-    STANDARD_STREAM,
     ascii_option,
     drop_attributes_option,
     force_option,
@@ -40,7 +39,7 @@ from .report import notes_on_attributes, notes_on_vertices
 
 
 @click.command("convert")
-@click.argument("mesh", metavar="IN", type=FILE)
+@click.argument("mesh", metavar="IN|FOLDER", type=FILE)
 @click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
 @output_option(
     "Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
@@ -68,15 +67,17 @@ from .report import notes_on_attributes, notes_on_vertices
 @force_option
 @quiet_option
 @click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
+@click.pass_context
 def convert_command(
-    mesh: Path, labels: Path | None, outputs: tuple[str, ...], folder: Path | None,
-    segments: Path | None, formats: tuple[str, ...], labels_named: str, format: str | None,
-    ascii: bool, label_name: str, vertex_labels: bool, drop_attributes: bool, force: bool,
-    is_quiet: bool, as_json: bool,
+    ctx: click.Context, /, mesh: Path, labels: Path | None, outputs: tuple[str, ...],
+    folder: Path | None, segments: Path | None, formats: tuple[str, ...], labels_named: str,
+    format: str | None, ascii: bool, label_name: str, vertex_labels: bool, drop_attributes: bool,
+    force: bool, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Write the mesh in the file IN, with its LABELS, in other formats.
+    """Write meshes with their labels in other formats.
 
-    Without a file of LABELS, the labels in IN are written if there are any. If IN is an
+    Without a file of LABELS, the labels in IN are written if there are any. Of a FOLDER, all meshes
+    and point clouds are converted, to the folder that -o names. If IN is an
     .aggregation.json, LABELS are new segments (.segs.json), and its objects are written as groups
     of these; a table shows the vertices that each object loses and gains.
     """
@@ -85,34 +86,15 @@ def convert_command(
         return
     if segments is not None:
         raise click.UsageError("--segments goes with an .aggregation.json only")
-    job, ending = _plan(mesh, labels, outputs, folder, formats, ascii=ascii)
+    jobs, ending = _plan(mesh, labels, outputs, folder, formats, ascii=ascii)
     form = FormatOptions.checked(
-        [*job.endings], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
-        force=force,
+        [ending for job in jobs for ending in job.endings], ascii=ascii, label_name=label_name,
+        vertex_labels=vertex_labels, force=force,
     )  # fmt: skip
-    check_outputs(job.files, force=force)
-    keeps = job.holds_attributes and not drop_attributes
-    found = run_in_background(lambda: _read(mesh, labels, labels_named, format, keep=keeps))
-    hint = f" (none called {labels_named}): name a file of them, or --labels-named"
-    if folder is not None and found.labels is None:
-        raise MeshError(f"{mesh}: there are no labels to split it by{hint}")
-    if job.holds_labels and found.labels is None:
-        raise MeshError(f"{mesh}: there are no labels to write{hint}")
-    parts, n_lost = _write(
-        job, found, form, folder, ending
-    )  # in the foreground, because it writes files
-    if not is_quiet:
-        for note in [*notes_on_vertices(n_lost, job.endings), *found.notes(job.endings)]:
-            print_note(note)
-    if as_json:
-        facts = {"file": str(mesh), **found.facts, "outputs": [*job.names, *parts]}
-        click.echo(json.dumps(facts), err=job.stream is not None)
-    elif not is_quiet:
-        names = ["standard output" if name == STANDARD_STREAM else name for name in job.names]
-        if folder is not None:
-            names.append(f"{len(parts)} files in {folder}")
-        for name in names:
-            click.echo(f"wrote {name}", err=job.stream is not None)
+    keeps = not drop_attributes
+    run = _Run(labels, labels_named, format, form, folder, ending, keeps, is_quiet, as_json)
+    if count_failures([job.input for job in jobs], lambda i: run.do(jobs[i])):
+        ctx.exit(EXIT_DATA)
 
 
 def _regroup(
@@ -137,6 +119,62 @@ def _regroup(
             counts = f"{found.n_vertices:>9} {found.n_lost:>7} {found.n_gained:>7}"
             click.echo(f"{found.object_id:>8} {counts}  {found.label}")
         click.echo(f"wrote {outputs[0]}")
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Options of the command, with which each file is converted."""
+
+    labels: Path | None
+    labels_named: str
+    format: str | None  # of the input
+    form: FormatOptions
+    folder: Path | None  # for files of regions
+    ending: str | None  # of these
+    keeps_attributes: bool
+    is_quiet: bool
+    as_json: bool
+
+    def do(self, job: Job) -> None:
+        """Convert one file, and report it."""
+        check_outputs(job.files, force=self.form.force)
+        found = run_in_background(lambda: self._read(job))
+        if found.labels is None and (self.folder is not None or job.holds_labels):
+            task = "write" if self.folder is None else "split it by"
+            raise MeshError(
+                f"{job.input}: there are no labels to {task} (none called {self.labels_named}):"
+                " name a file of them, or --labels-named"
+            )
+        parts, n_lost = self._write(job, found)  # in the foreground, because it writes files
+        if not self.is_quiet:
+            for note in [*notes_on_vertices(n_lost, job.endings), *found.notes(job.endings)]:
+                print_note(note)
+        if self.as_json:
+            facts = {"file": job.input, **found.facts, "outputs": [*job.names, *parts]}
+            job.print(json.dumps(facts))
+        elif not self.is_quiet:
+            names = [*job.written, *([f"{len(parts)} files in {self.folder}"] if parts else [])]
+            job.print("\n".join(f"wrote {name}" for name in names))
+
+    def _read(self, job: Job) -> _Found:
+        keep = job.holds_attributes and self.keeps_attributes
+        cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
+        if self.labels is None and self.format is not None:  # they are found by the ending of IN
+            return _Found(cells, None, attributes, False)
+        labels = labels_beside(Path(job.input), self.labels, cells.n_cells, self.labels_named)
+        return _Found(cells, labels, attributes, self.labels is not None)
+
+    def _write(self, job: Job, found: _Found) -> tuple[list[str], int]:
+        """Write all files; return paths of region files, and the number of regions lost."""
+        n_lost = job.write(
+            found.cells, found.labels, attributes=found.attributes, options=self.form
+        )
+        paths = []
+        if self.folder is not None and found.labels is not None:
+            paths = write_regions(
+                self.folder, found.cells, found.labels, ending=self.ending, ascii=self.form.ascii
+            )
+        return [str(path) for path in paths], n_lost
 
 
 @dataclass(frozen=True)
@@ -167,51 +205,23 @@ class _Found:
 
 
 def _plan(
-    mesh: Path,
-    labels: Path | None,
-    outputs: tuple[str, ...],
-    folder: Path | None,
-    formats: tuple[str, ...],
-    *,
-    ascii: bool,
-) -> tuple[Job, str | None]:
-    """The outputs, and the ending of region files if a format is given."""
+    mesh: Path, labels: Path | None, outputs: tuple[str, ...], folder: Path | None,
+    formats: tuple[str, ...], *, ascii: bool,
+) -> tuple[list[Job], str | None]:  # fmt: skip
+    """The files to convert, and the ending of region files if a format is given."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
+    inputs = [str(mesh)]
+    if mesh.is_dir():
+        if labels is not None or folder is not None:
+            raise click.UsageError("LABELS and --split belong to one mesh: IN is a folder")
+        inputs = [source.input for source in find_sources(mesh)]
     also_read = [] if labels is None else [str(labels)]
     if folder is None:
-        plans = plan_jobs([str(mesh)], outputs, formats, ascii=ascii, also_read=also_read)
-        return plans[0], None
+        return plan_jobs(inputs, outputs, formats, ascii=ascii, also_read=also_read), None
     if len(formats) > 1:
         raise click.UsageError("files of regions have one format: give --to once")
     ending = ENDING_OF_FORMAT[formats[0]] if formats else None
     if not outputs:
-        return Job(str(mesh), ()), ending
-    return plan_jobs([str(mesh)], outputs, (), ascii=ascii, also_read=also_read)[0], ending
-
-
-def _read(mesh: Path, labels: Path | None, named: str, format: str | None, *, keep: bool) -> _Found:
-    cells, attributes = load_cells_and_attributes(str(mesh), format, keep=keep)
-    if labels is None and format is not None:  # labels in IN would be searched by its ending
-        return _Found(cells, None, attributes, False)
-    found = labels_beside(mesh, labels, cells.n_cells, named)
-    return _Found(cells, found, attributes, labels is not None)
-
-
-def _write(
-    job: Job, found: _Found, form: FormatOptions, folder: Path | None, ending: str | None
-) -> tuple[list[str], int]:
-    """Write all files; return paths of region files, and the number of regions without a vertex."""
-    streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    n_lost = write_outputs(
-        job.files,
-        found.cells,
-        found.labels,
-        streams=streams,
-        attributes=found.attributes,
-        options=form,
-    )
-    paths = []
-    if folder is not None and found.labels is not None:
-        paths = write_regions(folder, found.cells, found.labels, ending=ending, ascii=form.ascii)
-    return [str(path) for path in paths], n_lost
+        return [Job(str(mesh), ())], ending
+    return plan_jobs(inputs, outputs, (), ascii=ascii, also_read=also_read), ending

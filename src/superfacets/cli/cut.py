@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 
 import click
@@ -17,7 +15,7 @@ from ..cells.kinds import kind_of
 from ..cells.size import DEFAULT_N_SEGMENTS
 from ..errors import MeshError
 from ..export.cells import FormatOptions
-from ..export.write import check_fit, check_outputs, write_outputs
+from ..export.write import check_fit, check_outputs
 from ..io.guards import counted
 from ..mesh.faces import FaceMesh
 from ..pipeline import segment
@@ -71,7 +69,7 @@ def cut_command(
     formats: tuple[str, ...], labels_named: str, format: str | None, ascii: bool,
     force: bool, n_threads: int | None, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Cut the mesh in the file IN along smooth borders of its regions.
+    """Cut a mesh along smooth borders of its regions.
 
     Borders of regions run in zigzag along edges; here they become smooth curves across faces,
     which are cut there. Borders in creases stay, and closed meshes stay closed.
@@ -98,13 +96,11 @@ def cut_command(
 
     cut, names = run_in_background(compute)
     written = np.append(names, -1)[cut.labels].astype(np.int32)
-    streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    n_lost = write_outputs(job.files, cut.mesh, written, streams=streams, options=form)
+    n_lost = job.write(cut.mesh, written, options=form)
     if not is_quiet:
         for note in notes_on_vertices(n_lost, job.endings):
             print_note(note)
-    if as_json or not is_quiet:
-        _report(job, cut, as_json=as_json)
+    _report(job, cut, as_json=as_json, is_quiet=is_quiet)
 
 
 def _load(path: Path, format: str | None) -> FaceMesh:
@@ -115,16 +111,17 @@ def _load(path: Path, format: str | None) -> FaceMesh:
     return as_mesh(cells)
 
 
-def _report(job: Job, cut: BorderCut, *, as_json: bool) -> None:
-    """Print a line per file written, and one for the run; or the facts as an object."""
+def _report(job: Job, cut: BorderCut, *, as_json: bool, is_quiet: bool) -> None:
+    """Print counts and files."""
     n_regions, n_kept = len(cut.is_kept), int(np.count_nonzero(cut.is_kept))
-    if as_json:
-        facts = {"file": job.input, "n_faces": cut.n_sources, "n_regions": n_regions}
-        facts |= {"n_new_faces": cut.mesh.n_faces, "n_kept": n_kept, "outputs": job.names}
-        click.echo(json.dumps(facts), err=job.stream is not None)
-        return
-    lines = [f"wrote {path}" for path in job.files]
+    n_new = cut.mesh.n_faces
+    facts = {
+        "n_faces": cut.n_sources,
+        "n_regions": n_regions,
+        "n_new_faces": n_new,
+        "n_kept": n_kept,
+    }
     kept = f", of which {n_kept} kept their faces" if n_kept else ""
-    faces = f"{counted(cut.n_sources, 'face')} cut into {cut.mesh.n_faces}"
-    lines.append(f"{Path(job.input).name}: {faces}, {counted(n_regions, 'region')}{kept}")
-    click.echo("\n".join(lines), err=job.stream is not None)
+    faces = f"{counted(cut.n_sources, 'face')} cut into {n_new}"
+    text = f"{job.name}: {faces}, {counted(n_regions, 'region')}{kept}"
+    job.report(facts, text, as_json=as_json, is_quiet=is_quiet)

@@ -8,7 +8,7 @@ import click
 
 from .._timing import timed
 from ..export.write import write_outputs
-from ..io.atomic import writable_folder
+from ..io.atomic import output_folder
 from ..pipeline import segment
 from .options import FOLDER
 from .progress import RunBar
@@ -26,12 +26,15 @@ from .report import summary_of
     help="Folder for the results.",
 )
 def demo_command(output: Path) -> None:
-    """Segment the sample mesh of the package, and write a labeled mesh and a picture of it."""
+    """Segment the sample mesh of the package.
+
+    DIR gets a labeled mesh and a picture of it.
+    """
     from ..pictures.rendering import check_rendering, render
     from ..sample import sample_mesh
 
     check_rendering()
-    writable_folder(output)
+    click.get_current_context().with_resource(output_folder(output))
     labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
     timings: dict[str, float] = {}
     with RunBar("bear") as bar:
@@ -40,6 +43,6 @@ def demo_command(output: Path) -> None:
         result = segment(surface, progress=bar.on_iteration, on_stage=bar.on_stage)
         with timed(timings, "export", bar.on_stage):
             write_outputs([labeled], surface, result.labels)
-    click.echo(summary_of("bear", result, {**result.timings, **timings}, [str(labeled)]))
+    click.echo(f"wrote {labeled}\nbear: {summary_of(result, {**result.timings, **timings})}")
     render(surface, result.labels, output=picture)
     click.echo(f"wrote {picture}")

@@ -39,9 +39,10 @@ def evaluate_command(
     mesh: Path, labels: Path, truths: tuple[Path, ...], more: tuple[Path, ...], tolerance: float,
     labels_named: str, as_json: bool,
 ) -> None:  # fmt: skip
-    """Print how good LABELS of the mesh in the file IN are, against ground truth if there is any.
+    """Print how good labels are.
 
-    Labels are read from .npy, .seg, .txt or labeled .ply or .vtp files.
+    LABELS of the mesh IN are compared with ground truth, if there is any. Both are read from .npy,
+    .seg, .txt or labeled .ply or .vtp files.
     """
     from ..metrics import evaluate
 

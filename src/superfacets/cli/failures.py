@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import click
 
 from ..errors import MeshError, MissingExtraError, RenderError
@@ -19,6 +21,38 @@ def message_of(error: BaseException) -> str:
     if isinstance(error, OSError) and error.strerror is not None:
         return f"{error.filename or 'standard output'}: {error.strerror}"
     return str(error)
+
+
+def count_failures(
+    names: Sequence[str],
+    do: Callable[[int], object],
+    failed: Callable[[int, str], object] = lambda place, message: None,
+) -> int:
+    """Do something for each of several inputs; return how many failed. Each failure is printed.
+
+    `do` and `failed` take the place of an input. The ValueError of a single input is raised: it is
+    about a parameter, and means a wrong command line. So is a BrokenPipeError: click then ends the
+    process silently, as other programs in a pipe.
+    """
+    n_failed = 0
+    is_one_of_many = len(names) > 1
+    for place, name in enumerate(names):
+        try:
+            do(place)
+        except BrokenPipeError:
+            raise
+        except (*FAILURES, ValueError) as error:
+            if not (is_one_of_many or isinstance(error, FAILURES)):
+                raise
+            message = message_of(error)
+            if is_one_of_many and name not in message:
+                message = f"{name}: {message}"
+            print_error(message)
+            failed(place, message)
+            n_failed += 1
+    if n_failed and is_one_of_many:
+        print_error(f"{n_failed} of {len(names)} files failed")
+    return n_failed
 
 
 def print_error(message: str) -> None:

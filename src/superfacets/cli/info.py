@@ -10,7 +10,7 @@ import click
 
 from ..cells.info import CloudInfo, MeshInfo, TetInfo, facts_of
 from ..cells.size import DEFAULT_N_SEGMENTS, sliver_note
-from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
+from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import check_inputs, load_cells, name_of
 from .interrupts import run_in_background
 from .options import format_option
@@ -28,31 +28,28 @@ from .options import format_option
 def info_command(
     ctx: click.Context, inputs: tuple[str, ...], format: str | None, as_json: bool
 ) -> None:
-    """Print counts and sizes of the meshes and point clouds in the files IN.
+    """Print counts and sizes of meshes and point clouds.
 
     IN may be - for standard input. If an input fails, the others are still read, and the exit
     status is 1.
     """
     check_inputs(inputs)
-    n_failed = 0
-    for text in inputs:
-        try:
-            info = run_in_background(partial(_info_of, text, format))
-        except FAILURES as error:
-            n_failed += 1
-            print_error(message_of(error))
-            continue
+
+    def tell(place: int) -> None:
+        text = inputs[place]
+        info = run_in_background(partial(_info_of, text, format))
         note = sliver_note(_slivers_of(info), "try segment --subdivide")
         if note is not None:
             print_note(f"{name_of(text)}: {note}")
         if as_json:
             click.echo(json.dumps({"file": text, **dataclasses.asdict(info)}))
-            continue
+            return
         rows = _rows_of(info)
         if len(inputs) > 1:
             rows = [("file", name_of(text)), *rows]
         click.echo("\n".join(f"{name:<20} {value}" for name, value in rows))
-    if n_failed:
+
+    if count_failures([name_of(text) for text in inputs], tell):
         ctx.exit(EXIT_DATA)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -36,7 +35,6 @@ from .inputs import (
     constraint_options,
     constraints_of,
     load_cells_and_attributes,
-    name_of,
 )
 from .interrupts import run_in_background
 from .options import (
@@ -114,7 +112,7 @@ def levels_command(
     labels: Path | None, mask: Path | None, barriers: Path | None, *, drop_attributes: bool,
     labels_named: str, is_quiet: bool, as_json: bool, **options: Any,
 ) -> None:  # fmt: skip
-    """Segment the mesh or point cloud in the file IN, and merge regions level by level.
+    """Segment a mesh or point cloud, and merge regions level by level.
 
     Each region of a level is a union of regions of the finer levels. IN may be - for standard
     input.
@@ -140,25 +138,17 @@ def levels_command(
         is_cloud = kind_of(cells).are_points
         for note in notes_on_attributes(attributes, job.endings, of_points=is_cloud):
             print_note(note)
-    if as_json or not is_quiet:
-        _report(job, cells, nested, as_json=as_json)
+    _report(job, cells, nested, as_json=as_json, is_quiet=is_quiet)
 
 
-def _report(job: Job, cells: Cells, nested: Hierarchy, *, as_json: bool) -> None:
-    """Print the results and files: as two lines, or as a JSON object."""
-    is_to_stderr = job.stream is not None
-    if as_json:
-        facts = {"file": job.input, "levels": list(nested.counts), "n_finest": nested.n_finest}
-        facts |= {"n_fewest": nested.n_fewest, "outputs": job.names}
-        click.echo(json.dumps(facts), err=is_to_stderr)
-        return
-    is_file = job.input != STANDARD_STREAM
-    name = Path(job.input).name if is_file else name_of(job.input)
+def _report(job: Job, cells: Cells, nested: Hierarchy, *, as_json: bool, is_quiet: bool) -> None:
+    """Print counts and files."""
+    facts = {"levels": list(nested.counts), "n_finest": nested.n_finest}
+    facts["n_fewest"] = nested.n_fewest
     listed = ", ".join(map(str, nested.counts))
     size = counted(cells.n_cells, kind_of(cells).noun)
-    names = ["standard output" if name == STANDARD_STREAM else name for name in job.names]
-    click.echo(f"{name}: {size}, levels of {listed} regions", err=is_to_stderr)
-    click.echo("wrote " + ", ".join(names), err=is_to_stderr)
+    text = f"{job.name}: {size}, levels of {listed} regions"
+    job.report(facts, text, as_json=as_json, is_quiet=is_quiet)
 
 
 @dataclass(frozen=True)

@@ -15,25 +15,37 @@ from ..workers.start import prepare
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error
 from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, is_busy, while_importing
 
-COMMANDS = {
-    "segment": "Segment the meshes and point clouds in the files IN and write their labels.",
-    "levels": "Segment the mesh or point cloud in the file IN, and merge regions level by level.",
-    "batch": "Segment all meshes and point clouds in IN on all cores, or on a cluster.",
-    "info": "Print counts and sizes of the meshes and point clouds in the files IN.",
-    "convert": "Write the mesh in the file IN, with its LABELS, in other formats.",
-    "render": "Draw a shaded picture of the mesh or point cloud in the file IN.",
-    "view": "Write a page to look at the mesh or point cloud in the file IN.",
-    "studio": "Label the mesh or point cloud in the file IN, or those of a FOLDER, in a browser.",
-    "regions": "Measure the regions that LABELS of the mesh in the file IN make.",
-    "cut": "Cut the mesh in the file IN along smooth borders of its regions.",
-    "transfer": "Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.",
-    "evaluate": "Print how good LABELS of the mesh in the file IN are.",
-    "demo": "Segment the sample mesh of the package.",
-    "reproduce": "Repeat the paper's comparison on the benchmark in the folder BENCHMARK.",
-    "quality": "Compare variants of the method on the benchmark in the folder BENCHMARK.",
-    "superpoints": "Compare superpoints with those of ScanNet's segmenter on the rooms in ROOMS.",
+GROUPS = {
+    "Segment": {
+        "segment": "Segment meshes and point clouds, and write their labels.",
+        "levels": "Segment a mesh or point cloud, and merge regions level by level.",
+        "batch": "Segment thousands of files on all cores, or on a cluster.",
+        "demo": "Segment the sample mesh of the package.",
+    },
+    "Look and label": {
+        "info": "Print counts and sizes of meshes and point clouds.",
+        "render": "Draw a picture of a mesh or point cloud with its regions.",
+        "view": "Show a mesh or point cloud with its regions in a browser.",
+        "studio": "Label a mesh or point cloud, or those of a folder, in a browser.",
+        "agree": "Compare two people's work in the studio, and merge it.",
+    },
+    "Work with labels": {
+        "convert": "Write meshes with their labels in other formats.",
+        "regions": "Measure regions: areas, shapes, neighbors.",
+        "cut": "Cut a mesh along smooth borders of its regions.",
+        "transfer": "Carry labels to another mesh or point cloud of the same object.",
+        "lift": "Label regions of a mesh by masks of images.",
+        "evaluate": "Print how good labels are.",
+    },
+    "Studies": {
+        "reproduce": "Repeat the paper's comparison on the Princeton benchmark.",
+        "quality": "Compare variants of the method on the Princeton benchmark.",
+        "superpoints": "Compare superpoints with those of ScanNet's segmenter.",
+    },
 }
 """Summary of each command, so that the list of commands imports none of them."""
+
+COMMANDS = tuple(name for group in GROUPS.values() for name in group)
 
 _NO_WORKERS = {"-h", "--help", "--scheduler"}
 """Options of `batch` with which no workers start on this machine."""
@@ -77,8 +89,9 @@ class LazyGroup(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+        for title, summaries in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl(list(summaries.items()))
 
 
 @click.group(

@@ -1,9 +1,9 @@
-"""Types of options, and options that several commands share."""
+"""Types of options, groups of options in a help text, and options that several commands share."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,8 @@ class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new vers
 class Count(click.IntRange):
     """Integers with a lower bound."""
 
+    name = "count"
+
     def __init__(self, lowest: int) -> None:
         super().__init__(min=lowest)
         self._lowest = lowest
@@ -47,6 +49,12 @@ class Count(click.IntRange):
 class Real(click.FloatRange):
     """Finite numbers; click's FloatRange would accept NaN and infinity."""
 
+    name = "number"
+
+    def _describe_range(self) -> str:
+        """The range in a help text; nothing if there is no bound, where click says x<=None."""
+        return "" if self.min is None and self.max is None else super()._describe_range()
+
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
@@ -58,6 +66,25 @@ class Real(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{str(value)!r} is not a finite number", param, ctx)
         return float(super().convert(number, param, ctx))
+
+
+class GroupedCommand(click.Command):
+    """A command whose help lists options in groups; those of no group come last."""
+
+    groups: Mapping[str, tuple[str, ...]] = {}
+    """Names of parameters in each group, by title."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options."""
+        rows = {param.name: param.get_help_record(ctx) for param in self.get_params(ctx)}
+        listed = {
+            title: [rows.pop(name, None) for name in names] for title, names in self.groups.items()
+        }
+        for title, records in {**listed, "Other options": [*rows.values()]}.items():
+            shown = [record for record in records if record is not None]
+            if shown:
+                with formatter.section(title):
+                    formatter.write_dl(shown)
 
 
 FILE = click.Path(path_type=Path)
@@ -102,8 +129,9 @@ def format_option(what: str, *, name: str = "--format", of_stream: bool = False)
     stream = "; standard input by its content" if of_stream else ""
     return click.option(
         name,
+        metavar="FORMAT",
         type=click.Choice(INPUT_FORMATS),
-        help=f"Format of {what}.  [default: by the ending{stream}]",
+        help=f"Format of {what}: {', '.join(INPUT_FORMATS)}.  [default: by the ending{stream}]",
     )
 
 

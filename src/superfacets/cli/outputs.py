@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import click
 
+from .._types import Ints
 from ..batches.sources import output_names
 from ..export.cells import (
     ATTRIBUTE_OUTPUTS,
@@ -17,10 +20,12 @@ from ..export.cells import (
     MESH_OUTPUTS,
 )
 from ..export.ids import VERTEX_OUTPUTS
-from ..export.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS
-from ..io.atomic import writable_folder
+from ..export.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS, write_outputs
+from ..io.atomic import output_folder
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
+from ..mesh.cells import Cells
+from .failures import print_note
 from .inputs import name_of
 from .options import STANDARD_STREAM, Decorator
 
@@ -57,11 +62,16 @@ def to_option(about: str = "Output format when -o is a folder or omitted") -> De
     return click.option(
         "--to",
         "formats",
+        metavar="FORMAT",
         type=click.Choice(OUTPUT_FORMATS),
         multiple=True,
-        help=f"{about}; may be given several times.  [default: ply; vtu for tetrahedra]",
+        help=f"{about}: {', '.join(OUTPUT_FORMATS)}; may be given several times.  [default: ply;"
+        " vtu for tetrahedra]",
     )
 
+
+MANY_FILES = 8
+"""Number of output files up to which a report lists each."""
 
 Names = Callable[[str, Sequence[str]], Sequence[str]]
 
@@ -95,6 +105,35 @@ class Job:
     def names(self) -> list[str]:
         """The outputs as on a command line: paths, and - for standard output."""
         return [*map(str, self.files), *([STANDARD_STREAM] if self.stream else [])]
+
+    @property
+    def name(self) -> str:
+        """Name of the input in reports, without its folder."""
+        is_stream = self.input == STANDARD_STREAM
+        return name_of(self.input) if is_stream else Path(self.input).name
+
+    @property
+    def written(self) -> list[str]:
+        """The outputs in reports; many files of one input are in one folder."""
+        if len(self.files) > MANY_FILES:
+            return [f"{len(self.files)} files in {self.files[0].parent}"]
+        return ["standard output" if name == STANDARD_STREAM else name for name in self.names]
+
+    def write(self, cells: Cells, labels: Ints | None, **options: Any) -> int:
+        """Write all outputs; `options` and the result are those of `write_outputs`."""
+        streams = {self.stream: sys.stdout.buffer} if self.stream else {}
+        return write_outputs(self.files, cells, labels, streams=streams, **options)
+
+    def print(self, text: str) -> None:
+        """Print on stdout, or on stderr if stdout holds the result."""
+        click.echo(text, err=self.stream is not None)
+
+    def report(self, facts: Mapping[str, Any], text: str, *, as_json: bool, is_quiet: bool) -> None:
+        """Print the facts as a JSON object; or a line per output and the text."""
+        if as_json:
+            self.print(json.dumps({"file": self.input, **facts, "outputs": self.names}))
+        elif not is_quiet:
+            self.print("\n".join([*(f"wrote {name}" for name in self.written), text]))
 
 
 def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
@@ -144,12 +183,26 @@ def plan_jobs(
         if folders:
             files += [Path(folders[0], name) for name in names(text, endings)]
         elif not outputs and text != STANDARD_STREAM:
-            files += [Path(text).with_name(name) for name in names_of_results(text, endings)]
+            beside = _folder_beside(text)
+            files += [beside / name for name in names_of_results(text, endings)]
         jobs.append(Job(text, tuple(files), stream))
     check_files(jobs, also_read)
     for folder in folders:
-        writable_folder(Path(folder))
+        click.get_current_context().with_resource(output_folder(Path(folder)))
     return jobs
+
+
+def _folder_beside(text: str) -> Path:
+    """The folder of an input; or the current one, with a note, if the input is read-only."""
+    path = Path(text)
+    if not path.exists():  # the run reports it
+        return path.parent
+    can_write = all(
+        os.access(place, os.W_OK) and place.stat().st_mode & 0o222 for place in (path, path.parent)
+    )
+    if not can_write:
+        print_note(f"{text} is read-only: results go to the current folder")
+    return path.parent if can_write else Path()
 
 
 def _is_folder(text: str) -> bool:

@@ -38,7 +38,7 @@ def quality_command(
     n_jobs: int | None,
     **options: Any,
 ) -> None:
-    """Compare variants of the method on the benchmark in the folder BENCHMARK.
+    """Compare variants of the method on the Princeton benchmark.
 
     BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT: a
     second start does only what is missing or failed. Tables are printed, and written to

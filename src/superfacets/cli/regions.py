@@ -59,7 +59,7 @@ def regions_command(
     cells: str, labels: Path, output: Path | None, arcs: Path | None, borders: Path | None,
     format: str | None, labels_named: str, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Measure the regions that LABELS of the mesh in the file IN make.
+    """Measure regions: areas, shapes, neighbors.
 
     IN may be a point cloud, or - for standard input. A row for each region: area, perimeter,
     centroid, normal, shape, neighbors and more. Labels are read from .npy, .seg, .txt or labeled

@@ -142,7 +142,7 @@ def render_command(
     compare: tuple[Path, ...], color_by: str | None, side: str | None,
     size: tuple[int, int] | None, smooth_borders: bool,
 ) -> None:  # fmt: skip
-    """Draw a shaded picture of the mesh or point cloud in the file IN, with its regions.
+    """Draw a picture of a mesh or point cloud with its regions.
 
     Borders between regions of a mesh are dark lines. Regions that touch have colors that
     color-blind people tell apart, too.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -17,7 +17,7 @@ from ..export.ids import VERTEX_OUTPUTS
 from ..export.ply import names_replaced
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
-from .options import STANDARD_STREAM
+from ..mesh.cells import Cells
 
 
 def notes_of(
@@ -125,6 +125,16 @@ def _notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> lis
     return [f"{lost} {have} the most area in no face of the input: label files lack {them}"]
 
 
+def notes_on_written(
+    cells: Cells, attributes: MeshAttributes | None, endings: Collection[str], n_lost: int
+) -> list[str]:
+    """Notes on data that files with these endings lack; `n_lost` is as for `notes_on_vertices`."""
+    notes = notes_on_vertices(n_lost, endings)
+    if attributes is not None:
+        notes += notes_on_attributes(attributes, endings, of_points=kind_of(cells).are_points)
+    return notes
+
+
 def notes_on_vertices(n_lost: int, endings: Iterable[str]) -> list[str]:
     """Notes on regions without a vertex in files of vertex labels."""
     if not n_lost:
@@ -157,16 +167,9 @@ def notes_on_attributes(
     return notes
 
 
-def facts_of(
-    name: str,
-    result: Segmentation,
-    timings: Mapping[str, float],
-    outputs: Sequence[str],
-    noun: str = "face",
-) -> dict[str, Any]:
+def facts_of(result: Segmentation, timings: Mapping[str, float], noun: str) -> dict[str, Any]:
     """The run as a JSON object; `noun` is the name of the labeled elements."""
     return {
-        "file": name,
         f"n_{noun}s": len(result.labels),
         "n_segments": result.n_segments,
         "n_iter": result.n_iter,
@@ -176,24 +179,13 @@ def facts_of(
         "n_unreached": result.n_unreached,
         "sliver_share": result.sliver_share,
         "params": result.params,
-        "outputs": list(outputs),
     }
 
 
-def summary_of(
-    name: str,
-    result: Segmentation,
-    timings: Mapping[str, float],
-    outputs: Sequence[str],
-    noun: str = "face",
-) -> str:
-    """A line for each file written, and a line for the run; `noun` names the labeled elements."""
+def summary_of(result: Segmentation, timings: Mapping[str, float], noun: str = "face") -> str:
+    """The run in one line; `noun` is the name of the labeled elements."""
     seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in timings.items())
-    lines = [
-        f"wrote {'standard output' if output == STANDARD_STREAM else output}" for output in outputs
-    ]
-    lines.append(
-        f"{name}: {counted(len(result.labels), noun)}, {counted(result.n_segments, 'region')}, "
+    return (
+        f"{counted(len(result.labels), noun)}, {counted(result.n_segments, 'region')}, "
         f"{counted(result.n_iter, 'iteration')}, {result.stop_reason}; seconds: {seconds}"
     )
-    return "\n".join(lines)

@@ -49,7 +49,7 @@ def reproduce_command(
     budget_minutes: float | None,
     n_jobs: int | None,
 ) -> None:
-    """Repeat the paper's comparison on the benchmark in the folder BENCHMARK.
+    """Repeat the paper's comparison on the Princeton benchmark.
 
     BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT: a
     second start does only what is missing or failed. OUT/index.html shows everything.

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,11 +14,12 @@ import click
 from .._timing import timed
 from ..batches.files import FileOptions, Outcome, segment_file
 from ..cells.kinds import kind_of
+from ..clustering.segmentation import Segmentation
 from ..export.cells import FormatOptions
-from ..export.write import check_fit, check_outputs, write_outputs
+from ..export.write import check_fit, check_outputs
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
-from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
+from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import (
     check_inputs,
     constraint_options,
@@ -32,7 +32,7 @@ from .options import format_option, labels_named_option, quiet_option
 from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs, to_option
 from .progress import RunBar, TileBar
 from .report import facts_of, notes_of, notes_on_result, summary_of
-from .segment_options import file_options, options_of, segment_options
+from .segment_options import SegmentCommand, file_options, options_of, segment_options
 from .tiled import (
     TileOptions,
     names_by_tiles,
@@ -42,7 +42,7 @@ from .tiled import (
 )
 
 
-@click.command("segment")
+@click.command("segment", cls=SegmentCommand)
 @click.argument(
     "inputs", metavar="IN...", type=click.Path(allow_dash=True), nargs=-1, required=True
 )
@@ -79,7 +79,7 @@ def segment_command(
     as_json: bool,
     **given: Any,
 ) -> None:
-    """Segment the meshes and point clouds in the files IN and write their labels.
+    """Segment meshes and point clouds, and write their labels.
 
     IN may be - for standard input; the result then goes to standard output, unless -o names another
     place. If standard output holds the result, messages go to stderr. If an input fails, the others
@@ -101,10 +101,10 @@ def segment_command(
     form = options.form(endings)
     constraints = partial(constraints_of, mask, barriers, name=labels_named)
     run = _Run(options, format, form, constraints, tiles, is_quiet=is_quiet, as_json=as_json)
-    n_failed = sum(not run.try_job(job, is_one_of_many=len(jobs) > 1) for job in jobs)
-    if n_failed and len(jobs) > 1:
-        print_error(f"{n_failed} of {len(jobs)} files failed")
-    if n_failed:
+    names_of_inputs = [name_of(job.input) for job in jobs]
+    if count_failures(
+        names_of_inputs, lambda i: run.do(jobs[i]), lambda i, m: run.tell(jobs[i], m)
+    ):
         ctx.exit(EXIT_DATA)
 
 
@@ -120,28 +120,13 @@ class _Run:
     is_quiet: bool
     as_json: bool
 
-    def try_job(self, job: Job, *, is_one_of_many: bool) -> bool:
-        """Do one job; if it fails, print why and return False."""
-        name = name_of(job.input)
-        try:
-            self._do(job)
-        except (
-            BrokenPipeError
-        ):  # click then ends the process silently, like other programs in a pipe
-            raise
-        except (*FAILURES, ValueError) as error:
-            if not (is_one_of_many or isinstance(error, FAILURES)):
-                raise  # an option that does not suit the mesh counts as a wrong command line
-            message = message_of(error)
-            if is_one_of_many and name not in message:
-                message = f"{name}: {message}"
-            print_error(message)
-            if self.as_json:
-                self._print(job, json.dumps({"file": job.input, "error": message}))
-            return False
-        return True
+    def tell(self, job: Job, message: str) -> None:
+        """Report a failure to programs, too."""
+        if self.as_json:
+            job.print(json.dumps({"file": job.input, "error": message}))
 
-    def _do(self, job: Job) -> None:
+    def do(self, job: Job) -> None:
+        """Do one job, and report it."""
         check_outputs(job.files, force=self.form.force)
         if self.tiles is not None:
             self._do_by_tiles(job, self.tiles)
@@ -150,7 +135,10 @@ class _Run:
         with RunBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), tick=bar.draw)
             with timed(timings, "export", bar.on_stage):
-                n_lost = _write(job, outcome, self.form)
+                n_lost = job.write(
+                    outcome.mesh, outcome.result.labels, attributes=outcome.attributes,
+                    options=self.form, listed=outcome.listed, listed_mesh=outcome.listed_mesh,
+                )  # fmt: skip
         result, noun = outcome.result, kind_of(outcome.mesh).noun
         timings = {**result.timings, **timings}
         if not self.is_quiet:
@@ -160,11 +148,7 @@ class _Run:
                 outcome, asked, endings=endings, holds_labels=holds_labels, n_lost=n_lost
             ):
                 print_note(note)
-        if self.as_json:
-            self._print(job, json.dumps(facts_of(job.input, result, timings, job.names, noun)))
-        elif not self.is_quiet:
-            name = Path(job.input).name if job.files or not job.stream else name_of(job.input)
-            self._print(job, summary_of(name, result, timings, job.names, noun))
+        self._report(job, result, timings, noun)
 
     def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:
         with TileBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
@@ -173,15 +157,15 @@ class _Run:
         if not self.is_quiet:
             for note in notes_on_result(result):
                 print_note(note)
-        if self.as_json:
-            self._print(
-                job, json.dumps(facts_of(job.input, result, result.timings, job.names, noun))
-            )
-        elif not self.is_quiet:
-            n_files, folder = len(job.files), job.files[0].parent
-            names = job.names if n_files == 1 else [f"{n_files} files in {folder}"]
-            name = Path(job.input).name
-            self._print(job, summary_of(name, result, result.timings, names, noun))
+        self._report(job, result, result.timings, noun)
+
+    def _report(
+        self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str
+    ) -> None:
+        """Print counts, seconds and files."""
+        text = f"{job.name}: {summary_of(result, timings, noun)}"
+        facts = facts_of(result, timings, noun)
+        job.report(facts, text, as_json=self.as_json, is_quiet=self.is_quiet)
 
     def _compute(self, job: Job, bar: RunBar, timings: dict[str, float]) -> Outcome:
         """Read, subdivide and segment; write nothing."""
@@ -200,22 +184,3 @@ class _Run:
         cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
         check_fit(cells, None, job.endings, self.form)
         return cells, attributes
-
-    def _print(self, job: Job, text: str) -> None:
-        """Print on stdout, or on stderr if stdout holds the result."""
-        click.echo(text, err=job.stream is not None)
-
-
-def _write(job: Job, outcome: Outcome, form: FormatOptions) -> int:
-    """Write all files, and return the number of regions without a vertex in vertex labels."""
-    streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    return write_outputs(
-        job.files,
-        outcome.mesh,
-        outcome.result.labels,
-        streams=streams,
-        attributes=outcome.attributes,
-        options=form,
-        listed=outcome.listed,
-        listed_mesh=outcome.listed_mesh,
-    )

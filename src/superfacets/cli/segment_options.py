@@ -17,6 +17,7 @@ from .options import (
     POSITIVE,
     Count,
     CountOr,
+    GroupedCommand,
     Real,
     ascii_option,
     drop_attributes_option,
@@ -39,6 +40,37 @@ def _defaults_of(parameter: str) -> str:
 def _users_of(parameter: str) -> str:
     """Names of the weights that use a parameter."""
     return " and ".join(name for name, weight in WEIGHTS.items() if parameter in weight.defaults)
+
+
+_GROUPS = {
+    "Used most": ("n_segments", "radius", "alpha", "output", "outputs", "formats", "is_quiet"),
+    "Presets": ("scans", "paper", "parts"),
+    "Creases and shape of regions": (
+        "weights", "eta_convex", "ridges", "smooth", "relocate", "min_size", "islands",
+        "enforce_connectivity",
+    ),
+    "What else borders follow": (
+        "features", "feature_weight", "mask", "barriers", "labels_named",
+    ),
+    "Noise, long faces, clouds": (
+        "denoise", "is_subdivided", "max_edge", "viewpoint", "min_opacity",
+    ),
+    "Seeds and the loop": ("init", "max_num_iter", "tol"),
+    "Files": (
+        "format", "ascii", "label_name", "vertex_labels", "drop_attributes", "force",
+    ),
+    "Larger than memory": (
+        "is_tiled", "tile_size", "scratch", "cache",
+    ),
+    "Running": ("n_threads", "workers", "scheduler", "retry_failed", "as_json"),
+}  # fmt: skip
+"""Groups of options in the help of ``segment`` and ``batch``."""
+
+
+class SegmentCommand(GroupedCommand):
+    """A command with the options of `segment_options`."""
+
+    groups = _GROUPS
 
 
 _OF_SEGMENT = (
@@ -70,10 +102,11 @@ _OF_SEGMENT = (
     ),
     click.option(
         "--weights",
+        metavar="NAME",
         type=click.Choice(tuple(WEIGHTS)),
-        help="Lengths of steps: with a price for creases that does not depend on resolution, with"
-        " one for steps between the parts of a shape as well, those of the paper, or those of"
-        " Shlafman, Tal and Katz.  [default: parts; creases with --tiled]",
+        help="What steps between neighbors cost: parts (creases, and steps from one part of a shape"
+        " to another), creases, superfacets (as in the paper), or stk02 (Shlafman, Tal and Katz)."
+        "  [default: parts]",
     ),
     click.option(
         "--init",

@@ -39,13 +39,13 @@ from .options import COUNT, FILE
     type=click.IntRange(1, 65_535),
     help="Port of this machine to answer at.  [default: one that is free]",
 )
+@click.option("--list", "is_list", is_flag=True, help="Print how far each file is, and end.")
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 def studio_command(
     path: Path, n_segments: int | None, work: Path | None, classes: Path | None,
-    port: int | None,
-    no_browser: bool,
+    port: int | None, is_list: bool, no_browser: bool,
 ) -> None:  # fmt: skip
-    """Label the mesh or point cloud in the file IN, or those of a FOLDER, in a browser.
+    """Label a mesh or point cloud, or those of a folder, in a browser.
 
     The page is served to this machine alone. All work is saved as it is done.
     """
@@ -58,6 +58,11 @@ def studio_command(
 
     given = () if classes is None else read_classes(classes)
     files = Files.of(path, work, n_segments, given)
+    if is_list:
+        for entry in files.listed():
+            reviewed = "  reviewed" if entry.get("reviewed") else ""
+            click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{reviewed}")
+        return
     opened, address = open_again(port, kept_address(address_file(files.place)))
     with opened, contextlib.ExitStack() as stack:
         for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # so that the token file is removed

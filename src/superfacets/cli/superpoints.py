@@ -12,7 +12,7 @@ from .options import EXISTING_FOLDER
 @click.command("superpoints")
 @click.argument("rooms", type=EXISTING_FOLDER)
 def superpoints_command(rooms: Path) -> None:
-    """Compare superpoints with those of ScanNet's segmenter on the rooms in ROOMS.
+    """Compare superpoints with those of ScanNet's segmenter.
 
     ROOMS is a folder of .npz files. Each holds vertices, faces, instances (the true object of each
     vertex) and felzenszwalb (the segments of ScanNet's segmenter). A superpoint takes the object of

@@ -64,8 +64,6 @@ _OPTIONS = (
 _NOT_OF_TILES = {
     "--paper": "radius_factor",
     "--init": "init",
-    "--relocate": "relocate",
-    "--denoise": "denoise",
     "--connect": "enforce_connectivity",
     "--min-size": "min_size",
     "--feature-weight": "feature_weight",
@@ -134,7 +132,6 @@ class TileOptions:
         refused = {
             "--features": options.features,
             "--subdivide": options.is_subdivided,
-            "--viewpoint": options.viewpoint,
             "--min-opacity": options.min_opacity,
             "--vertex-labels": options.vertex_labels,
             "--ascii": options.ascii,
@@ -143,8 +140,6 @@ class TileOptions:
         }
         if refused["--init"] == "geodesic":  # tiles know no other placement of centers
             del refused["--init"]
-        if options.keywords.get("weights") == "parts":
-            raise click.UsageError("parts (--weights parts, --parts) do not go with --tiled")
         for name, value in refused.items():
             if value:
                 raise click.UsageError(f"{name} does not go with --tiled")
@@ -160,7 +155,7 @@ class TileOptions:
 
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
     """Names of the results in a folder; for a folder of files, one name per file."""
-    from ..tiles.label_files import label_names
+    from ..export.label_files import label_names
 
     if Path(text).is_dir():
         with contextlib.suppress(OSError):  # the run reports any error
@@ -187,7 +182,7 @@ def segment_by_tiles(
 
 def noun_of_tiled(path: Path) -> str:
     """Noun for a cell of a file, or of a folder of files."""
-    from ..tiles.opening import holds_points
+    from ..io.readers.pieces import holds_points
 
     return "point" if holds_points(path) else "face"
 
@@ -208,6 +203,7 @@ def _segmented(
         progress=bar.on_iteration,
         on_stage=bar.on_stage,
         on_tile=bar.on_tile,
+        viewpoint=options.viewpoint,
         **tiles.keywords,
         **keywords,
     )

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import sys
+import warnings
 from pathlib import Path
 
 import click
@@ -12,7 +11,7 @@ import numpy.typing as npt
 
 from ..cells.kinds import kind_of
 from ..export.cells import FormatOptions
-from ..export.write import check_fit, check_outputs, write_outputs
+from ..export.write import check_fit, check_outputs
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.readers.labels import read_labels
@@ -33,7 +32,7 @@ from .options import (
     threads_option,
 )
 from .outputs import Job, output_option, plan_jobs, to_option
-from .report import notes_on_attributes, notes_on_vertices
+from .report import notes_on_written
 
 
 @click.command("transfer")
@@ -66,7 +65,7 @@ def transfer_command(
     target_format: str | None, ascii: bool, drop_attributes: bool, n_threads: int | None,
     force: bool, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.
+    """Carry labels to another mesh or point cloud of the same object.
 
     TARGET must be of the same object, in the same place. Each of its faces or points gets the label
     of the nearest face or point of IN. LABELS are read from .npy, .seg, .txt or labeled .ply or
@@ -84,40 +83,29 @@ def transfer_command(
         keeps = job.holds_attributes and not drop_attributes
         goal, attributes = load_cells_and_attributes(str(target), target_format, keep=keeps)
         check_fit(goal, None, job.endings, form)
-        carried = transfer(cells, given, goal, max_distance=max_distance, n_threads=n_threads)
+        with warnings.catch_warnings(record=True) as caught:  # printed as notes
+            carried = transfer(cells, given, goal, max_distance=max_distance, n_threads=n_threads)
+        far.extend(str(warning.message) for warning in caught)
         return goal, attributes, carried
 
+    far: list[str] = []
     goal, attributes, carried = run_in_background(compute)
-    streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    n_lost = write_outputs(
-        job.files, goal, carried, streams=streams, attributes=attributes, options=form
-    )
+    n_lost = job.write(goal, carried, attributes=attributes, options=form)
     if not is_quiet:
-        for note in _notes(job, goal, attributes, n_lost):
+        for note in [*far, *notes_on_written(goal, attributes, job.endings, n_lost)]:
             print_note(note)
-    if as_json or not is_quiet:
-        _report(job, goal, carried, as_json=as_json)
+    _report(job, goal, carried, as_json=as_json, is_quiet=is_quiet)
 
 
-def _notes(job: Job, goal: Cells, attributes: MeshAttributes | None, n_lost: int) -> list[str]:
-    """Notes on data that the outputs lack."""
-    notes = notes_on_vertices(n_lost, job.endings)
-    if attributes is not None:
-        notes += notes_on_attributes(attributes, job.endings, of_points=kind_of(goal).are_points)
-    return notes
-
-
-def _report(job: Job, goal: Cells, labels: npt.NDArray[np.int32], *, as_json: bool) -> None:
-    """Print a line for each file written, and a line for the run; or the facts as a JSON object."""
+def _report(
+    job: Job, goal: Cells, labels: npt.NDArray[np.int32], *, as_json: bool, is_quiet: bool
+) -> None:
+    """Print counts and files."""
     n_without = int(np.count_nonzero(labels < 0))
     n_labels = len(np.unique(labels[labels >= 0]))
-    if as_json:
-        values = {"file": job.input, f"n_{kind_of(goal).noun}s": len(labels)}
-        values |= {"n_labels": n_labels, "n_without": n_without, "outputs": job.names}
-        click.echo(json.dumps(values), err=job.stream is not None)
-        return
-    lines = [f"wrote {path}" for path in job.files]
+    noun = kind_of(goal).noun
+    facts = {f"n_{noun}s": len(labels), "n_labels": n_labels, "n_without": n_without}
     without = f", {n_without} without" if n_without else ""
-    name = Path(job.input).name
-    facts = f"{counted(len(labels), kind_of(goal).noun)}, {counted(n_labels, 'label')}{without}"
-    click.echo("\n".join([*lines, f"{name}: {facts}"]), err=job.stream is not None)
+    counts = f"{counted(len(labels), noun)}, {counted(n_labels, 'label')}{without}"
+    text = f"{job.name}: {counts}"
+    job.report(facts, text, as_json=as_json, is_quiet=is_quiet)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import webbrowser
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -19,13 +21,20 @@ from .options import FILE, camera_options, labels_named_option
 
 if TYPE_CHECKING:
     from ..pictures.camera import Up
+    from ..pictures.page.document import Page
 
 LEVELS_ENDING = ".npz"
 
 
 @click.command("view")
 @click.argument("mesh", metavar="IN", type=FILE)
-@click.option("--html", "output", metavar="OUT", type=FILE, required=True, help="A .html file.")
+@click.option(
+    "--html",
+    "output",
+    metavar="OUT",
+    type=FILE,
+    help="Write the page to this .html file.  [default: open it in the browser]",
+)
 @click.option(
     "--labels",
     metavar="L",
@@ -47,18 +56,19 @@ LEVELS_ENDING = ".npz"
 @click.option("--title", metavar="TEXT", help="What the page is called.  [default: the name of IN]")
 @camera_options
 def view_command(
-    mesh: Path, output: Path, labels: Path | None, labels_named: str, gt: Path | None,
+    mesh: Path, output: Path | None, labels: Path | None, labels_named: str, gt: Path | None,
     features: tuple[Path, ...], title: str | None, up: Up, azimuth: float, elevation: float,
 ) -> None:  # fmt: skip
-    """Write a page to look at the mesh or point cloud in the file IN.
+    """Show a mesh or point cloud with its regions in a browser.
 
-    The page shows its regions. It is one file, which opens in any browser from disk, offline.
+    The page is one file, which opens in any browser from disk, offline. Without --html, it is a
+    temporary file, and the browser opens it.
     """
     from ..pictures.camera import View
     from ..pictures.page.document import checked_page_path, view
 
     try:
-        target = checked_page_path(output)
+        target = None if output is None else checked_page_path(output)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     names = [path.stem for path in features]
@@ -79,8 +89,19 @@ def view_command(
         )  # fmt: skip
     except (ValueError, TypeError) as error:  # all remaining errors are faults of files
         raise MeshError(f"{mesh}: {error}") from None
-    page.save(target)
-    click.echo(f"wrote {output}")
+    if target is not None:
+        page.save(target)
+        click.echo(f"wrote {output}")
+    else:
+        _open(page, mesh.stem)
+
+
+def _open(page: Page, name: str) -> None:
+    """Open the page in the browser, which reads it when it likes: so the file stays."""
+    path = page.save(Path(mkdtemp(prefix="superfacets-"), f"{name}.html"))
+    click.echo(f"wrote {path}")
+    if not webbrowser.open(path.as_uri()):
+        print_note("no browser was found: open the file in one, or name a file with --html")
 
 
 def _levels_of(mesh: Path, path: Path | None, n_cells: int, name: str) -> npt.NDArray[Any] | None:

@@ -8,7 +8,7 @@ from typing import Protocol, TypeAlias
 from .. import _core
 from .._core import OrderedGraph
 from .._options import LoopOptions
-from .._types import Ints
+from .._types import Array, Ints
 from .plan import Plan
 
 
@@ -32,6 +32,11 @@ class CoarseCells(Protocol):
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
         """Return centers among the cells for regions of coarse cells."""
 
+    def spread(
+        self, lengths: Array, labels: Ints, centers: Ints, n_threads: int
+    ) -> tuple[Array, Ints]:
+        """Lengths and labels of paths to the cells, over those to coarse cells."""
+
 
 class LargeGraph(Protocol):
     """A graph that is not in memory: the loop runs on coarse cells, then labels all cells once."""
@@ -43,6 +48,10 @@ class LargeGraph(Protocol):
     @property
     def is_symmetric(self) -> bool:
         """Whether each arc has one back of the same length."""
+
+    @property
+    def straight_unit(self) -> float:
+        """Unit of lengths, if steps are straight, or else 0."""
 
     def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
         """Coarse cells of about so many cells."""
@@ -163,7 +172,7 @@ def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
 
 def is_straight(graph: AnyGraph) -> bool:
     """Whether arcs of a graph are as long as straight lines plus prices."""
-    return isinstance(graph, OrderedGraph) and graph.straight_unit > 0.0
+    return graph.straight_unit > 0.0
 
 
 def _coarser(

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._core import Clustering, CoarseGraph, OrderedGraph
+from .._core import Clustering, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
-from .._types import Ints
+from .._types import Array, Ints
 from .graphs import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions_of
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
@@ -58,20 +58,21 @@ class Iteration:
             clustering = self._run_level(graph, centers, must_stay=not levels.on_all)
             return clustering.labels(), clustering.centers()
         assert isinstance(clustering, Clustering)
-        return self._spread([*coarse, level], clustering, centers)
+        paths = clustering.lengths(), clustering.labels()
+        coarse.append(level)
+        del level, clustering  # each graph is freed after its use
+        return self._spread(coarse, paths, centers)
 
     def _spread(
-        self, coarse: list[CoarseCells], clustering: Clustering, centers: Ints
+        self, coarse: list[CoarseCells], paths: tuple[Array, Ints], centers: Ints
     ) -> tuple[Ints, Ints]:
         """Label all cells by paths on the last of these graphs, which are rounder than on cells.
 
-        `centers` are cells of the graph that the last one was made of.
+        `centers` are cells of the graph that the last one was made of. The list is emptied.
         """
-        paths = (clustering.lengths(), clustering.labels())
         while coarse:
             start = time.perf_counter()
             level = coarse.pop()
-            assert isinstance(level, CoarseGraph)  # tiles have no straight steps
             with timed(self.timings, "classify"):
                 paths = level.spread(*paths, centers, self.options.n_threads)
             seconds = time.perf_counter() - start
@@ -93,7 +94,7 @@ class Iteration:
         is_first = not self.levels
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay)
         if is_first and self.options.relocate:
-            assert isinstance(clustering, Clustering)  # tiles do not relocate
+            assert isinstance(clustering, Clustering)  # tiles have coarse cells first
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
@@ -159,7 +160,7 @@ class Iteration:
             if self.is_cancelled:
                 return n_iter, "cancelled"
             if _fingerprint(moved_to) in seen:
-                return n_iter, "cycle"
+                return n_iter, "settled"
             if n_iter < max_num_iter:
                 with timed(self.timings, "classify"):
                     clustering.classify(moved_to)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from .._options import Init, Islands, LoopOptions, Progress, SizeOptions
 from .._timing import timed
-from .._types import Floats
+from .._types import Floats, Ints
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
@@ -22,7 +23,7 @@ from .graphs import (
     join_islands,
 )
 from .iteration import Iteration
-from .plan import ArcLengths, Plan, Start
+from .plan import Plan, Start
 from .seeding import run_seeding
 from .segmentation import Segmentation
 
@@ -141,12 +142,12 @@ def segment_cells(
     bounds: Floats,
     plan: Plan,
     loop: LoopOptions,
-    borders: ArcLengths | None = None,
+    join_pieces: Callable[[Ints, Ints], Ints] | None = None,
 ) -> Segmentation:
     """Segment a checked graph of kept cells, by its plan.
 
-    `levels` are those from `coarsened`; their list is emptied. With `borders`, arcs across borders
-    and their lengths, regions are one piece each by these arcs.
+    `levels` are those from `coarsened`; their list is emptied. `join_pieces` takes labels and
+    centers of regions that may be in pieces, and returns labels of regions in one piece each.
     """
     size, options, init = plan.size, plan.asked, plan.init
     timings: dict[str, float] = {}
@@ -159,9 +160,9 @@ def segment_cells(
     run = Iteration(size.radius, loop, timings)
     labels, centers = run.run(levels, graph, seeds)
     n_unreached = len(centers) - len(seeds)
-    if borders is not None and loop.radius_factor is None:
+    if join_pieces is not None and loop.radius_factor is None:
         with timed(timings, "classify"):
-            labels = _core.join_loose_pieces(*borders, labels, centers)
+            labels = join_pieces(labels, centers)
     if loop.islands == "nearest":
         with timed(timings, "classify"):
             labels, n_joined, more = join_islands(graph, labels, plan.groups, loop.n_threads)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -14,7 +14,11 @@ from ..cells.kinds import as_surface
 from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..mesh.cells import Cells
 
-StopReason = Literal["converged", "cycle", "max_num_iter", "cancelled"]
+if TYPE_CHECKING:
+    from ..pictures.page.document import Page
+    from ..pictures.plotting import Plot
+
+StopReason = Literal["converged", "settled", "max_num_iter", "cancelled"]
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,7 @@ class Level:
     n_iter : int
         Number of iterations on it. All faces after coarser cells get one, which is a
         classification.
-    stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
+    stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
         Why they ended, as for `Segmentation`.
     seconds : float
         Wall time of these iterations.
@@ -60,10 +64,11 @@ class Segmentation:
     n_iter : int
         Number of iterations, on all levels together. Where regions have many faces, most of them
         are on coarser cells; see ``levels``.
-    stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
-        Why the loop ended: the centers moved less than `tol`; a set of centers occurred again; the
-        maximum number of iterations; `progress` returned False. With several levels, why it ended
-        on the finest coarse one. On a level with `relocate`, why the last round of it ended.
+    stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
+        Why the loop ended: the centers moved less than `tol`; they alternate between a few states,
+        none of which is better; the maximum number of iterations; `progress` returned False. With
+        several levels, why it ended on the finest coarse one. On a level with `relocate`, why the
+        last round of it ended.
     n_unreached : int
         Islands that no center reached: components that got no seed and, with `radius_factor`, faces
         out of reach. With ``islands="keep"`` each made one more region, which K counts; with
@@ -121,13 +126,41 @@ class Segmentation:
         ValueError
             If ``cells`` is None, or a `CellGraph` without `ArcMeasures`.
         """
+        cells = self._known_cells("region_graph")
+        surface = as_surface(cells, weld=self.params.get("weld", True), n_threads=None)
+        return region_graph_of(surface, self.labels, self.n_segments, self.centers)
+
+    def plot(self, **options: Any) -> Plot:
+        """Return a picture of the regions: ``superfacets.plot`` of the cells with these labels.
+
+        Raises
+        ------
+        ValueError
+            If ``cells`` is None.
+        """
+        from ..pictures.plotting import plot
+
+        return plot(self._known_cells("plot"), self.labels, **options)
+
+    def view(self, **options: Any) -> Page:
+        """Return a page to look at: ``superfacets.view`` of the cells with these labels.
+
+        Raises
+        ------
+        ValueError
+            If ``cells`` is None.
+        """
+        from ..pictures.page.document import view
+
+        return view(self._known_cells("view"), self.labels, **options)
+
+    def _known_cells(self, instead: str) -> Any:
+        """The cells; an error if there are none says which function takes them."""
         if self.cells is None:
             raise ValueError(
-                "the segmentation does not know its cells: call region_graph(mesh, labels)"
+                f"the segmentation does not know its cells: call {instead}(mesh, labels)"
             )
-        weld = self.params.get("weld", True)
-        surface = as_surface(self.cells, weld=weld, n_threads=None)
-        return region_graph_of(surface, self.labels, self.n_segments, self.centers)
+        return self.cells
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         if copy is None:  # numpy 1 refuses `array(copy=None)`

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..adapters.convert import as_cells
 from ..cells.kinds import kind_of
 from ..errors import MeshError
-from ..io.atomic import StrPath, atomic_outputs, writable_folder
+from ..io.atomic import StrPath, atomic_outputs, output_folder
 from ..io.readers.labels import checked_labels
 from ..regions.parts import Splitter
 from .cells import CellWriter, FormatOptions, usual_ending
@@ -79,10 +79,9 @@ def write_regions(
     names = [f"region_{cell_labels[cells_of[0]]}{ending}" for cells_of in members]
     options = FormatOptions(ascii=ascii)
     CellWriter(cells, None, None, None, options).checked([ending])
-    writable_folder(Path(folder))
     paths = [Path(folder, name) for name in names]
     splitter = Splitter(cells)
-    with atomic_outputs(paths) as temporaries:
+    with output_folder(Path(folder)), atomic_outputs(paths) as temporaries:
         for temporary, cells_of in zip(temporaries, members, strict=True):
             part = splitter.named_part(cells_of, int(cell_labels[cells_of[0]]))
             with temporary.open("wb") as file:

@@ -90,14 +90,16 @@ def write_aggregation(
     _check_ids(ids)
     segments = np.unique(ids[ids >= 0]).tolist()
     names = [NO_CLASS] * len(segments) if classes is None else classes
-    groups = [
-        {"id": place, "objectId": place, "segments": [segment], "label": name}
-        for place, (segment, name) in enumerate(zip(segments, names, strict=True))
-    ]
+    pairs = zip(segments, names, strict=True)
+    write_groups(file, [{"segments": [one], "label": name} for one, name in pairs], scene)
+
+
+def write_groups(file: IO[bytes], groups: Sequence[dict[str, Any]], scene: str) -> None:
+    """Write groups of segments: each an object, with ``segments``, ``label`` and other entries."""
     document = {
         "sceneId": f"scannet.{scene}",
         "appId": "superfacets",
-        "segGroups": groups,
+        "segGroups": [{"id": i, "objectId": i, **group} for i, group in enumerate(groups)],
         "segmentsFile": f"scannet.{scene}_vh_clean_2.0.010000.segs.json",
     }
     file.write(json.dumps(document, separators=(",", ":")).encode("ascii"))
@@ -160,6 +162,12 @@ def _without_gaps(ids: npt.NDArray[np.integer]) -> npt.NDArray[np.int64]:
     _, contiguous = np.unique(ids, return_inverse=True)
     numbers: npt.NDArray[np.int64] = contiguous.astype("<i8")
     return numbers
+
+
+def write_array(path: Path, array: npt.NDArray[Any]) -> None:
+    """Write an array as .npy. `numpy.save` would not report that the disk is full."""
+    with path.open("wb") as file:
+        write_npy(file, np.ascontiguousarray(array))
 
 
 def write_npy(file: IO[bytes], array: npt.NDArray[Any]) -> None:

@@ -122,6 +122,22 @@ def writable_folder(folder: Path) -> None:
         raise PermissionError(f"{folder}: the folder is not writable")
 
 
+@contextlib.contextmanager
+def output_folder(folder: Path) -> Iterator[None]:
+    """Create a folder for the outputs of the block, and remove it again if it stays empty.
+
+    The same goes for parents that are missing. An OSError if the folder is not writable.
+    """
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    writable_folder(folder)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):  # something was written
+            for path in missing:
+                path.rmdir()
+
+
 def _check_target(path: StrPath, target: Path) -> None:
     folder = target.parent
     if not folder.exists():

@@ -65,27 +65,37 @@ def denoised(
         return cast(FaceMesh, made)
 
     if denoise == "auto":
-        noise = _noise(mesh.vertices, smoothed(1), graph, lowest)
+        noise = 0.0
+        if len(graph.lengths):
+            products = noise_products(mesh.vertices, smoothed(1), graph, lowest)
+            is_used = np.diff(graph.offsets) > 0
+            noise = estimated_noise(products[is_used], float(graph.lengths.mean()))
         if not noise >= NOISE_LIMIT:
             return mesh, 0
         denoise = AUTO_STEPS
     return smoothed(denoise), denoise
 
 
-def _noise(vertices: Floats, smooth: FaceMesh, graph: VertexGraph, lowest: Ints) -> float:
-    """Estimate the standard deviation of the noise, in mean edge lengths.
+def noise_products(vertices: Floats, smooth: FaceMesh, graph: VertexGraph, lowest: Ints) -> Floats:
+    """Return for each vertex its distance from the smooth surface times that of its neighbors.
 
-    Where a vertex is off the smoothed surface by noise, its neighbors are off to the other side.
-    The estimate is the root of the median of minus the products of both. Along curves and creases
-    all are off to one side, which counts as no noise.
+    Where a vertex is off the smoothed surface by noise, its neighbors are off to the other side:
+    the product with their mean distance is negative. 0 for vertices without neighbors.
     """
-    is_used = np.diff(graph.offsets) > 0
-    if not is_used.any():
-        return 0.0
     normals = mean_normals(smooth, lowest)
     lengths = np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)
     off = np.einsum("ij,ij->i", vertices - smooth.vertices, normals) / lengths
-    sums = np.add.reduceat(off[graph.neighbors], graph.offsets[:-1][is_used])
-    products = off[is_used] * sums / np.diff(graph.offsets)[is_used]
+    n_neighbors, sums = np.diff(graph.offsets), np.zeros(len(vertices))
+    is_used = n_neighbors > 0
+    sums[is_used] = np.add.reduceat(off[graph.neighbors], graph.offsets[:-1][is_used])
+    return np.asarray(off * sums / np.maximum(n_neighbors, 1))
+
+
+def estimated_noise(products: Floats, mean_length: float) -> float:
+    """Estimate the standard deviation of the noise, in mean edge lengths.
+
+    The estimate is the root of the median of minus the `noise_products` of vertices with
+    neighbors. Along curves and creases all are off to one side, which counts as no noise.
+    """
     estimate = math.sqrt(max(-float(np.median(products)), 0.0))
-    return estimate / ESTIMATE_OF_NOISE / float(graph.lengths.mean())
+    return estimate / ESTIMATE_OF_NOISE / mean_length

@@ -48,6 +48,12 @@ class Corners:
         """Number of corners of each cell, (N,); one number if all cells have as many."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
+    @property
+    def lists(self) -> tuple[Ints, Longs, int]:
+        """Vertices, offsets and size for the core: without offsets, or with size 0."""
+        offsets = np.empty(0, np.int64) if self.offsets is None else self.offsets
+        return self.vertices, offsets, self.size or 0
+
     def of(self, cells: npt.NDArray[np.integer]) -> tuple[Ints, Longs]:
         """Return the concatenated corners of some cells, and the offset of each cell in them."""
         if self.offsets is None:
@@ -135,9 +141,8 @@ def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
 def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
     """Centroids, shape (F, 3), and areas, shape (F,)."""
     if isinstance(mesh, Mesh):
-        return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
-    centroids, areas, _ = _measure_polygons(mesh, n_threads)
-    return centroids, areas
+        return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)[:2]
+    return _measure_polygons(mesh, n_threads)[:2]
 
 
 def measure_shapes(
@@ -149,7 +154,7 @@ def measure_shapes(
     for each of the core's blocks of faces. For polygons, normals and longest sides are None.
     """
     if isinstance(mesh, Mesh):
-        return _core.measure_shapes(mesh.vertices, mesh.faces, n_threads)
+        return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
     return *measure_faces(mesh, n_threads), None, None
 
 
@@ -195,14 +200,11 @@ def sliver_area(
 
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
     """Return the graph of vertices, each position represented by its lowest vertex."""
-    if isinstance(mesh, PolygonMesh):
-        return VertexGraph(
-            *_core.build_polygon_vertex_graph(
-                mesh.vertices, mesh.offsets, mesh.indices, representative, n_threads
-            )
-        )
-    faces = sides_of_tets(mesh) if isinstance(mesh, TetMesh) else mesh.faces
-    return VertexGraph(*_core.build_vertex_graph(mesh.vertices, faces, representative, n_threads))
+    corners = corners_of(mesh)
+    if isinstance(mesh, TetMesh):
+        corners = Corners(sides_of_tets(mesh).reshape(-1), 3)
+    lists = corners.lists
+    return VertexGraph(*_core.build_vertex_graph(mesh.vertices, *lists, representative, n_threads))
 
 
 def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
@@ -212,9 +214,7 @@ def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
     """
     if isinstance(mesh, TetMesh):
         return np.zeros_like(mesh.vertices)
-    if isinstance(mesh, Mesh):
-        return _core.mean_normals(mesh.vertices, mesh.faces, representative)
-    return _core.polygon_mean_normals(mesh.vertices, mesh.offsets, mesh.indices, representative)
+    return _core.mean_normals(mesh.vertices, *corners_of(mesh).lists, representative)
 
 
 def _measure_polygons(mesh: PolygonMesh, n_threads: int) -> tuple[Floats, Floats, Floats]:
@@ -303,7 +303,7 @@ def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
     [[1.0, 1.0], [1.0, 4.0], [4.0, 1.0], [2.0, 2.0]]
     """
     triangles, sources = cut_into_triangles(mesh)
-    _, areas = _core.measure_faces(mesh.vertices, triangles, n_threads)
+    areas = _core.measure_faces(mesh.vertices, triangles, n_threads)[1]
     total = float(areas.sum())
     shares = areas / total * n_samples if total > 0 else np.zeros(len(areas))
     n_steps = np.clip(np.rint(np.sqrt(shares)), 1, MAX_STEPS).astype(int)

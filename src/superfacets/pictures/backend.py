@@ -171,9 +171,9 @@ def import_vtk() -> Any:
     return SimpleNamespace(**members)
 
 
-def import_pillow(module: str) -> Any:
+def import_pillow(module: str, task: str = "rendering") -> Any:
     """Return a module of Pillow, or raise a MissingExtraError if Pillow is not installed."""
     try:
         return importlib.import_module(f"PIL.{module}")
     except ModuleNotFoundError:
-        raise MissingExtraError("rendering", "viz") from None
+        raise MissingExtraError(task, "viz") from None

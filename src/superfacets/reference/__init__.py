@@ -45,6 +45,7 @@ from .spatial import (
     subdivide,
 )
 from .vertices import count_segments, mean_normals, spread_labels
+from .views import join_by_masks, see_surface
 from .weights import quantize_weights, smallest_eigenpairs, superfacet_weights
 
 __all__ = [
@@ -66,6 +67,7 @@ __all__ = [
     "geodesic_seeds",
     "grid_seeds",
     "iterate",
+    "join_by_masks",
     "join_islands",
     "mean_normals",
     "measure_faces",
@@ -82,6 +84,7 @@ __all__ = [
     "region_shapes",
     "relocate_centers",
     "second_nearest",
+    "see_surface",
     "smallest_eigenpairs",
     "smooth_borders",
     "spread_labels",

@@ -109,7 +109,7 @@ def iterate(
         if moved_to == centers or math.sqrt(np.mean(dot(moves, moves))) <= tol * radius:
             return history, "converged"
         if sorted(moved_to) in [sorted(earlier) for _, earlier in history]:
-            return history, "cycle"
+            return history, "settled"
         if len(history) == max_num_iter:
             return history, "max_num_iter"
         centers = moved_to

@@ -72,7 +72,7 @@ def approximate(
         proxies = fit(surface, state.labels)
         state = flood(surface, _least_faces(surface, state.labels, proxies), proxies)
         if state.labels in seen:
-            stop_reason = "converged" if state.labels == seen[-1] else "cycle"
+            stop_reason = "converged" if state.labels == seen[-1] else "settled"
             return state, len(seen) + 1, stop_reason
         seen.append(state.labels)
     return state, len(seen), "max_num_iter"

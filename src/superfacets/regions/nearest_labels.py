@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -14,10 +15,17 @@ from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, kind_of
 from ..cells.nearest import checked_distance, query_points
 from ..cells.sums import weighted_majority
+from ..errors import MismatchWarning
 from ..mesh.faces import sample_faces
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
 """Rounding error of centroids, as a fraction of the largest coordinate."""
+
+_FAR = 0.05
+"""A point of the target is far from the mesh beyond this fraction of the mesh's diagonal."""
+
+_MOST_FAR = 0.1
+"""Largest share of far points of a target that has the shape of the mesh."""
 
 
 def transfer(
@@ -56,6 +64,12 @@ def transfer(
         One label per point or cell of the target; -1 beyond `max_distance`, and if the nearest cell
         has none. Ties go to the lowest cell, and to the lowest label.
 
+    Warns
+    -----
+    MismatchWarning
+        If `target` is a mesh or a cloud, there is no `max_distance`, and more than a tenth of the
+        target is farther from `mesh` than 5 % of its diagonal.
+
     Raises
     ------
     MeshError
@@ -89,28 +103,40 @@ def transfer(
     goal = _as_target(target)
     limit += _ROUNDING * float(np.abs(source.bounds).max())
 
-    def labels_at(points: Floats) -> Ints:
-        nearest, _, _ = kind_of(source).nearest(source, points, limit, threads)
-        return np.append(given, np.int32(-1))[nearest]  # -1 stays -1
-
-    if isinstance(goal, np.ndarray):
-        return labels_at(goal)
-    samples = sample_faces(goal, source.n_cells, threads)
-    found = labels_at(samples.points)
+    samples = None if isinstance(goal, np.ndarray) else sample_faces(goal, source.n_cells, threads)
+    points: Floats = goal if samples is None else samples.points
+    nearest, distances, _ = kind_of(source).nearest(source, points, limit, threads)
+    if max_distance is None and not _are_points(target):
+        _warn_if_far(distances, source.bounds)
+    found = np.append(given, np.int32(-1))[nearest]  # -1 stays -1
+    if samples is None:
+        return found
     return weighted_majority(samples.faces, found, samples.areas, goal.n_faces).winners
+
+
+def _warn_if_far(distances: Floats, bounds: Floats) -> None:
+    """Warn the caller of `transfer` if much of the target is far from the mesh."""
+    limit = _FAR * float(np.linalg.norm(bounds[1] - bounds[0]))
+    share = float(np.mean(distances > limit)) if len(distances) else 0.0
+    if share > _MOST_FAR:
+        note = (
+            f"{share:.0%} of the target is farther from the mesh than {limit:.3g}, a twentieth of"
+            " its diagonal: do both lie in the same place, in the same unit?"
+        )
+        warnings.warn(note, MismatchWarning, stacklevel=3)
 
 
 def _as_target(target: Any) -> Any:
     """A mesh of faces, or the points that stand for the cells of anything else, (M, 3)."""
-    if isinstance(target, np.ndarray) or _is_list_of_points(target):
+    if _are_points(target):
         return query_points(target)
     cells = as_known(target)
     kind = kind_of(cells)
     return cells if kind.has_faces else query_points(kind.positions(cells))
 
 
-def _is_list_of_points(target: Any) -> bool:
-    """Whether this is a list of points, not a pair of vertices and faces."""
+def _are_points(target: Any) -> bool:
+    """Whether this is an array or a list of points, not a pair of vertices and faces."""
     if not isinstance(target, (list, tuple)):
-        return False
+        return isinstance(target, np.ndarray)
     return len(target) != 2 or np.ndim(target[0]) == 1

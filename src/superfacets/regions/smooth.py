@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Ints
+from .._types import Ints, Singles
 from .._validate import checked_number, checked_seeds
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -33,12 +33,28 @@ error is lower by 0.0006 at k = 150 and compactness higher by 0.01, and the regi
 are longer: the median elongation is 1.25 in place of 1.19."""
 
 
+SmoothArgs: TypeAlias = tuple[
+    _core.Surface, Singles, float, float, Ints, Ints, float, int, int, float, float, int
+]
+"""Border costs, labels, fixed cells, limits, stiffness, roundness, and threads."""
+
+
 class SmoothOptions(NamedTuple):
     """How far borders move, how many cells move at once, and how stiff regions are."""
 
     max_distance: float = MAX_DISTANCE  # in r
     max_chain: int = MAX_CHAIN
     stiffness: float = 0.0  # in 1 / r
+
+    def args(self, costs: BorderCosts, labels: Ints, fixed: Ints) -> SmoothArgs:
+        """Return the arguments of the kernels."""
+        radius, n_threads = costs.radius, costs.surface.n_threads
+        stiffness = self.stiffness / radius
+        roundness = ROUNDNESS * stiffness / radius / radius
+        if not math.isfinite(roundness):  # regions this small are single cells
+            stiffness = roundness = 0.0
+        limits = self.max_distance * radius, self.max_chain, MAX_SWEEPS
+        return (*costs.args, labels, fixed, *limits, stiffness, roundness, n_threads)
 
 
 OF_PARTS = SmoothOptions(max_distance=2.75, max_chain=16, stiffness=1.5)
@@ -140,18 +156,4 @@ def smooth_borders(
 
 def straighten(costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOptions) -> Ints:
     """Return smoothed labels; arguments are checked."""
-    stiffness = options.stiffness / costs.radius
-    roundness = ROUNDNESS * stiffness / costs.radius / costs.radius
-    if not math.isfinite(roundness):  # regions this small are single cells
-        stiffness = roundness = 0.0
-    return _core.smooth_borders(
-        *costs.args,
-        labels,
-        fixed,
-        options.max_distance * costs.radius,
-        options.max_chain,
-        MAX_SWEEPS,
-        stiffness,
-        roundness,
-        costs.surface.n_threads,
-    )
+    return _core.smooth_borders(*options.args(costs, labels, fixed))

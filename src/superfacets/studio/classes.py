@@ -1,4 +1,4 @@
-"""The list of classes that cells are painted with: numbers, names, colors and keys."""
+"""What cells are painted with: classes, which have a list, and objects of them."""
 
 from __future__ import annotations
 
@@ -8,12 +8,23 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from ..io.atomic import atomic_outputs
 from ..io.attributes import is_encodable
 
 CLASSES_FILE = "superfacets-classes.json"  # in a folder: the classes of all its meshes
 MAX_CLASS = 65_535  # classes are uint16; 0 is none
+MAX_OBJECT = 999
+"""Highest object of a class; 0 is none. ``class * INSTANCES + object`` names both, as ground truth
+for ScanNet's benchmark does."""
+
+INSTANCES = 1000
 _MAX_NAME = 200
+
+_STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
+"""Names of new classes without objects."""
 
 _COLORS = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1")
 """Eight colors: seven of Okabe and Ito, which color-blind people can tell apart, and one more."""
@@ -23,16 +34,42 @@ _N_DEFAULT = 6
 _COLOR = re.compile(r"#[0-9a-f]{6}")
 
 ClassList = tuple[dict[str, Any], ...]
+"""Entries with ``id``, ``name``, ``color``, ``key``, and ``stuff`` if the class has no objects."""
+
+ObjectNames = tuple[dict[str, Any], ...]
+"""Entries with ``class``, ``object`` and ``name`` of the objects that were given a name."""
+
+Paint = npt.NDArray[np.uint32]
+"""The class and the object of cells in one number each; see `paint_of`."""
+
+
+def paint_of(classes: npt.ArrayLike, objects: npt.ArrayLike = 0) -> Paint:
+    """The paint of cells of these classes and objects; no class has no object."""
+    of_class = np.asarray(classes).astype(np.uint32)
+    of_object = np.asarray(objects).astype(np.uint32)
+    return of_class | np.where(of_class > 0, of_object << np.uint32(16), np.uint32(0))
+
+
+def class_of(paint: Paint) -> npt.NDArray[np.uint16]:
+    """The class of each cell; 0: none."""
+    return (paint & np.uint32(0xFFFF)).astype(np.uint16)
+
+
+def object_of(paint: Paint) -> npt.NDArray[np.uint16]:
+    """The object of each cell within its class; 0: none."""
+    return (paint >> np.uint32(16)).astype(np.uint16)
 
 
 def new_class(number: int, name: str | None = None) -> dict[str, Any]:
     """A class with the usual color; the first nine have their number as key."""
-    return {
+    entry = {
         "id": number,
         "name": f"class {number}" if name is None else name,
         "color": _COLORS[(number - 1) % len(_COLORS)],
         "key": str(number) if number < 10 else "",
     }
+    is_stuff = str(entry["name"]).strip().casefold() in _STUFF
+    return {**entry, "stuff": True} if is_stuff else entry
 
 
 def with_new(classes: ClassList, number: int, name: str | None = None) -> ClassList:
@@ -88,7 +125,31 @@ def _checked(entry: Any, place: int) -> dict[str, Any]:
     for part, text in (("name", name), ("key", key)):
         if not is_encodable(text):
             raise ValueError(f"classes[{place}]: {part} has half of a surrogate pair")
-    return {"id": number, "name": name.strip(), "color": color.lower(), "key": key}
+    is_stuff = entry.get("stuff", False)
+    if not isinstance(is_stuff, bool):
+        raise ValueError(f"classes[{place}]: stuff must be true or false")
+    checked = {"id": number, "name": name.strip(), "color": color.lower(), "key": key}
+    return {**checked, "stuff": True} if is_stuff else checked
+
+
+def with_object_name(names: ObjectNames, number: int, place: int, name: object) -> ObjectNames:
+    """The names of objects with another name for one; an empty name removes it.
+
+    Raises ValueError if the name is no short text.
+    """
+    if not isinstance(name, str) or len(name) > _MAX_NAME or not is_encodable(name):
+        raise ValueError(f"the name of an object must have at most {_MAX_NAME} characters")
+    others = [entry for entry in names if (entry["class"], entry["object"]) != (number, place)]
+    if name.strip():
+        others.append({"class": number, "object": place, "name": name.strip()})
+    return tuple(sorted(others, key=lambda entry: (entry["class"], entry["object"])))
+
+
+def checked_object(value: object) -> int:
+    """The number of an object, 0 (none) to `MAX_OBJECT`; or a ValueError."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_OBJECT:
+        raise ValueError(f"object must be a whole number from 0 to {MAX_OBJECT}")
+    return value
 
 
 def read_classes(path: Path) -> ClassList:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -12,10 +13,25 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from .._validate import checked_threads
 from ..cells.kinds import measures_of
+from ..io.atomic import atomic_outputs
 from ..mesh.cells import Cells
-from .classes import ClassList, checked_class_list, default_classes, with_missing
+from .agreement import Side, Theirs, agreement, read_theirs
+from .classes import (
+    INSTANCES,
+    MAX_CLASS,
+    MAX_OBJECT,
+    ClassList,
+    checked_class_list,
+    class_of,
+    default_classes,
+    object_of,
+    paint_of,
+    with_missing,
+    with_object_name,
+)
 from .coding import CellNumbers, pack_cells, unpack_cells
 from .history import Change, History, Partition, State
 from .imports import Imported
@@ -53,6 +69,7 @@ class Document:
     notes: list[str] = field(default_factory=list)
     revisions: Revisions = field(default_factory=Revisions)
     revision: Revision = field(init=False)
+    theirs: Theirs | None = None  # work that this one is compared with
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     def __post_init__(self) -> None:
@@ -101,13 +118,13 @@ class Document:
 
     @property
     def state(self) -> State:
-        """The class of each cell, the list of classes, and the regions."""
+        """The class and object of each cell, the lists of both, and the regions."""
         return self.history.state
 
     @property
     def n_cells(self) -> int:
         """Number of cells, N."""
-        return len(self.state.classes)
+        return len(self.state.paint)
 
     @cached_property
     def areas(self) -> npt.NDArray[np.float64]:
@@ -117,7 +134,7 @@ class Document:
     @property
     def progress(self) -> float:
         """Share of the area that has a class, 0 to 1; of the cells if the area is 0."""
-        is_done = self.state.classes > 0
+        is_done = self.state.paint > 0
         if self._total > 0:
             return float(min(1.0, np.sum(self.areas, where=is_done) / self._total))
         return float(np.count_nonzero(is_done) / self.n_cells)
@@ -132,6 +149,19 @@ class Document:
         used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
         return with_missing(self.state.class_list, used)
 
+    @property
+    def instances(self) -> npt.NDArray[np.int32]:
+        """Class and object of each cell, as ``class * 1000 + object``, (N,); 0: no class."""
+        return self.state.classes.astype(np.int32) * INSTANCES + self.state.objects
+
+    def name_of(self, number: int, place: int = 0) -> str:
+        """The name of a class, or of an object of it."""
+        for entry in self.state.object_names:
+            if place and (entry["class"], entry["object"]) == (number, place):
+                return str(entry["name"])
+        names = {entry["id"]: entry["name"] for entry in self.class_list}
+        return f"{names[number]} {place}" if place else str(names[number])
+
     def close(self) -> None:
         """Stop all runs, and close the work file."""
         with self.lock:
@@ -141,22 +171,82 @@ class Document:
     # Operations. Each returns after its line of the journal is on the disk. In a folder,
     # `set_classes` writes no line: it writes the list that all files of the folder share.
 
-    def paint(self, cells: CellNumbers, wanted: Any, stroke: str | None = None) -> Change | None:
-        """Give cells (ascending) one class, or one class each; 0 is none. None if nothing changes.
+    def paint(
+        self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0
+    ) -> Change | None:
+        """Give cells (ascending) a class and an object of it, one for all or one each; 0 is none.
+
+        None if nothing changes.
 
         Raises ValueError if there is no such class; JournalError if it could not be
         written; ChangedError if the input has changed.
         """
         with self.lock:
-            values = np.unique(np.asarray(wanted))
+            values = np.unique(np.asarray(classes))
             known = {entry["id"] for entry in self.class_list} | {0}
             unknown = [int(value) for value in values if int(value) not in known]
             if unknown:
                 raise ValueError(f"there is no class {unknown[0]}")
-            change = Change.painting(self.state.classes, cells, wanted, stroke)
+            wanted = paint_of(classes, objects)
+            change = Change.painting(self.state.paint, cells, wanted, stroke)
             if change is not None:
                 self._commit(change)
             return change
+
+    def split_object(self, number: int, place: int) -> list[int]:
+        """Make each piece of an object but its largest an object of its own; return their numbers.
+
+        Place 0 stands for all cells of the class without an object; each piece of these becomes
+        an object.
+
+        Raises ValueError if there is no such object, or it is in one piece.
+        """
+        with self.lock:
+            is_in = (self.state.classes == number) & (self.state.objects == place)
+            if not number or not is_in.any():
+                raise ValueError(f"there is no object {place} of class {number}")
+            surface = self.segmenter.surface
+            pieces, _ = _core.find_components(
+                surface.offsets, surface.neighbors, is_in.astype(np.int32)
+            )
+            cells = np.flatnonzero(is_in)
+            ids, ranks = np.unique(pieces[cells], return_inverse=True)
+            if place and len(ids) == 1:
+                raise ValueError(f"{self.name_of(number, place)} is in one piece")
+            kept = [place] if place else []  # by the largest piece
+            first = self.free_object(number)
+            new = list(range(first, first + len(ids) - len(kept)))
+            if new[-1] > MAX_OBJECT:
+                raise ValueError(f"{len(ids)} pieces are too many: objects go to {MAX_OBJECT}")
+            numbers = np.zeros(len(ids), np.int64)
+            areas = np.bincount(ranks, self.areas[cells])
+            numbers[np.argsort(-areas, kind="stable")] = kept + new
+            self.paint(cells.astype(np.uint32), number, objects=numbers[ranks])
+            return new
+
+    def free_object(self, number: int) -> int:
+        """The lowest object of a class that is above all that cells have."""
+        of_class = self.state.objects[self.state.classes == number]
+        return int(of_class.max(initial=0)) + 1
+
+    def name_object(self, number: int, place: int, name: object) -> None:
+        """Give an object a name; an empty one takes it away.
+
+        Raises ValueError if the name is no short text, or there is no such object.
+        """
+        with self.lock:
+            if not place or place not in self.state.objects[self.state.classes == number]:
+                raise ValueError(f"there is no object {place} of class {number}")
+            before = self.state.object_names
+            after = with_object_name(before, number, place, name)
+            if after != before:
+                self._commit(Change("objects", before, after))
+
+    def review(self, is_reviewed: bool) -> None:
+        """Mark the work on this file as reviewed, or not."""
+        with self.lock:
+            if is_reviewed != self.state.is_reviewed:
+                self._commit(Change("review", self.state.is_reviewed, is_reviewed))
 
     def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
         """Show the regions computed by the segmenter for these parameters."""
@@ -192,11 +282,70 @@ class Document:
             return cells
 
     def take(self, imported: Imported) -> Change | None:
-        """Paint imported classes, and add the new ones to the list; one undo reverts both."""
+        """Paint imported classes and objects, and add new ones to the lists; one undo reverts all.
+
+        Imported objects get numbers above those of cells that the import leaves alone.
+
+        Raises ValueError if a class would have more than `MAX_OBJECT` objects.
+        """
         with self.lock:
             stroke = f"import {self.history.seq + 1}"
+            highest = np.zeros(MAX_CLASS + 1, np.int64)
+            is_left = np.ones(self.n_cells, bool)
+            is_left[imported.cells] = False
+            np.maximum.at(highest, self.state.classes[is_left], self.state.objects[is_left])
+            objects = imported.objects.astype(np.int64)
+            objects += np.where(objects > 0, highest[imported.classes], 0)
+            if objects.max(initial=0) > MAX_OBJECT:
+                raise ValueError(f"a class has at most {MAX_OBJECT} objects")
             self.set_classes(list(imported.class_list), stroke)
-            return self.paint(imported.cells, imported.classes, stroke)
+            change = self.paint(imported.cells, imported.classes, stroke, objects=objects)
+            names = self.state.object_names
+            for (number, place), name in imported.names.items():
+                names = with_object_name(names, number, place + int(highest[number]), name)
+            if names != self.state.object_names:
+                self._commit(Change("objects", self.state.object_names, names, stroke))
+            return change
+
+    def compare(self, name: str, data: bytes) -> None:
+        """Compare with somebody else's work file, of this name and content.
+
+        Raises JournalError if it is no work file, or about another mesh.
+        """
+        with self.lock:
+            self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
+
+    def agreement(self) -> dict[str, Any]:
+        """How far both works agree, see `agreement.agreement`; ValueError without a comparison."""
+        return agreement(self.state, self._compared(), self.areas)
+
+    def differing(self) -> CellNumbers:
+        """Cells that both works have given a class, but not the same class and object."""
+        with self.lock:
+            return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
+
+    def accept(self, cells: CellNumbers, side: Side) -> Change | None:
+        """Settle cells that differ, of those given: take theirs, or keep mine.
+
+        Taking theirs also takes what I have given no class.
+        """
+        with self.lock:
+            theirs = self._compared()
+            if side == "mine":
+                theirs.paint[cells] = self.state.paint[cells]
+                return None
+            stroke = f"theirs {self.history.seq + 1}"
+            known = {entry["id"] for entry in self.class_list}
+            new = [entry for entry in theirs.class_list if entry["id"] not in known]
+            self.set_classes([*self.class_list, *new], stroke)
+            taken = cells[theirs.paint[cells] > 0]
+            paint = theirs.paint[taken]
+            return self.paint(taken, class_of(paint), stroke, objects=object_of(paint))
+
+    def _compared(self) -> Theirs:
+        if self.theirs is None:
+            raise ValueError("there is no work to compare with: read another work file first")
+        return self.theirs
 
     def set_classes(self, value: object, stroke: str | None = None) -> None:
         """Replace the list of classes.
@@ -243,7 +392,8 @@ class Document:
         self.history.make(change, lambda seq: self._write(seq, change.line()))
 
     def _write(self, seq: int, line: Line) -> None:
-        self.journal.append({"seq": seq, **line, "done": round(self.progress, 6)})
+        reviewed = {"reviewed": True} if self.state.is_reviewed else {}
+        self.journal.append({"seq": seq, **line, "done": round(self.progress, 6), **reviewed})
 
     def _is_foreign(self) -> bool:
         """Whether the state's partition was made from other labels than those of the base."""
@@ -272,3 +422,31 @@ class Document:
                 n_regions += 1
         self.revision = self.revisions.add(partition, labels, n_regions)
         return self.revision
+
+
+def merged_work(
+    path: Path, mine: Path, theirs: Path, output: Path | None = None, *, prefer_theirs: bool = False
+) -> dict[str, Any]:
+    """Compare two work files of a mesh, and return how far they agree, see `agreement`.
+
+    With `output`, the merged work is written there: mine, and in one more step what only they have
+    labeled, and with `prefer_theirs` also that on which both differ.
+
+    Raises MeshError, JournalError or OSError if a file cannot be read or written.
+    """
+    with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+        copy = Path(folder, mine.name)
+        copy.write_bytes(mine.read_bytes())
+        document = Document.open(path, copy)
+        try:
+            document.compare(theirs.name, theirs.read_bytes())
+            found = document.agreement()
+            paint = document.state.paint
+            wanted = paint != document._compared().paint if prefer_theirs else paint == 0
+            document.accept(np.flatnonzero(wanted).astype(np.uint32), "theirs")
+        finally:
+            document.close()
+        if output is not None:
+            with atomic_outputs([output]) as (temporary,):
+                temporary.write_bytes(copy.read_bytes())
+    return found

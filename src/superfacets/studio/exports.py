@@ -1,4 +1,4 @@
-"""Files made of the work: classes of cells, vertices and regions, and the regions."""
+"""Files made of the work: classes of cells, vertices and regions, objects, and the regions."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from ..export.write import ENDING_OF_FORMAT, write_labels, write_mesh
 from ..io.atomic import atomic_outputs, checked_targets
 from ..regions.vertices import vertex_labels
 from .document import Document
+from .object_exports import FORMATS, PAIRED, vertex_instances, write_objects
 from .revisions import Revision
 
 _GRAY = (190, 190, 190)
@@ -34,7 +35,13 @@ _OF_KIND = {
 }
 _COLORED = ("ply", "off", "vtp", "las", "laz")
 
-MARKS = {"cells": ".classes", "vertices": ".vertex-classes", "region_classes": ".region-classes"}
+MARKS = {
+    "cells": ".classes",
+    "vertices": ".vertex-classes",
+    "instances": ".instances",
+    "objects": ".objects",
+    "region_classes": ".region-classes",
+}
 """Parts of file names before the ending that mark exports."""
 
 
@@ -42,10 +49,12 @@ def formats_of(kind: str) -> dict[str, list[str]]:
     """The formats of each export, for a kind of cells."""
     of_triangles = ("sstk.json",) if kind == "triangles" else ()
     of_vertices = ("segs.json", "bin", "sp_label.npy")
-    regions = (*_LISTS, *_OF_KIND[kind], *of_vertices, *of_triangles, "aggregation.json", "npz")
+    regions = (*_LISTS, *_OF_KIND[kind], *of_vertices, *of_triangles, "npz")
     return {
         "cells": [*_LISTS, *_OF_KIND[kind], *of_triangles],
+        "objects": list(FORMATS),
         "vertices": [*_LISTS, "segs.json"],
+        "instances": ["txt", "npy"],
         "regions": list(regions),
         "region_classes": ["csv", "json", "npy"],
     }
@@ -68,6 +77,9 @@ def export(document: Document, what: str, format: str, *, replace: bool = False)
         raise FileExistsError(f"{path.name} is there already, and may be of another tool")
     checked_targets([path])
     _write(document, what, format, path)
+    if what == "objects" and format in PAIRED:
+        other = path.with_name(_name_of(document, what, f".{PAIRED[format]}"))
+        _write(document, what, PAIRED[format], other)
     return path
 
 
@@ -125,6 +137,10 @@ def _write_vertices(document: Document, format: str, path: Path) -> None:
     write_labels(path, np.maximum(labels, 0))  # unused vertices have no class
 
 
+def _write_instances(document: Document, format: str, path: Path) -> None:
+    write_labels(path, vertex_instances(document))
+
+
 def _write_regions(document: Document, format: str, path: Path) -> None:
     revision = document.revision
     if format in _LISTS:
@@ -163,6 +179,8 @@ def _write_region_classes(document: Document, format: str, path: Path) -> None:
 _WRITERS: dict[str, Callable[[Document, str, Path], None]] = {
     "cells": _write_cells,
     "vertices": _write_vertices,
+    "instances": _write_instances,
+    "objects": write_objects,
     "regions": _write_regions,
     "region_classes": _write_region_classes,
 }

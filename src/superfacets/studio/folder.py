@@ -118,7 +118,8 @@ class Files:
         entry: dict[str, Any] = {"id": number, "name": name}
         document = self._open.get(number)
         if document is not None:
-            return {**entry, "done": document.progress, "n_cells": document.n_cells}
+            reviewed = {"reviewed": True} if document.state.is_reviewed else {}
+            return {**entry, "done": document.progress, "n_cells": document.n_cells, **reviewed}
         try:
             return {**entry, **_told(summary(self.work or work_file_of(path)))}
         except JournalError as error:
@@ -141,4 +142,5 @@ def _told(found: tuple[Line, Line] | None) -> dict[str, Any]:
     done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")
     if not isinstance(done, (int, float)) or not 0 <= done <= 1 or not isinstance(n_cells, int):
         raise JournalError("the work file is damaged: it does not say how far the work is")
-    return {"done": done, "n_cells": n_cells}
+    reviewed = {"reviewed": True} if found[1].get("reviewed") is True else {}
+    return {"done": done, "n_cells": n_cells, **reviewed}

@@ -15,12 +15,25 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.guards import shortened
-from .classes import MAX_CLASS, ClassList, checked_class_list, default_classes
+from .classes import (
+    MAX_CLASS,
+    MAX_OBJECT,
+    ClassList,
+    ObjectNames,
+    Paint,
+    checked_class_list,
+    checked_object,
+    class_of,
+    default_classes,
+    object_of,
+    paint_of,
+    with_object_name,
+)
 from .coding import CellNumbers, base64_of, bytes_from, inflated, pack_cells, unpack_cells
 from .journal import Journal, JournalError, Line
 from .segmenting import checked_parameters, default_parameters
 
-Classes = npt.NDArray[np.uint16]
+Numbers = npt.NDArray[np.uint16]
 
 
 class NothingError(LookupError):
@@ -42,55 +55,69 @@ class Partition:
 
 @dataclass
 class State:
-    """The class of each cell, the list of classes, and the regions."""
+    """The class and object of each cell, the lists of both, and the regions."""
 
-    classes: Classes  # (N,) class of each cell; 0: none
+    paint: Paint  # (N,) class and object of each cell, see `paint_of`; 0: none
     class_list: ClassList
     partition: Partition
+    object_names: ObjectNames = ()
+    is_reviewed: bool = False
+
+    @property
+    def classes(self) -> Numbers:
+        """Class of each cell, (N,); 0: none."""
+        return class_of(self.paint)
+
+    @property
+    def objects(self) -> Numbers:
+        """Object of each cell within its class, (N,); 0: none, as everywhere in stuff."""
+        is_stuff = np.zeros(MAX_CLASS + 1, bool)
+        is_stuff[[entry["id"] for entry in self.class_list if entry.get("stuff")]] = True
+        return np.where(is_stuff[self.classes], np.uint16(0), object_of(self.paint))
 
 
 @dataclass(frozen=True)
 class Painted:
-    """Classes of some cells, packed."""
+    """Paint of some cells, packed."""
 
     cells: bytes
     n: int
     values: bytes  # one value per cell, or one for all
 
     @classmethod
-    def of(cls, cells: bytes, values: Classes) -> Painted:
-        """Pack the class of each cell: one value if all are the same."""
+    def of(cls, cells: bytes, values: Paint) -> Painted:
+        """Pack the paint of each cell: one value if all are the same."""
         row = values[:1] if bool((values == values[0]).all()) else values
         return cls(cells, len(values), zlib.compress(row.tobytes(), level=1))
 
-    def unpacked(self) -> Classes:
-        """The class of each cell, or the one class of all."""
-        return np.frombuffer(zlib.decompress(self.values), np.uint16)
+    def unpacked(self) -> Paint:
+        """The paint of each cell, or the one paint of all."""
+        return np.frombuffer(zlib.decompress(self.values), np.uint32)
 
-    def set(self, classes: Classes) -> None:
-        """Write the classes to the cells."""
-        classes[unpack_cells(self.cells, len(classes))] = self.unpacked()
+    def set(self, paint: Paint) -> None:
+        """Paint the cells."""
+        paint[unpack_cells(self.cells, len(paint))] = self.unpacked()
 
 
 @dataclass(frozen=True)
 class Change:
     """A change that can be done and undone."""
 
-    kind: Literal["paint", "split", "segment", "classes"]
-    before: Any  # Painted, Partition or list of classes, by kind
+    kind: Literal["paint", "split", "segment", "classes", "objects", "review"]
+    before: Any  # Painted, or a value of the state's field of this kind
     after: Any
     stroke: str | None = None  # consecutive changes with the same name are undone together
 
     @classmethod
     def painting(
-        cls, classes: Classes, cells: CellNumbers, wanted: Any, stroke: str | None = None
+        cls, paint: Paint, cells: CellNumbers, wanted: Any, stroke: str | None = None
     ) -> Change | None:
-        """The change of these ascending cells to their new classes; None if nothing changes.
+        """The change of these ascending cells to their new paint; None if nothing changes.
 
-        `wanted` is one class, or one for each cell.
+        `wanted` is one paint, or one for each cell.
         """
-        after = np.broadcast_to(np.asarray(wanted, np.uint16), cells.shape)
-        before = classes[cells]
+        after = np.broadcast_to(np.asarray(wanted, np.uint32), cells.shape)
+        before = paint[cells]
         differs = before != after
         if not differs.any():
             return None
@@ -101,14 +128,12 @@ class Change:
     def do(self, state: State) -> None:
         """Make the change."""
         if self.kind == "paint":
-            self.after.set(state.classes)
-        elif self.kind == "classes":
-            state.class_list = self.after
+            self.after.set(state.paint)
         else:
-            state.partition = self.after
+            setattr(state, _FIELDS[self.kind], self.after)
 
     def cells(self, n_cells: int) -> CellNumbers:
-        """The cells whose classes change."""
+        """The cells whose paint changes."""
         is_paint = self.kind == "paint"
         return unpack_cells(self.after.cells, n_cells) if is_paint else np.empty(0, np.uint32)
 
@@ -224,7 +249,7 @@ def _first_state(header: Line, n_cells: int, classes: ClassList | None) -> State
     if classes is None:
         own = header["classes"]  # None: the work began in a folder
         classes = default_classes() if own is None else _class_list(own)
-    return State(np.zeros(n_cells, np.uint16), classes, Partition(parameters))
+    return State(np.zeros(n_cells, np.uint32), classes, Partition(parameters))
 
 
 def _class_list(value: Any) -> ClassList:
@@ -233,33 +258,56 @@ def _class_list(value: Any) -> ClassList:
     return checked_class_list(json.loads(text))
 
 
+_FIELDS = {
+    "split": "partition",
+    "segment": "partition",
+    "classes": "class_list",
+    "objects": "object_names",
+    "review": "is_reviewed",
+}
+"""The field of the state that each kind of change replaces; a paint changes a part of one."""
+
+
 # For each kind of change: the entries of its line, and the change of a line.
 
 
 def _write_paint(painted: Painted) -> Line:
     values = painted.unpacked()
-    if len(values) == 1:
-        of_cells: Line = {"class": int(values[0])}
-    else:
-        of_cells = {"classes": base64_of(painted.values)}
-    return {"cells": base64_of(painted.cells), **of_cells}
+    line = {"cells": base64_of(painted.cells), **_write_numbers("class", "es", class_of(values))}
+    objects = object_of(values)  # work files without objects are as they always were
+    return {**line, **_write_numbers("object", "s", objects)} if objects.any() else line
+
+
+def _write_numbers(name: str, plural: str, values: Numbers) -> Line:
+    if bool((values == values[0]).all()):
+        return {name: int(values[0])}
+    return {name + plural: base64_of(zlib.compress(values.tobytes(), level=1))}
 
 
 def _read_paint(line: Line, state: State) -> Change:
-    n_cells = len(state.classes)
+    n_cells = len(state.paint)
     cells = unpack_cells(bytes_from(line["cells"], "cells"), n_cells)
-    wanted: int | Classes
-    if "class" in line:
-        wanted = line["class"]
-        if not isinstance(wanted, int) or not 0 <= wanted <= MAX_CLASS:
-            raise ValueError(f"class {wanted} is not 0 to {MAX_CLASS}")
-    else:
-        data = inflated(bytes_from(line["classes"], "classes"), 2 * n_cells)
-        wanted = np.frombuffer(data, np.uint16)
-    change = Change.painting(state.classes, cells, wanted, line.get("stroke"))
+    classes = _read_numbers(line, "class", "es", MAX_CLASS, n_cells)
+    has_objects = "object" in line or "objects" in line
+    objects = _read_numbers(line, "object", "s", MAX_OBJECT, n_cells) if has_objects else 0
+    change = Change.painting(state.paint, cells, paint_of(classes, objects), line.get("stroke"))
     if change is None:
         raise ValueError("it changes nothing")
     return change
+
+
+def _read_numbers(line: Line, name: str, plural: str, highest: int, n_cells: int) -> int | Numbers:
+    """One number for all cells of a line, or one for each."""
+    if name not in line:
+        data = inflated(bytes_from(line[name + plural], name + plural), 2 * n_cells)
+        numbers = np.frombuffer(data, np.uint16)
+        if numbers.max(initial=0) > highest:
+            raise ValueError(f"{name} {numbers.max()} is not 0 to {highest}")
+        return numbers
+    value: int = line[name]
+    if not isinstance(value, int) or not 0 <= value <= highest:
+        raise ValueError(f"{name} {value} is not 0 to {highest}")
+    return value
 
 
 def _write_segment(partition: Partition) -> Line:
@@ -267,7 +315,7 @@ def _write_segment(partition: Partition) -> Line:
 
 
 def _read_segment(line: Line, state: State) -> Change:
-    before, n_cells = state.partition, len(state.classes)
+    before, n_cells = state.partition, len(state.paint)
     parameters = checked_parameters(line["parameters"], before.parameters, n_cells)
     return Change("segment", before, Partition(parameters, str(line["digest"])))
 
@@ -278,7 +326,7 @@ def _write_split(partition: Partition) -> Line:
 
 def _read_split(line: Line, state: State) -> Change:
     packed = bytes_from(line["cells"], "cells")
-    unpack_cells(packed, len(state.classes))  # raises an error if they are damaged
+    unpack_cells(packed, len(state.paint))  # raises an error if they are damaged
     return Change("split", state.partition, state.partition.with_split(packed, str(line["digest"])))
 
 
@@ -287,11 +335,25 @@ def _read_classes(line: Line, state: State) -> Change:
     return Change("classes", state.class_list, classes, line.get("stroke"))
 
 
+def _read_objects(line: Line, state: State) -> Change:
+    names: ObjectNames = ()
+    for entry in line["names"]:
+        place = checked_object(entry["object"])
+        names = with_object_name(names, int(entry["class"]), place, entry["name"])
+    return Change("objects", state.object_names, names, line.get("stroke"))
+
+
+def _read_review(line: Line, state: State) -> Change:
+    return Change("review", state.is_reviewed, bool(line["reviewed"]))
+
+
 _WRITERS: dict[str, Callable[[Any], Line]] = {
     "paint": _write_paint,
     "segment": _write_segment,
     "split": _write_split,
     "classes": lambda classes: {"classes": list(classes)},
+    "objects": lambda names: {"names": list(names)},
+    "review": lambda is_reviewed: {"reviewed": is_reviewed},
 }
 
 _READERS: dict[str, Callable[[Line, State], Change]] = {
@@ -299,4 +361,6 @@ _READERS: dict[str, Callable[[Line, State], Change]] = {
     "segment": _read_segment,
     "split": _read_split,
     "classes": _read_classes,
+    "objects": _read_objects,
+    "review": _read_review,
 }

@@ -1,13 +1,14 @@
-"""Import labels of other tools, or earlier exports, as classes of cells."""
+"""Import labels of other tools, or earlier exports, as classes and objects of cells."""
 
 from __future__ import annotations
 
 import json
+import re
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -20,13 +21,14 @@ from ..io.guards import known_ending
 from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..regions.vertices import corner_groups
-from .classes import MAX_CLASS, ClassList, with_new
+from .classes import MAX_CLASS, MAX_OBJECT, ClassList, with_new
 from .coding import CellNumbers
 
 GROUPS = ".aggregation.json"
+OBJECTS = ".objects.json"
 OF_VERTICES = (".segs.json",)
 LISTS = (".npy", ".seg", ".txt")
-ENDINGS = (".sstk.json", *OF_VERTICES, *LISTS, GROUPS)
+ENDINGS = (".sstk.json", *OF_VERTICES, OBJECTS, *LISTS, GROUPS)
 
 Ints = npt.NDArray[np.int64]
 
@@ -36,11 +38,13 @@ _DAMAGE = (ValueError, LookupError, TypeError, RecursionError)
 
 @dataclass(frozen=True)
 class Imported:
-    """Imported classes of cells, and the list of classes with new ones added."""
+    """Imported classes and objects of cells, and the list of classes with new ones added."""
 
     cells: CellNumbers  # all cells that the files label, ascending
     classes: npt.NDArray[np.uint16]  # class of each of these cells
+    objects: npt.NDArray[np.uint16]  # object of each, from 1 in each class; 0: none
     class_list: ClassList
+    names: Mapping[tuple[int, int], str] = field(default_factory=dict)  # by class and object
 
 
 def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> Imported:
@@ -49,8 +53,9 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
     Labels are in ``.sstk.json`` (the first, finest, segmentation of triangles), ``.segs.json`` (of
     vertices: a cell gets the label of most of its corners), ``.npy``, ``.seg`` or ``.txt`` (of
     cells). Without groups they are numbers of classes, and 0 or less is none, as in exports of the
-    studio. With groups (``.aggregation.json``) the label of a group is the name of a class, in any
-    case, and cells in no group keep their class. `known` are the classes so far.
+    studio. With groups (``.aggregation.json``) each group is an object; its label is the name of a
+    class, in any case, and cells in no group keep their class. ``.objects.json`` is the studio's
+    own file of objects, as COCO has them. `known` are the classes so far.
 
     Raises ValueError if a file is damaged, for another mesh, or of no known kind.
     """
@@ -61,6 +66,8 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
         raise MeshError("an import is one file of labels, and one .aggregation.json at most")
     name = labeling[0]
     try:
+        if endings[name] == OBJECTS and not grouping:
+            return _by_annotation(json.loads(files[name]), cells.n_cells, known)
         labels = _labels_in(files[name], endings[name], cells)
     except _DAMAGE as error:
         raise MeshError(f"{name}: {_told(error)}") from None
@@ -135,20 +142,81 @@ def _by_number(labels: Ints, known: ClassList) -> Imported:
     numbers = {0, *(entry["id"] for entry in known)}
     for number in np.unique(classes).tolist():
         known = known if number in numbers else with_new(known, number)
-    return Imported(np.arange(len(labels), dtype=np.uint32), classes.astype(np.uint16), known)
+    objects = np.zeros(len(labels), np.uint16)
+    return Imported(
+        np.arange(len(labels), dtype=np.uint32), classes.astype(np.uint16), objects, known
+    )
 
 
 def _by_group(labels: Ints, document: Any, known: ClassList) -> Imported:
-    number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(known)}
-    found = np.full(len(labels), -1, np.int64)
+    gathered = _Gathered(len(labels), known)
     for group in document["segGroups"]:
         name = str(group["label"]).strip()
-        if name in ("", NO_CLASS):
-            continue
-        if name.casefold() not in number_of:
-            number_of[name.casefold()] = max((entry["id"] for entry in known), default=0) + 1
-            known = with_new(known, number_of[name.casefold()], name)
-        is_in = np.isin(labels, _integers(group["segments"], "segments"))
-        found[is_in] = number_of[name.casefold()]
-    cells = np.flatnonzero(found >= 0)
-    return Imported(cells.astype(np.uint32), found[cells].astype(np.uint16), known)
+        if name not in ("", NO_CLASS):
+            is_in = np.isin(labels, _integers(group["segments"], "segments"))
+            gathered.add(name, is_in, str(group.get("name", "")))
+    return gathered.imported()
+
+
+def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
+    """Objects as in COCO: runs of cells, in turn outside and inside, of a category each."""
+    names = {int(entry["id"]): str(entry["name"]).strip() for entry in document["categories"]}
+    gathered = _Gathered(n_cells, known)
+    for annotation in document["annotations"]:
+        runs = _integers(annotation["segmentation"]["counts"], "counts")
+        if runs.min(initial=0) < 0 or runs.sum() != n_cells:
+            raise MeshError(f"an annotation is of {runs.sum()} cells, and the mesh has {n_cells}")
+        is_in = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
+        name = names[int(annotation["category_id"])]
+        wanted = 0 if annotation.get("iscrowd", 0) else annotation.get("object")
+        gathered.add(name, is_in, str(annotation.get("name", "")), wanted)
+    return gathered.imported()
+
+
+class _Gathered:
+    """Classes and objects of cells, by the names of classes."""
+
+    def __init__(self, n_cells: int, known: ClassList) -> None:
+        self._known = known
+        self._number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(known)}
+        self._stuff = {entry["id"] for entry in known if entry.get("stuff")}
+        self._places: dict[int, set[int]] = {}  # objects of each class
+        self._classes = np.zeros(n_cells, np.int64)
+        self._objects = np.zeros(n_cells, np.int64)
+        self._names: dict[tuple[int, int], str] = {}
+
+    def add(
+        self, name: str, is_in: npt.NDArray[np.bool_], own_name: str, wanted: object = None
+    ) -> None:
+        """Give cells a class, which may be new, and an object, unless the class is stuff.
+
+        The object gets the wanted number if that is free, and else the next; 0 is no object.
+        """
+        number = self._number_of.get(name.casefold())
+        if number is None:
+            number = max((entry["id"] for entry in self._known), default=0) + 1
+            self._known = with_new(self._known, number, name)
+            self._number_of[name.casefold()] = number
+            if self._known[-1].get("stuff"):
+                self._stuff.add(number)
+        self._classes[is_in], self._objects[is_in] = number, 0
+        if wanted == 0 or number in self._stuff:
+            return
+        taken = self._places.setdefault(number, set())
+        is_usable = type(wanted) is int and 0 < wanted <= MAX_OBJECT and wanted not in taken
+        place = cast(int, wanted) if is_usable else max(taken, default=0) + 1
+        if place > MAX_OBJECT:
+            raise MeshError(f"{name} has more than {MAX_OBJECT} objects")
+        taken.add(place)
+        self._objects[is_in] = place
+        is_usual = re.fullmatch(re.escape(name) + r"( \d+)?", own_name.strip(), re.IGNORECASE)
+        if own_name.strip() and not is_usual:
+            self._names[number, place] = own_name
+
+    def imported(self) -> Imported:
+        """All cells that have a class."""
+        cells = np.flatnonzero(self._classes)
+        classes, objects = (
+            part[cells].astype(np.uint16) for part in (self._classes, self._objects)
+        )
+        return Imported(cells.astype(np.uint32), classes, objects, self._known, self._names)

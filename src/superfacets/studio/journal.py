@@ -18,7 +18,9 @@ from typing import Any
 from ..io.atomic import lock_file, open_own
 
 FORMAT = "superfacets studio"
-VERSION = 1
+VERSION = 2
+READABLE = (1, VERSION)
+"""Versions of work files that can be opened; 1 has no objects."""
 
 _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
 """First bytes of every work file."""
@@ -80,7 +82,7 @@ class Journal:
             if isinstance(error, ValueError) and not isinstance(error, JournalError):
                 raise JournalError(str(error)) from None
             raise
-        if journal.header.get("version") != VERSION:
+        if journal.header.get("version") not in READABLE:
             journal.close()
             raise JournalError(f"{path}: was written by a later version of superfacets")
         return journal
@@ -134,6 +136,19 @@ class Journal:
             os.ftruncate(self._file, self._size)
         except OSError:
             self._fault = f"{self.path}: cannot be written any more: start the studio anew"
+
+
+def parsed_work(path: Path, data: bytes) -> Journal:
+    """The lines of a work file from its content; it is not opened, and cannot be written.
+
+    Raises JournalError if it is no work file, or damaged before its last line.
+    """
+    if not data.startswith(_BEGIN):
+        raise JournalError(f"{path}: is no work file of superfacets studio")
+    lines, size, notes = _read_lines(path, data)
+    if not lines or lines[0].get("version") not in READABLE:
+        raise JournalError(f"{path}: was written by a later version of superfacets")
+    return Journal(path, lines[0], lines[1:], notes, -1, size)
 
 
 def summary(path: Path) -> tuple[Line, Line] | None:

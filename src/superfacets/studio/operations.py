@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 from urllib.parse import quote
 
 import numpy as np
 from starlette.responses import Response
 
+from .._validate import checked_choice, checked_flag
 from ..cells.kinds import kind_of
 from ..pictures.camera import View
 from ..pictures.colors import PALETTE
 from ..pictures.page.shape import shape_of, view_facts
+from .agreement import Side
+from .classes import checked_object
 from .coding import base64_of, bytes_from, cells_from, packet
 from .document import Document
 from .exports import export, export_bytes, formats_of
@@ -57,18 +60,20 @@ def counts_of(document: Document) -> Body:
             "progress": document.progress,
             "can_undo": bool(document.history.undo_stack),
             "can_redo": bool(document.history.redo_stack),
+            "object_names": list(document.state.object_names),
+            "is_reviewed": document.state.is_reviewed,
         }
 
 
 def _moved(document: Document, step: Callable[[], list[Change]]) -> Body:
-    """Effect of an undo or a redo: changed cells with their classes, the revision, the classes."""
+    """Effect of an undo or a redo: changed cells with their paint, the revision, the classes."""
     with document.lock:
         changes = step()
         cells = np.unique(np.concatenate([change.cells(document.n_cells) for change in changes]))
         return {
             "kind": changes[-1].kind,
             "cells": base64_of(cells.astype(np.uint32)),
-            "classes": base64_of(document.state.classes[cells]),
+            "paint": base64_of(document.state.paint[cells]),
             "revision": document.revision.number,
             "n_regions": document.revision.n_regions,
             "parameters": document.state.partition.parameters,
@@ -77,9 +82,9 @@ def _moved(document: Document, step: Callable[[], list[Change]]) -> Body:
         }
 
 
-def _read_classes(document: Document, query: Body) -> bytes:
+def _read_paint(document: Document, query: Body) -> bytes:
     with document.lock:
-        return document.state.classes.astype("<u2").tobytes()
+        return document.state.paint.astype("<u4").tobytes()
 
 
 def _read_labels(document: Document, query: Body) -> bytes:
@@ -129,17 +134,17 @@ def _read_export(document: Document, query: Body) -> Response:
 
 
 READS: dict[str, Operation] = {
-    "classes": _read_classes,
     "export": _read_export,
     "labels": _read_labels,
     "mesh": _read_mesh,
+    "paint": _read_paint,
     "regions": _read_regions,
     "state": _state,
 }
 
 
 def _paint(document: Document, body: Body) -> Body:
-    number = _whole(body.get("class"), "class")
+    number, place = _whole(body.get("class"), "class"), checked_object(body.get("object", 0))
     stroke = body.get("stroke")
     if stroke is not None and not (isinstance(stroke, str) and len(stroke) <= MAX_STROKE):
         raise ValueError(f"stroke must be a text of up to {MAX_STROKE} characters")
@@ -150,7 +155,7 @@ def _paint(document: Document, body: Body) -> Body:
     else:
         cells = cells_from(body.get("cells"), document.n_cells)
     with document.lock:
-        change = document.paint(cells, number, stroke)
+        change = document.paint(cells, number, stroke, objects=place)
         return {"changed": 0 if change is None else change.after.n, **counts_of(document)}
 
 
@@ -159,6 +164,55 @@ def _similar(document: Document, body: Body) -> Body:
     graph = revision.graph(document.segmenter.surface)
     region = _whole(body.get("region"), "region")
     return {"regions": similar_regions(graph, region, body.get("tolerance", 0.1))}
+
+
+def _split_object(document: Document, body: Body) -> Body:
+    with document.lock:
+        number, place = _whole(body.get("class"), "class"), checked_object(body.get("object"))
+        return {"objects": document.split_object(number, place), **counts_of(document)}
+
+
+def _name_object(document: Document, body: Body) -> Body:
+    with document.lock:
+        number, place = _whole(body.get("class"), "class"), checked_object(body.get("object"))
+        document.name_object(number, place, body.get("name"))
+        return counts_of(document)
+
+
+def _compare(document: Document, body: Body) -> Body:
+    """The comparison with a given work file, or with the one given last."""
+    files = _files(body) if "files" in body else {}
+    if len(files) > 1:
+        raise ValueError("a comparison is with one work file")
+    for name, data in files.items():
+        document.compare(name, data)
+    return _compared(document)
+
+
+def _accept(document: Document, body: Body) -> Body:
+    cells = cells_from(body.get("cells"), document.n_cells)
+    side = checked_choice(str(body.get("side")), "side", ("mine", "theirs"))
+    document.accept(cells, cast(Side, side))
+    return _compared(document)
+
+
+def _compared(document: Document) -> Body:
+    with document.lock:
+        if document.theirs is None:
+            return {"agreement": None, "differs": "", "bare": "", **counts_of(document)}
+        is_bare = (document.state.paint == 0) & (document.theirs.paint > 0)
+        return {
+            "agreement": document.agreement(),
+            "differs": base64_of(document.differing()),
+            "bare": base64_of(np.flatnonzero(is_bare).astype(np.uint32)),
+            **counts_of(document),
+        }
+
+
+def _review(document: Document, body: Body) -> Body:
+    with document.lock:
+        document.review(checked_flag(body.get("reviewed"), "reviewed"))
+        return counts_of(document)
 
 
 def _set_classes(document: Document, body: Body) -> Body:
@@ -190,15 +244,19 @@ def _export(document: Document, body: Body) -> Body:
 
 
 def _import(document: Document, body: Body) -> Body:
-    given = body.get("files")
-    if not isinstance(given, list) or not all(isinstance(file, dict) for file in given):
-        raise ValueError("files must be a list of objects with a name and data")
-    files = {str(file.get("name")): bytes_from(file.get("data")) for file in given}
-    imported = read_import(files, document.cells, document.class_list)
+    imported = read_import(_files(body), document.cells, document.class_list)
     with document.lock:
         change = document.take(imported)
         changed = 0 if change is None else change.after.n
         return {"changed": changed, "classes": list(document.class_list), **counts_of(document)}
+
+
+def _files(body: Body) -> dict[str, bytes]:
+    """Content of files sent by a client, by name."""
+    given = body.get("files")
+    if not isinstance(given, list) or not all(isinstance(file, dict) for file in given):
+        raise ValueError("files must be a list of objects with a name and data")
+    return {str(file.get("name")): bytes_from(file.get("data")) for file in given}
 
 
 OPERATIONS: dict[str, Operation] = {
@@ -208,6 +266,11 @@ OPERATIONS: dict[str, Operation] = {
     "similar": _similar,
     "classes": _set_classes,
     "split": _split,
+    "split-object": _split_object,
+    "name-object": _name_object,
+    "compare": _compare,
+    "accept": _accept,
+    "review": _review,
     "export": _export,
     "import": _import,
 }

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
 from .. import _core
-from .._types import Array, Bools, Bytes, Ints, Longs
-from ..regions.edit import BorderCosts
-from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
+from .._types import Array, Bools, Bytes, Floats, Ints, Longs
+from ..batches.mapping import Run
+from ..cells.parts import PartPrices
+from ..regions.edit import CREASE_SCALE, BorderCosts
+from ..regions.smooth import SmoothOptions
 from .arrays import is_among, rows
-from .mapping import Run
 from .part import Part, surface_of, with_neighbors
 from .store import TileStore, find_cells
 
@@ -22,15 +23,18 @@ Triangles need two steps for the distance between two vertices."""
 
 MOST_STEPS = 160
 
+SUM_BLOCK = 1 << 14
+"""Cells per block of the sums of regions: ``kBlock`` in the core's ``stiffness.cpp``."""
+
 
 def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
     """Names of the arrays of the band, including these arrays of its arcs."""
     of_faces, of_points = ("corners", "corners/vertices"), ("positions", "measures")
     columns = of_points if store.kind == "points" else of_faces
-    return "cells", *columns, *(f"arcs/{name}" for name in arcs)
+    return "cells", "coarse", *columns, *(f"arcs/{name}" for name in arcs)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BorderRule:
     """Cost of borders: name and unit of the arc lengths, and the scale of a region."""
 
@@ -38,6 +42,29 @@ class BorderRule:
     unit: float
     scale: float
     n_threads: int
+    crease_scale: float = CREASE_SCALE
+    smoothing: SmoothOptions = field(default_factory=SmoothOptions)
+    parts: PartPrices | None = None  # of cells; with `firsts`, of coarse cells
+    firsts: Longs | None = None  # the first coarse cell of each tile
+
+    def costs(self, store: TileStore, part: Part) -> BorderCosts:
+        """Return the costs of borders between cells with ``neighbors``.
+
+        The ``lengths`` of the part are taken out of it, to save memory.
+        """
+        surface = surface_of(store, part, self.n_threads)
+        lengths = part.lists["arcs"].entries.pop("lengths")
+        if self.parts is not None:
+            parts, cells = self.parts, part.columns["cells"]
+            if self.firsts is not None:
+                firsts = self.firsts[store.tiles_of(part.columns["places"])]
+                cells = firsts + part.columns["coarse"]
+            if len(parts.group_of):
+                parts = replace(parts, group_of=parts.group_of[cells])
+            else:
+                parts = replace(parts, vectors=parts.vectors[cells])
+            lengths = parts.border_lengths(surface.arcs, lengths, self.n_threads)
+        return BorderCosts(surface, lengths, self.unit, self.scale, self.crease_scale)
 
 
 def straighten_tiled(
@@ -50,6 +77,9 @@ def straighten_tiled(
     the edge of the band lack neighbors. If the smoother tried to move one of them, the band grows
     there, and the smoother starts again.
     """
+    sums = np.empty(0), np.empty((0, 3))
+    if rule.smoothing.stiffness:
+        sums = region_sums(store, labels, len(centers), run)
     marks = _Marks(store, run)
     marks.begin(labels)
     while True:
@@ -57,13 +87,57 @@ def straighten_tiled(
         if not len(band.part):
             return
         cells = band.part.columns["cells"]
-        moved, growing = band.straightened(rule, labels[cells], centers)
+        moved, growing = band.straightened(rule, labels[cells], centers, sums)
         if not len(growing):
             break
         more = cells[growing]
         del band  # free this band before the next one is loaded
         marks.add(more)
     labels[cells] = moved
+
+
+def region_sums(store: TileStore, labels: Ints, n_regions: int, run: Run) -> tuple[Floats, Floats]:
+    """Return the area of each region, and its sum of positions weighted by areas.
+
+    As the core's `sums_of_regions`, which adds cells in the order of their numbers: first those of
+    a block with the same label in a row.
+    """
+    cuts = np.stack(run.all(_sort_by_cell, store, store.n_tiles))
+    sums = np.zeros((4, n_regions))
+    for block in range(cuts.shape[1] - 1):
+        found = [
+            Part.load(store.scratch, f"tile{tile}/by_cell", _BY_CELL, begin, end)
+            for tile, (begin, end) in enumerate(cuts[:, block : block + 2].tolist())
+            if begin < end
+        ]
+        _add_block(sums, Part.joined(found, "cells"), labels)
+    store.remove_from_all(*(f"by_cell/{name}" for name in _BY_CELL))
+    return sums[0], np.ascontiguousarray(sums[1:].T)
+
+
+_BY_CELL = ("cells", "measures", "positions")
+
+
+def _sort_by_cell(store: TileStore, tile: int) -> Longs:
+    """Write the cells of a tile sorted by number; return where each block of numbers begins."""
+    part = Part({name: store.read(tile, name) for name in _BY_CELL})
+    part = part.take(np.argsort(part.columns["cells"]))
+    part.save(store.scratch, f"tile{tile}/by_cell")
+    size = 16 * SUM_BLOCK
+    return np.searchsorted(part.columns["cells"], np.arange(0, store.n_cells + size, size))
+
+
+def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
+    """Add consecutive cells, the first of which begins a block, to the sums of their regions."""
+    cells, measures = part.columns["cells"], part.columns["measures"]
+    of_cells = labels[cells]
+    begins = (np.diff(of_cells, prepend=-1) != 0) | (cells % SUM_BLOCK == 0)
+    rows, firsts = np.cumsum(begins) - 1, of_cells[begins]
+    regions = np.concatenate([np.arange(sums.shape[1]), firsts])
+    # bincount adds in the order of the array, as the core does.
+    for axis, some in enumerate((measures, *(measures * x for x in part.columns["positions"].T))):
+        runs = np.bincount(rows, some)
+        sums[axis] = np.bincount(regions, np.concatenate([sums[axis], runs]))
 
 
 class _Marks:
@@ -214,17 +288,15 @@ class _Band:
         return cls(store, part, np.unique(np.concatenate(ends)))
 
     def straightened(
-        self, rule: BorderRule, labels: Ints, centers: Ints
+        self, rule: BorderRule, labels: Ints, centers: Ints, sums: tuple[Floats, Floats]
     ) -> tuple[Ints, Ints | Longs]:
         """New labels of the band, and the indices of the cells from which it must grow."""
-        surface = surface_of(self.store, self.part, rule.n_threads)
-        lengths, cells = self.part.lists["arcs"].entries["lengths"], self.part.columns["cells"]
-        costs = BorderCosts(surface, lengths, rule.unit, rule.scale)
+        costs, cells = rule.costs(self.store, self.part), self.part.columns["cells"]
         at = np.minimum(np.searchsorted(cells, centers), len(cells) - 1)
         fixed = at[cells[at] == centers].astype(np.int32)
-        limits = (MAX_DISTANCE * costs.radius, MAX_CHAIN, MAX_SWEEPS, rule.n_threads)
         edge = np.flatnonzero(self._is_at_edge()).astype(np.int32)
-        moved, examined = _core.smooth_part(*costs.args, labels, fixed, *limits, edge)
+        args = rule.smoothing.args(costs, labels, fixed)
+        moved, examined = _core.smooth_part(*args, edge, *sums)
         return moved, self._at_ends_of(examined)
 
     def _at_ends_of(self, cells: Ints) -> Ints | Longs:

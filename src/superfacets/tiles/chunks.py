@@ -10,12 +10,12 @@ import numpy as np
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
 from .._validate import MAX_CELLS
+from ..batches.mapping import Run
 from ..errors import MeshError
+from ..io.readers.pieces import Pieces
 from ..io.tables import Rows
-from .mapping import Run
-from .opening import Pieces
+from ..workers.scratch import Scratch
 from .part import Part
-from .scratch import Scratch
 from .store import RANGE
 
 

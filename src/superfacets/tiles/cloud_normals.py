@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from .._types import Array, Bools, Floats, Ints, Longs
-from ..cells.point_graph import is_open
+from .._types import Array, Bools, Floats, Ints, Longs, Viewpoint
+from .._validate import checked_normals
+from ..batches.mapping import Run
+from ..cells.point_graph import facing_areas, is_open
 from .cloud_order import NOT_COPIED
-from .mapping import Run
 from .part import Part
 from .store import TileStore
 
@@ -19,8 +20,10 @@ cost stay together, however many they are."""
 OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 
 
-def turn_normals(store: TileStore) -> None:
+def turn_normals(store: TileStore, viewpoint: Viewpoint | None) -> None:
     """Flip the normals in ``estimated`` so that neighbors agree, as `segment` does.
+
+    With a viewpoint, most of the area of each component faces it, as from `estimate_normals`.
 
     Normals are compared along a minimum spanning tree of all pairs of neighbors: pairs with similar
     normals come first, tile by tile; then all others, sorted by cost. The tree is held in this
@@ -31,6 +34,8 @@ def turn_normals(store: TileStore) -> None:
         sets.join_alike(*_normal_tile(store, tile))
     _join_others(store, sets)
     _turn_outwards(store, sets)
+    if viewpoint is not None:
+        _turn_to(store, sets, viewpoint)
 
 
 def has_open_cloud(store: TileStore, run: Run) -> bool:
@@ -102,9 +107,31 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets) -> None:
         has_area = areas[own] > 0
         x, y, z = (normals * (positions - centers[own])).T
         np.add.at(volumes, own[has_area], (measures * (x + y + z))[has_area])
+    _flip(store, sets, roots, volumes < 0)
+
+
+def _turn_to(store: TileStore, sets: _core.TurnedSets, viewpoint: Viewpoint) -> None:
+    """Flip the normals of components of the tree, so that most of the area of each faces a place.
+
+    The normals are then those of a `PointCloud` with such normals, bit for bit.
+    """
+    tiles = range(store.n_tiles)
+    roots = np.concatenate([_roots_of(store, tile, sets) for tile in tiles])
+    sums = np.zeros(len(roots))
     for tile in tiles:
+        own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
+        np.add.at(sums, own, facing_areas(viewpoint, positions, normals, measures))
+    _flip(store, sets, roots, sums < 0)
+    for tile in tiles:
+        normals = store.read(tile, "estimated")
+        store.write(tile, "estimated", checked_normals(normals, len(normals)))
+
+
+def _flip(store: TileStore, sets: _core.TurnedSets, roots: Ints, is_flipped: Bools) -> None:
+    """Flip the normals of some components."""
+    for tile in range(store.n_tiles):
         own, _, (_, _, normals) = _read_apart(store, tile, sets, roots)
-        normals[volumes[own] < 0] *= -1.0
+        normals[is_flipped[own]] *= -1.0
         _write_normals(store, tile, normals)
 
 

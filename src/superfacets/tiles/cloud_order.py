@@ -10,12 +10,12 @@ import numpy as np
 from .. import _core
 from .._types import Floats, Ints, Longs
 from .._validate import check_spread
+from ..batches.mapping import Run
+from ..io.readers.pieces import Pieces
+from ..workers.scratch import Scratch
 from .arrays import box_of, index_in, joined_boxes
 from .chunks import Chunks, find_cuts, read_cut
-from .mapping import Run
-from .opening import Pieces
 from .part import Part
-from .scratch import Scratch
 from .store import RANGE, TileStore, tile_starts
 
 NOT_COPIED = -1

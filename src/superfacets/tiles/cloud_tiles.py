@@ -8,15 +8,15 @@ import numpy as np
 
 from .. import _core
 from .._types import Bools, Floats, Ints, Longs
+from ..batches.mapping import Run
 from ..cells.point_graph import CUTOFF, N_AROUND, N_NEIGHBORS
+from ..io.readers.pieces import Pieces
+from ..workers.scratch import Scratch
 from ..workers.threads import Job
 from .arrays import box_of, is_among
 from .cloud_normals import turn_normals
 from .cloud_order import NOT_COPIED, sort_cloud
-from .mapping import Run
-from .opening import Pieces
 from .part import Part
-from .scratch import Scratch
 from .store import RANGE, TileStore
 
 LEFTOVERS = ("near", "areas", "shared", "estimated", "lowest", "out_sources", "out_targets")
@@ -37,7 +37,7 @@ def make_cloud_tiles(
     run.all(_cut_off, store, store.n_tiles)
     store.remove_from_all("found", "squared", "all_areas")
     if wants_normals:
-        turn_normals(store)
+        turn_normals(store, pieces.viewpoint)
     tiles = range(store.n_tiles)
     leaving = run.all(_write_leaving, store, store.n_tiles)
     jobs: list[Job] = [

@@ -6,8 +6,8 @@ import numpy as np
 
 from .. import _core
 from .._types import Longs
+from ..batches.mapping import Run
 from .arrays import is_among, merged
-from .mapping import Run
 from .part import Lists, Part
 from .store import TileStore
 

@@ -9,13 +9,13 @@ import numpy as np
 from .. import _core
 from .._types import Array, Floats, Ints
 from .._validate import check_extent, raise_index_error
+from ..batches.mapping import Run
+from ..io.readers.pieces import Pieces
 from ..io.tables import take_rows
+from ..workers.scratch import Scratch
 from .arrays import box_of, compacted, joined_boxes
 from .chunks import Chunks, find_cuts, read_cut
-from .mapping import Run
-from .opening import Pieces
 from .part import Lists, Part
-from .scratch import Scratch
 from .store import Kind, TileStore, tile_starts
 
 BLOCK = 4096
@@ -63,22 +63,36 @@ def make_mesh_tiles(
     A MeshError names the first wrong coordinate or index, as `Mesh` does, or tells that there are
     too many faces.
     """
+    chunks = mesh_chunks(pieces, scratch, tile_cells, welds=welds, run=run, n_threads=n_threads)
+    store = tiles_of_chunks(chunks, scratch, run)
+    scratch.remove_folder("representatives")
+    return store
+
+
+def mesh_chunks(
+    pieces: Pieces, scratch: Scratch, tile_cells: int, *, welds: bool, run: Run, n_threads: int
+) -> Chunks:
+    """Return the faces in chunks, with the table of lowest vertices in ``representatives``."""
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
-    chunks = chunks if welds else replace(chunks, lowest=None)
+    return chunks if welds else replace(chunks, lowest=None)
+
+
+def tiles_of_chunks(chunks: Chunks, scratch: Scratch, run: Run) -> TileStore:
+    """Write the tiles of all chunks; the table of lowest vertices stays."""
+    pieces = chunks.pieces
     found = run.all(_measure_chunk, scratch, chunks.n_chunks, chunks)
     boxes, curves, areas = zip(*found, strict=True)
     bounds, curve = joined_boxes(boxes), joined_boxes(curves)
     check_extent(*bounds)
     counts = np.stack(run.all(_sort_chunk, scratch, chunks.n_chunks, chunks, curve))
     starts = tile_starts(pieces.n_cells, chunks.n_chunks)
-    scratch.remove_folder("representatives")
     scratch.save("cuts", find_cuts(scratch, counts, np.array(starts)))
     total = 0.0
     for area in np.concatenate(areas).tolist():
         total += area
     kind: Kind = "triangles" if pieces.offsets is None else "polygons"
     store = TileStore(scratch, kind, starts, bounds, total)
-    run.all(_write_tile, store, store.n_tiles, n_threads)
+    run.all(_write_tile, store, store.n_tiles, chunks.n_threads)
     scratch.remove_folder("runs")
     return store
 
@@ -88,7 +102,7 @@ def _measured(faces: Part, n_threads: int) -> tuple[Floats, Floats]:
     points = _points(faces).astype(np.float64)
     corners = np.arange(len(points), dtype=np.int32)
     if not faces.lists:
-        return _core.measure_faces(points, corners.reshape(-1, 3), n_threads)
+        return _core.measure_faces(points, corners.reshape(-1, 3), n_threads)[:2]
     return _core.measure_polygons(points, faces.corners()[0], corners, n_threads)[:2]
 
 

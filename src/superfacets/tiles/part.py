@@ -17,8 +17,8 @@ from ..cells.weights import NO_NORMALS
 from ..mesh.faces import FaceMesh, FoundArcs, surface_of_faces
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
+from ..workers.scratch import Scratch
 from .arrays import compacted, index_near, merged, rows
-from .scratch import Scratch
 from .store import TileStore
 
 Columns: TypeAlias = dict[str, Array]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,27 +14,35 @@ from .. import _core
 from .._memory import address_limit, memory_of_process
 from .._options import CleanupOptions, Islands, LoopOptions, Progress, SizeOptions
 from .._timing import OnStage, timed
+from .._types import Viewpoint
 from .._validate import checked_choice, checked_count, checked_flag
+from ..batches.mapping import OnDone, Run, open_run
 from ..cells.cell_graph import box_diagonal
+from ..cells.parts import PART_CREASE_SCALE, SPARE
+from ..cells.point_graph import checked_viewpoint
 from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
+from ..clustering.graphs import AnyGraph, can_be_coarse, has_small_regions
 from ..clustering.loop import coarsened, segment_cells
 from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
-from ..errors import SliverWarning
+from ..errors import MeshError, SliverWarning
+from ..export.label_files import label_files, ranges_of, save_labels
 from ..io.atomic import StrPath
-from ..pipeline import Options, sliver_advice, stages_in_order, warn_of_islands
+from ..io.readers.pieces import Pieces
+from ..mesh.denoising import Denoise, checked_denoise
+from ..pipeline import Options, price_parts, sliver_advice, stages_in_order, warn_of_islands
+from ..regions.smooth import OF_PARTS
+from ..workers.scratch import Scratch, check_room, scratch_folder
 from .borders import BorderRule, straighten_tiled
 from .cloud_normals import has_open_cloud
 from .cloud_tiles import make_cloud_tiles
-from .label_files import label_files, ranges_of, save_labels
-from .mapping import OnDone, open_run
+from .denoising import make_denoised_tiles
 from .mesh_tiles import make_mesh_tiles
 from .opening import TiledSource, open_pieces
-from .scratch import check_room, scratch_folder
 from .store import TileStore, find_cells
-from .tile_arcs import WeightRule, find_arcs
-from .tiled_graph import TiledGraph
+from .tile_arcs import ArcFacts, WeightRule, find_arcs
+from .tiled_graph import TiledCoarseGraph, TiledGraph
 
 TILE_SIZE = 1 << 18
 """Default number of cells of a tile."""
@@ -54,9 +63,8 @@ ADDRESSES_OF_THREAD = 150 << 20
 KEPT_HEAP = 1 << 28
 """Freed bytes that stay in the heap for the arrays of the next tile."""
 
-_WEIGHTS = ("creases", "superfacets")
-"""``"parts"`` is excluded: it needs rays through the whole mesh. So is ``"stk02"``, which is for
-comparing methods on small meshes."""
+_WEIGHTS = ("parts", "creases", "superfacets")
+"""``"stk02"`` is excluded: it is for comparing methods on small meshes."""
 
 
 def segment_tiled(
@@ -67,11 +75,14 @@ def segment_tiled(
     alpha: float | None = None,
     eta_convex: float | None = None,
     ridges: float | None = None,
-    weights: WeightName = "creases",
+    weights: WeightName = "parts",
     max_num_iter: int = 50,
     tol: float = 0.02,
+    relocate: bool | None = None,
     islands: Islands = "keep",
     smooth: bool = True,
+    denoise: Denoise = None,
+    viewpoint: Sequence[float] | None = None,
     weld: bool = True,
     tile_size: int = TILE_SIZE,
     scratch: StrPath | None = None,
@@ -84,7 +95,7 @@ def segment_tiled(
     on_stage: OnStage | None = None,
     on_tile: OnDone | None = None,
 ) -> Segmentation:
-    """Segment a mesh or point cloud larger than memory, as ``segment(weights="creases")`` does.
+    """Segment a mesh or point cloud larger than memory, as `segment` does.
 
     The faces (or points) are sorted along a space-filling curve on disk, and cut into tiles. Coarse
     cells are made tile by tile; the loop runs on their graph in memory; the faces are labeled tile
@@ -97,9 +108,14 @@ def segment_tiled(
         A file; a folder of files, either meshes that share vertices by position, or clouds; or
         arrays, which may be memory maps. Faces, or points, are numbered through all files of a
         folder, in the order of their names.
-    n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, islands, smooth, weld
+    n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, relocate, islands, smooth
         As for `segment`.
-    weights : {"creases", "superfacets"}
+    denoise, weld
+        As for `segment`.
+    viewpoint : sequence of float, length 3, optional
+        Place from which all points of a cloud without normals were seen: estimated normals face
+        it, as those of `estimate_normals`.
+    weights : {"parts", "creases", "superfacets"}
         As for `segment`.
     tile_size : int, default 262144
         Faces or points of a tile, rounded up to a multiple of 4096. Labels do not depend on it.
@@ -155,8 +171,8 @@ def segment_tiled(
     Memory use is the sum of `cache`, about 500 bytes per face of a tile for each thread, 10 bytes
     per face of the mesh for the graph of coarse cells, 4 for the labels (8 for labels of points),
     and the faces around borders. The graph of all faces is in memory, 150 bytes a face, if regions
-    have less than about a hundred faces, or if the loop runs on all faces (``tol=0``,
-    ``max_num_iter`` 0 or 1).
+    have less than about 200 faces (100 with other weights than ``"parts"``), or if the loop runs on
+    all faces (``tol=0``, ``max_num_iter`` 0 or 1).
 
     Expansions do not halt (`radius_factor` of `segment`), and seeds are the farthest from each
     other by path length (``init="geodesic"``).
@@ -167,11 +183,13 @@ def segment_tiled(
     >>> from superfacets import sample_mesh, segment
     >>> mesh = sample_mesh(20_000)
     >>> tiled = segment_tiled(mesh, 20, tile_size=8192)
-    >>> np.array_equal(tiled.labels, segment(mesh, 20, weights="creases").labels)
+    >>> np.array_equal(tiled.labels, segment(mesh, 20).labels)
     True
     """
     checked_choice(weights, "weights", _WEIGHTS)  # not an array
-    loop = LoopOptions.checked(max_num_iter, tol, None, islands, n_threads, progress, on_stage)
+    loop = LoopOptions.checked(
+        max_num_iter, tol, None, islands, n_threads, progress, on_stage, relocate=relocate
+    )
     options = Options(
         checked_flag(weld, "weld"),
         "geodesic",
@@ -179,10 +197,12 @@ def segment_tiled(
         WeightOptions.checked(weights, alpha, eta_convex, ridges),
         loop,
         CleanupOptions.checked(smooth, False, 0.0, islands),
+        denoise=checked_denoise(denoise),
     )
     place = Place.checked(source, tile_size, scratch, cache, out, workers, scheduler)
+    seen_from = None if viewpoint is None else checked_viewpoint(viewpoint)
     with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # threads and heap are kept for all stages
-        return _run(source, options, place, on_tile)
+        return _run(source, options, place, on_tile, seen_from)
 
 
 @dataclass(frozen=True)
@@ -230,8 +250,9 @@ class Place:
 
 
 def _run(
-    source: TiledSource, options: Options, place: Place, on_tile: OnDone | None
-) -> Segmentation:
+    source: TiledSource, options: Options, place: Place, on_tile: OnDone | None,
+    viewpoint: Viewpoint | None,
+) -> Segmentation:  # fmt: skip
     """Run all stages."""
     timings: dict[str, float] = {}
     at_once = place.tiles_at_once(options.loop)
@@ -244,17 +265,15 @@ def _run(
     ):
         with timed(timings, "tiles", options.loop.on_stage):
             pieces = open_pieces(source, scratch, for_workers=place.is_remote)
+            pieces = replace(pieces, viewpoint=viewpoint)
             ranges = ranges_of(pieces, len(place.files))
-            is_cloud, size = pieces.corners is None, place.tile_size
+            is_cloud = pieces.corners is None
             n_bytes = BYTES_PER_POINT if is_cloud else BYTES_PER_FACE
             check_room(place.scratch, n_bytes * pieces.n_cells)
-            if is_cloud:
-                store = make_cloud_tiles(pieces, scratch, size, run=run, n_threads=n_threads)
-            else:
-                store = make_mesh_tiles(
-                    pieces, scratch, size, welds=options.weld, run=run, n_threads=n_threads
-                )
-        if is_cloud and pieces.normals is None and has_open_cloud(store, run):
+            made = pieces, scratch, place.tile_size
+            store, options = _make_tiles(made, options, run, n_threads)
+        are_guessed = is_cloud and pieces.normals is None and viewpoint is None
+        if are_guessed and has_open_cloud(store, run):
             options = replace(options, weights=options.weights.counting_both_turns())
         graph = TiledGraph(store, run, n_threads, is_parallel)
         result = _segment(graph, options, timings)
@@ -263,33 +282,90 @@ def _run(
     return result
 
 
+def _make_tiles(
+    made: tuple[Pieces, Scratch, int], options: Options, run: Run, n_threads: int
+) -> tuple[TileStore, Options]:
+    """Stages 0 and 1: write all cells as tiles; `made` has the cells, the folder, and the size."""
+    pieces, is_cloud = made[0], made[0].corners is None
+    if is_cloud and options.denoise is not None:
+        raise ValueError("denoise needs a mesh of faces, not points")
+    if pieces.viewpoint is not None and (not is_cloud or pieces.normals is not None):
+        raise MeshError("a viewpoint is for point clouds without normals")
+    if is_cloud:
+        return make_cloud_tiles(*made, run=run, n_threads=n_threads), options
+    welds = options.weld
+    if options.denoise is None:
+        return make_mesh_tiles(*made, welds=welds, run=run, n_threads=n_threads), options
+    store, n_steps = make_denoised_tiles(
+        *made, options.denoise, welds=welds, run=run, n_threads=n_threads
+    )
+    return store, replace(options, denoise=n_steps)
+
+
 def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> Segmentation:
     """Run stages 2 to 5 on a graph of tiles."""
-    store, run, loop = graph.store, graph.run, options.loop
-    diagonal = box_diagonal(store.bounds)
+    store, diagonal = graph.store, box_diagonal(graph.store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
-    has_prices = options.cleanup.smooth and options.weights.has_other_unit
-    rule = WeightRule(size.radius, options.weights, has_prices, graph.n_threads)
-    with timed(timings, "weights", loop.on_stage):
-        facts = find_arcs(store, rule, run)
+    plan = Plan(None, size, options.size, "geodesic")
+    has_parts = options.weights.has_parts and size.radius > 0.0
+    if options.loop.relocate is None:
+        options = replace(options, loop=replace(options.loop, relocate=has_parts))
+    facts = _weigh(graph, plan, options, timings)
     share = min(facts.sliver_area / store.total_measure, 1.0) if store.total_measure > 0 else 0.0
     note = sliver_note(share, sliver_advice(size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=4)
-    plan = Plan(None, size, options.size, "geodesic")
-    levels = coarsened(graph, plan, loop, timings)
-    result = segment_cells(graph, levels, store.bounds, plan, loop)
+    if has_parts:
+        graph = replace(graph, straight_unit=facts.unit * diagonal)
+    result, borders = _cluster(graph, plan, options, timings)
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
-        with timed(timings, "regions", loop.on_stage):
-            unit = facts.border_unit if has_prices else facts.unit
-            name = "border_lengths" if has_prices else "lengths"
-            borders = BorderRule(name, unit, size.radius or diagonal, loop.n_threads)
-            straighten_tiled(store, borders, result.labels, result.centers, run)
+        with timed(timings, "regions", options.loop.on_stage):
+            if options.weights.has_other_unit:
+                borders = replace(borders, lengths="border_lengths", unit=facts.border_unit)
+            else:
+                borders = replace(borders, unit=facts.unit)
+            straighten_tiled(store, borders, result.labels, result.centers, graph.run)
     if store.kind == "points":
         result = _in_input_order(store, result)
     timings, params = stages_in_order(timings | result.timings), options.params(result)
     return replace(result, sliver_share=share, timings=timings, params=params)
+
+
+def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]) -> ArcFacts:
+    """Stages 1 and 2: write the arcs of all tiles with their lengths."""
+    has_prices = options.cleanup.smooth and options.weights.has_other_unit
+    spare = SPARE if options.weights.has_parts and plan.size.radius > 0.0 else 1.0
+    rule = WeightRule(plan.size.radius, options.weights, has_prices, graph.n_threads, spare)
+    with timed(timings, "weights", options.loop.on_stage):
+        return find_arcs(graph.store, rule, graph.run)
+
+
+def _cluster(
+    graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]
+) -> tuple[Segmentation, BorderRule]:
+    """Stages 3 and 4; the rule for borders has units of its own."""
+    loop, size, bounds = options.loop, plan.size, graph.store.bounds
+    scale = size.radius or box_diagonal(bounds)
+    borders = BorderRule("lengths", 0.0, scale, loop.n_threads)
+    if not graph.straight_unit:
+        levels = coarsened(graph, plan, loop, timings)
+        return segment_cells(graph, levels, bounds, plan, loop), borders
+    # If the loop runs on all cells, these get arcs to cells farther away, which tiles do not have.
+    is_coarse = can_be_coarse(graph.is_symmetric, plan, loop)
+    is_coarse = is_coarse and not has_small_regions(graph, size.n_segments)
+    cells: AnyGraph = graph if is_coarse else graph.gathered(loop.n_threads)
+    levels = coarsened(cells, plan, loop, timings)
+    if cells is graph and levels.on_all:
+        cells = graph.gathered(loop.n_threads)
+    with timed(timings, "weights"):
+        parts = price_parts(cells, levels, options.weights, size, loop.n_threads)
+    finest = next(iter(levels.coarse), None)
+    borders = replace(
+        borders, crease_scale=PART_CREASE_SCALE, smoothing=OF_PARTS, parts=parts,
+        firsts=finest.firsts if isinstance(finest, TiledCoarseGraph) else None,
+    )  # fmt: skip
+    return segment_cells(cells, levels, bounds, plan, loop, graph.join_loose_pieces), borders
 
 
 def _in_input_order(store: TileStore, result: Segmentation) -> Segmentation:

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from .._types import Array, Bools, Floats, Ints, Longs
+from ..workers.scratch import Scratch
 from .arrays import index_in
-from .scratch import Scratch
 
 RANGE = 4096
 """Number of places in a range of the curve: 2**kRangeBits in the core's ``cell_grower.hpp``. A

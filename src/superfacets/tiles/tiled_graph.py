@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs
-from .mapping import Run
-from .part import Part
+from .._types import Array, Bools, Floats, Ints, Longs, Singles
+from ..batches.mapping import Run
+from .arrays import rows
+from .part import Lists, Part
 from .store import TileStore, find_cells
 
 
@@ -22,6 +23,7 @@ class TiledGraph:
     run: Run
     n_threads: int  # of the core per tile; the argument of methods is for other work
     is_parallel: bool = False  # whether several tiles are worked on at the same time
+    straight_unit: float = 0.0  # as in `_core.OrderedGraph`
 
     is_symmetric = True
     """Both arcs of a pair of neighbors have the same weight."""
@@ -33,11 +35,11 @@ class TiledGraph:
 
     def coarsened(self, cell_size: int, n_threads: int) -> TiledCoarseGraph:
         """Write the coarse cell of each place, and return the graph of coarse cells."""
-        store, run = self.store, self.run
-        found = run.all(_divide, store, store.n_tiles, cell_size, self.n_threads)
+        store, run, unit = self.store, self.run, self.straight_unit
+        found = run.all(_divide, store, store.n_tiles, cell_size, unit, self.n_threads)
         positions, measures = map(list, zip(*found, strict=True))
         firsts = np.append(0, np.cumsum([len(some) for some in measures]))
-        found = run.all(_connect, store, store.n_tiles, firsts, self.n_threads)
+        found = run.all(_connect, store, store.n_tiles, firsts, unit, self.n_threads)
         counts, targets, lengths = map(list, zip(*found, strict=True))
         graph = _core.graph_in_place(
             _in_a_row(positions),
@@ -45,9 +47,10 @@ class TiledGraph:
             np.append(0, np.cumsum(_in_a_row(counts))),
             _in_a_row(targets),
             _in_a_row(lengths),
+            unit,
             n_threads,
         )
-        return TiledCoarseGraph(graph, store, firsts, run)
+        return TiledCoarseGraph(graph, self, firsts)
 
     def regions(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
@@ -80,6 +83,40 @@ class TiledGraph:
             labels[cells] = labels[nearest[firsts]][islands]
         return labels, n_islands, np.empty(0, np.int32)
 
+    def join_loose_pieces(self, labels: Ints, centers: Ints) -> Ints:
+        """As `_core.join_loose_pieces`; only loose cells and their arcs are in memory."""
+        store, run = self.store, self.run
+        own = [store.read(tile, "cells") for tile in range(store.n_tiles)]
+        jobs = [
+            (tile, labels[cells], labels[store.read(tile, "ghost_cells")])
+            for tile, cells in enumerate(own)
+        ]
+        firsts = np.append(0, np.cumsum(run(_find_pieces, store, jobs)))
+        found = run.all(_link_pieces, store, store.n_tiles, firsts, centers)
+        with_center, pairs = zip(*found, strict=True)
+        pieces = _components(np.concatenate(pairs, axis=1), firsts[-1])
+        is_loose = ~np.isin(pieces, pieces[np.concatenate(with_center)])
+        if not is_loose.any():
+            return labels
+        parts = np.split(is_loose, firsts[1:-1])
+        found = run(_loose_cells, store, list(enumerate(parts)))
+        arcs = Part.joined(found, "cells")
+        loose = arcs.columns["cells"][labels[arcs.columns["cells"]] >= 0]
+        arcs = arcs.take(np.searchsorted(arcs.columns["cells"], loose))
+        entries = arcs.lists["arcs"].entries
+        around = np.setdiff1d(entries["neighbors"], loose)
+        cells = np.concatenate([loose, around])
+        order = np.argsort(cells)
+        neighbors = order[np.searchsorted(cells, entries["neighbors"], sorter=order)]
+        offsets = np.append(arcs.lists["arcs"].offsets, np.full(len(around), len(neighbors)))
+        joined = _core.join_loose_cells(
+            offsets, neighbors.astype(np.int32), entries["lengths"], labels[cells],
+            np.arange(len(loose), dtype=np.int32),
+        )  # fmt: skip
+        labels = labels.copy()
+        labels[loose] = joined[: len(loose)]
+        return labels
+
     def gathered(self, n_threads: int) -> _core.OrderedGraph:
         """Return the graph with all cells in memory."""
         store = self.store
@@ -99,24 +136,53 @@ class TiledGraph:
             neighbors[at] = around[store.read(tile, "arcs/targets")]
             lengths[at] = store.read(tile, "arcs/lengths")
         placed = _core.PlacedCells(positions, measures, n_threads)
-        return _core.OrderedGraph(placed, offsets, neighbors, lengths, n_threads, True)
+        return _core.OrderedGraph(
+            placed, offsets, neighbors, lengths, n_threads, True, self.straight_unit
+        )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class TiledCoarseGraph:
     """Replaces `_core.CoarseGraph` in the loop."""
 
     graph: _core.OrderedGraph  # of all coarse cells
-    store: TileStore  # ``coarse``: coarse cell of each place, relative to the first of its tile
+    fine: TiledGraph  # ``coarse``: coarse cell of each place, relative to the first of its tile
     firsts: Longs  # the first coarse cell of each tile
-    run: Run
+
+    def add_far_arcs(self, n_threads: int) -> None:
+        """See `_core.OrderedGraph`."""
+        self.graph.add_far_arcs(n_threads)
+
+    def add_part_prices(self, rows: Singles, factor: float, n_threads: int) -> None:
+        """See `_core.OrderedGraph`."""
+        self.graph.add_part_prices(rows, factor, n_threads)
+
+    def coarse_cells(self, n_threads: int) -> Ints:
+        """Return the number of each coarse cell, in place of those of all cells."""
+        return np.arange(self.graph.n_cells, dtype=np.int32)
+
+    def spread(
+        self, lengths: Array, labels: Ints, centers: Ints, n_threads: int
+    ) -> tuple[Array, Ints]:
+        """Return the labels of all cells by paths over coarse cells; lengths stay on the disk.
+
+        The graph is freed: it is not needed any more.
+        """
+        del self.graph
+        store, waiting = self.fine.store, {}
+        for tile, (begin, end) in enumerate(itertools.pairwise(self.firsts.tolist())):
+            at = np.flatnonzero(labels[begin:end] >= 0)
+            places = store.starts[tile] + store.read(tile, "coarse_centers")[at].astype(np.int64)
+            reached = begin + at
+            waiting[tile] = [_proposals(places, lengths[reached], labels[reached])]
+        return lengths[:0], TiledRegions(self.fine, centers, waiting).labels()
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
         """Return for each region of coarse cells the cell nearest to its mean."""
         means = _core.region_means(self.graph, labels, len(centers))
         parts = np.split(labels, self.firsts[1:-1])
         jobs = [(tile, part, means) for tile, part in enumerate(parts)]
-        found = self.run(_nearest_to_means, self.store, jobs)
+        found = self.fine.run(_nearest_to_means, self.fine.store, jobs)
         squared, cells = (np.array(column) for column in zip(*found, strict=True))
         is_least = (squared == squared.min(axis=0)) & (cells >= 0)
         lowest = np.where(is_least, cells, np.iinfo(np.int32).max).min(axis=0)
@@ -134,7 +200,9 @@ def _in_a_row(parts: list[Array]) -> Array:
     return whole
 
 
-def _divide(store: TileStore, tile: int, cell_size: int, n_threads: int) -> tuple[Floats, Floats]:
+def _divide(
+    store: TileStore, tile: int, cell_size: int, straight_unit: float, n_threads: int
+) -> tuple[Floats, Floats]:
     """Write the coarse cells of a tile; return their positions and measures.
 
     Ghosts follow the cells in the graph; they have no arcs and no positions.
@@ -147,28 +215,46 @@ def _divide(store: TileStore, tile: int, cell_size: int, n_threads: int) -> tupl
         np.concatenate([offsets, np.full(n_ghosts, offsets[-1])]),
         store.read(tile, "arcs/targets"),
         store.read(tile, "arcs/lengths"),
+        straight_unit,
         n_threads,
     )
-    _, positions, measures, coarse, lengths = _core.divide_tile(
+    centers, positions, measures, coarse, lengths = _core.divide_tile(
         graph, store.size(tile), cell_size, n_threads
     )
     store.write(tile, "coarse", coarse)
     store.write(tile, "coarse_lengths", lengths)
+    if straight_unit:
+        store.write(tile, "coarse_centers", centers)
+        store.write(tile, "coarse_positions", positions)
     return positions, measures
 
 
 def _connect(
-    store: TileStore, tile: int, firsts: Longs, n_threads: int
+    store: TileStore, tile: int, firsts: Longs, straight_unit: float, n_threads: int
 ) -> tuple[Longs, Ints, Array]:
     """Return the arcs of the coarse cells of a tile: number per cell, targets, lengths."""
     ghosts = store.read(tile, "ghosts")
-    around = store.read_at("coarse", ghosts) + firsts[store.tiles_of(ghosts)]
-    coarse = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
+    tiles = store.tiles_of(ghosts)
+    around = store.read_at("coarse", ghosts) + firsts[tiles]
+    every = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
     lengths = [store.read(tile, "coarse_lengths"), store.read_at("coarse_lengths", ghosts)]
+    # Coarse cells at this tile, in the order of all.
+    used, coarse = np.unique(every, return_inverse=True)
+    positions, of_coarse = np.empty((0, 3)), np.empty((0, 3))
+    if straight_unit:
+        positions = np.concatenate(
+            [store.read(tile, "positions"), store.read_at("positions", ghosts)]
+        )
+        owners = np.searchsorted(firsts, used, side="right") - 1
+        of_coarse = np.empty((len(used), 3))
+        for other in np.unique(owners).tolist():
+            is_its = owners == other
+            of_coarse[is_its] = store.read(other, "coarse_positions")[used[is_its] - firsts[other]]
     offsets, targets, rounded = _core.connect_tile(
-        *store.arcs(tile), coarse.astype(np.int32), np.concatenate(lengths), n_threads
-    )
-    return np.diff(offsets), targets, rounded
+        *store.arcs(tile), coarse.reshape(-1).astype(np.int32), np.concatenate(lengths), positions,
+        of_coarse, straight_unit, n_threads,
+    )  # fmt: skip
+    return np.diff(offsets), used[targets].astype(np.int32), rounded
 
 
 def _nearest_to_means(
@@ -190,12 +276,15 @@ class TiledRegions:
     path, and the lowest label among equals, for any choice of tiles.
     """
 
-    def __init__(self, graph: TiledGraph, centers: Ints) -> None:
+    def __init__(
+        self, graph: TiledGraph, centers: Ints, waiting: dict[int, list[Part]] | None = None
+    ) -> None:
+        """Expand paths from the centers, and from the proposals that wait for each tile."""
         self._graph = graph
         self._store = graph.store
         self._versions = dict.fromkeys(range(graph.store.n_tiles), -1)  # of each tile's paths
         self._centers = centers
-        self._expand(centers, 0)
+        self._expand(centers, 0, waiting or {})
 
     def centers(self) -> Ints:
         """Return the centers, followed by the centers added for islands."""
@@ -215,17 +304,16 @@ class TiledRegions:
         if labels.min() < 0:
             cells, _, islands = _find_islands(self._store, labels, self._graph.run)
             orphans = np.sort(cells[_first_of_each(islands, cells)])
-            self._expand(orphans, len(self._centers))
+            self._expand(orphans, len(self._centers), {})
             self._centers = np.concatenate([self._centers, orphans])
 
-    def _expand(self, cells: Ints, first_label: int) -> None:
+    def _expand(self, cells: Ints, first_label: int, waiting: dict[int, list[Part]]) -> None:
         """Add centers, labeled from `first_label` on, and expand until no path gets shorter."""
         labels = np.arange(first_label, first_label + len(cells), dtype=np.int32)
         places = np.empty(len(cells), np.int64)
         found = self._graph.run.all(find_cells, self._store, self._store.n_tiles, cells)
         for tile, (which, at) in enumerate(found):
             places[which] = self._store.starts[tile] + at
-        waiting: dict[int, list[Part]] = {}
         self._add(waiting, _proposals(places, np.zeros(len(cells), np.uint64), labels))
         n_visits = 0
         for version in itertools.count(max(self._versions.values()) + 1):
@@ -306,11 +394,47 @@ def _find_islands(store: TileStore, labels: Ints, run: Run) -> tuple[Ints, Float
     cells, positions = (np.concatenate([part[i] for part in parts]) for i in range(2))
     order = np.argsort(cells)
     pairs = np.concatenate([part[2] for part in parts], axis=1)
-    sources, targets = order[np.searchsorted(cells, pairs, sorter=order)]
-    by_source = np.argsort(sources, kind="stable")
-    offsets = np.searchsorted(sources[by_source], np.arange(len(cells) + 1)).astype(np.int64)
-    neighbors, same = targets[by_source].astype(np.int32), np.zeros(len(cells), np.int32)
-    return cells, positions, _core.find_components(offsets, neighbors, same)[0]
+    pairs = order[np.searchsorted(cells, pairs, sorter=order)]
+    return cells, positions, _components(pairs, len(cells))
+
+
+def _components(pairs: Longs, n_nodes: int) -> Ints:
+    """The component of each node of a graph, by pairs of connected nodes, shape (2, P)."""
+    sources, targets = pairs[:, np.argsort(pairs[0], kind="stable")]
+    offsets = np.searchsorted(sources, np.arange(n_nodes + 1)).astype(np.int64)
+    same = np.zeros(n_nodes, np.int32)
+    return _core.find_components(offsets, targets.astype(np.int32), same)[0]
+
+
+def _find_pieces(store: TileStore, tile: int, labels: Ints, of_ghosts: Ints) -> int:
+    """Write the connected piece of a region, within a tile, of each cell; return their number."""
+    offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
+    offsets = np.append(offsets, np.full(len(of_ghosts), offsets[-1]))  # ghosts have no arcs
+    pieces = _core.find_components(offsets, targets, np.concatenate([labels, of_ghosts]))[0]
+    n_own = int(pieces[: len(labels)].max()) + 1  # pieces of ghosts alone come last
+    store.write(tile, "pieces", pieces)
+    return n_own
+
+
+def _link_pieces(store: TileStore, tile: int, firsts: Longs, centers: Ints) -> tuple[Longs, Longs]:
+    """The pieces with centers, and pairs of pieces in two tiles that are connected."""
+    ghosts, pieces = store.read(tile, "ghosts"), store.read(tile, "pieces").astype(np.int64)
+    own, at_ghosts = np.split(firsts[tile] + pieces, [store.size(tile)])
+    shared = np.flatnonzero(at_ghosts < firsts[tile + 1])
+    found = store.read_at("pieces", ghosts[shared]) + firsts[store.tiles_of(ghosts[shared])]
+    pairs = np.unique(np.stack([at_ghosts[shared], found]), axis=1)
+    return own[find_cells(store, tile, centers)[1]], pairs
+
+
+def _loose_cells(store: TileStore, tile: int, is_loose: Bools) -> Part:
+    """The cells of a tile in loose pieces, with their arcs."""
+    n_own = store.size(tile)
+    chosen = np.flatnonzero(is_loose[store.read(tile, "pieces")[:n_own]])
+    cells, (offsets, targets, lengths) = store.read(tile, "cells"), store.arcs(tile)
+    around = np.concatenate([cells, store.read(tile, "ghost_cells")])
+    offsets, at = rows(offsets, chosen)
+    arcs = Lists(offsets, {"neighbors": around[targets[at]], "lengths": lengths[at]})
+    return Part({"cells": cells[chosen]}, {"arcs": arcs})
 
 
 def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats, Longs]:

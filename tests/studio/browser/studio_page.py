@@ -46,7 +46,12 @@ class Server:
             return answer.read()
 
     def classes(self):
-        return np.frombuffer(self.request("files/0/classes"), "<u2")
+        return np.frombuffer(self.request("files/0/paint"), "<u4").astype(np.uint16)
+
+    def instances(self):
+        """Class * 1000 + object of each cell."""
+        paint = np.frombuffer(self.request("files/0/paint"), "<u4")
+        return (paint & 0xFFFF) * 1000 + (paint >> 16)
 
     def state(self):
         return json.loads(self.request("files/0/state"))
@@ -99,6 +104,8 @@ class Tab:
 
     def ready(self):
         self.until(READY)
+        if self.locator("#welcome").is_visible():
+            self.locator("#welcome-close").click()
         return self
 
     def settled(self):
@@ -116,7 +123,7 @@ class Tab:
             desk.clearSelection();
             desk.showAll();
             desk.drawing.camera.home();
-            desk.choose(1);
+            desk.choose(1, 1);
         }""")
         self.press("Escape")
         self.away()
@@ -146,7 +153,7 @@ class Tab:
         return np.array(self.evaluate("studio.labels().map((_, cell) => studio.classOf(cell))"))
 
     def spots(self, n):
-        """Regions that are well seen, with a place well inside each: (region, x, y)."""
+        """Regions that are well seen, with a place well inside each: (region, x, y); None: all."""
         found = self.evaluate(
             """n => {
                 const { clientWidth, clientHeight } = document.querySelector("#canvas");
@@ -159,8 +166,8 @@ class Tab:
                         seen.get(region).push([x, y]);
                     }
                 }
-                const largest = [...seen].sort((a, b) => b[1].length - a[1].length).slice(0, n);
-                return largest.map(([region, places]) => {
+                const largest = [...seen].sort((a, b) => b[1].length - a[1].length);
+                return largest.slice(0, n ?? seen.size).map(([region, places]) => {
                     const [sx, sy] = places.reduce(([u, v], [x, y]) => [u + x, v + y], [0, 0]);
                     const off = ([x, y]) =>
                         Math.hypot(x - sx / places.length, y - sy / places.length);
@@ -170,7 +177,7 @@ class Tab:
             }""",
             n,
         )
-        assert len(found) == n
+        assert n in (None, len(found))
         return [tuple(spot) for spot in found]
 
     def _on_page(self, x, y):

@@ -163,7 +163,7 @@ def test_strokes_that_wait_survive_the_page_too(command):
 
 def test_all_is_done_without_a_mouse(studio):
     server, tab = studio
-    for _ in range(60):
+    for _ in range(90):
         if tab.evaluate("document.activeElement.id") == "canvas":
             break
         tab.press("Tab")
@@ -522,4 +522,7 @@ def test_hints_are_seen_whole(bear, serve, open_tab):
                 "hint.scrollWidth <= hint.clientWidth && hint.scrollHeight <= hint.clientHeight"
             )
             assert tab.evaluate(is_whole), (width, key)
-            assert tab.evaluate("hint.offsetTop + hint.offsetHeight <= bar.clientHeight")
+            assert tab.evaluate("mouse.offsetTop + mouse.offsetHeight <= bar.clientHeight")
+        for scheme in ("blender", "meshlab", "studio"):
+            tab.locator("#scheme").select_option(scheme)
+            assert tab.evaluate("mouse.scrollHeight <= mouse.clientHeight"), (width, scheme)

@@ -1,27 +1,34 @@
-// The classes: which one is painted, their names, colors and shares of the area.
+// The classes and their objects: which one is painted, names, colors and shares of the area.
 
-import { nextClassColor } from "../colors";
+import { cssColor, nextClassColor, parseColor, variant } from "../colors";
 import type { ClassEntry } from "../contract";
 import type { Desk } from "../desk";
-import { make, part, percent } from "../../shared/dom";
+import { classOf, objectOf, paintOf } from "../labeling";
+import { allow, make, part, percent } from "../../shared/dom";
 
 const KEYS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"];
 
 export class ClassesPanel {
   private readonly box = part("classes");
-  private readonly shares = new Map<number, HTMLOutputElement>();
+  private readonly shares = new Map<number, HTMLOutputElement>(); // by paint; of a class without an object
   private readonly removers = new Map<number, HTMLButtonElement>();
+  private readonly lists = new Map<number, HTMLElement>(); // objects of each class
+  private shown = ""; // the objects that the lists show
 
   constructor(private readonly desk: Desk) {
     const { session } = desk;
     session.events.on("classes", (classes) => this.fill(classes));
-    session.events.on("state", () => this.showShares());
-    session.events.on("cells", () => this.showShares());
-    desk.events.on("class", (id) => this.check(id));
-    part("add-class").addEventListener("click", () => this.add());
-    part("undo").addEventListener("click", () => void session.undo());
-    part("redo").addEventListener("click", () => void session.redo());
-    part("next-bare").addEventListener("click", () => desk.showLargestBare());
+    session.events.on("state", () => this.show());
+    session.events.on("cells", () => this.show());
+    desk.events.on("paint", () => this.show());
+    const on = (id: string, run: () => void): void => part(id).addEventListener("click", run);
+    on("add-class", () => this.add());
+    on("new-object", () => desk.newObject());
+    on("undo", () => void session.undo());
+    on("redo", () => void session.redo());
+    on("next-bare", () => desk.showLargestBare());
+    const lock = part<HTMLInputElement>("lock");
+    lock.addEventListener("change", () => desk.lock(lock.checked));
   }
 
   private get classes(): ClassEntry[] {
@@ -29,41 +36,53 @@ export class ClassesPanel {
   }
 
   private fill(classes: ClassEntry[]): void {
-    this.shares.clear();
-    this.removers.clear();
+    for (const map of [this.shares, this.removers, this.lists]) map.clear();
+    this.shown = "";
     const none: ClassEntry = { id: 0, name: "No class (erases)", color: "", key: "0" };
-    this.box.replaceChildren(...[...classes, none].map((entry) => this.row(entry)));
-    this.check(this.desk.currentClass);
-    this.showShares();
+    this.box.replaceChildren(...[...classes, none].flatMap((entry) => this.rows(entry)));
+    this.show();
   }
 
-  private row(entry: ClassEntry): HTMLElement {
+  private rows(entry: ClassEntry): HTMLElement[] {
     const { id, name, key } = entry;
-    const radio = make("input", {
-      type: "radio", name: "class", value: String(id), "aria-label": `Paint ${name}`,
-    });
-    radio.addEventListener("change", () => this.desk.choose(id));
-    const share = make("output");
-    this.shares.set(id, share);
-    const row = make("div", { class: "class" }, radio, make("kbd", {}, key || " "));
-    if (id === 0) row.append(make("span", { class: "none" }, name), share);
-    else row.append(this.colorField(entry), this.nameField(entry), share, this.remover(entry));
+    const radio = this.radio(id, `Paint ${name}`, () => this.desk.choose(id));
+    const share = this.share(id);
+    const row = make("div", { class: "class" }, radio, make("kbd", { title: key ? `Key ${key}` : "No key" }, key || " "));
+    if (id === 0) row.append(make("span", { class: "none" }, name), share, this.hider(entry));
+    else {
+      row.append(this.colorField(entry), this.nameField(name, `Name of ${name}`, (text) => this.change(id, { name: text })));
+      row.append(share, this.stuffButton(entry), this.hider(entry), this.remover(entry));
+    }
     row.addEventListener("click", (event) => {
       if (event.target === row || (event.target as Element).matches("kbd, .none, output")) this.desk.choose(id);
     });
-    return row;
+    const list = make("div", { class: "objects", role: "group", "aria-label": `Objects of ${name}` });
+    this.lists.set(id, list);
+    return [row, list];
+  }
+
+  private radio(value: number, label: string, choose: () => void): HTMLInputElement {
+    const radio = make("input", { type: "radio", name: "class", value: String(value), "aria-label": label, title: label });
+    radio.addEventListener("change", choose);
+    return radio;
+  }
+
+  private share(paint: number): HTMLOutputElement {
+    const share = make("output", { title: "Share of the area" });
+    this.shares.set(paint, share);
+    return share;
   }
 
   private colorField({ id, name, color }: ClassEntry): HTMLElement {
-    const field = make("input", { type: "color", value: color, "aria-label": `Color of ${name}` });
+    const field = make("input", { type: "color", value: color, "aria-label": `Color of ${name}`, title: `Color of ${name}` });
     field.addEventListener("change", () => this.change(id, { color: field.value }));
     return field;
   }
 
-  private nameField({ id, name }: ClassEntry): HTMLElement {
-    const field = make("input", { type: "text", value: name, "aria-label": `Name of ${name}` });
+  private nameField(name: string, label: string, rename: (name: string) => void): HTMLElement {
+    const field = make("input", { type: "text", value: name, "aria-label": label, title: `${label}: click to change it` });
     field.addEventListener("change", () => {
-      if (field.value.trim()) this.change(id, { name: field.value.trim() });
+      if (field.value.trim()) rename(field.value.trim());
       else field.value = name;
     });
     field.addEventListener("keydown", (event) => {
@@ -72,9 +91,28 @@ export class ClassesPanel {
     return field;
   }
 
+  private button(text: string, label: string, run: () => void): HTMLButtonElement {
+    const button = make("button", { type: "button", "aria-label": label, title: label }, text);
+    button.addEventListener("click", run);
+    return button;
+  }
+
+  private stuffButton({ id, name, stuff = false }: ClassEntry): HTMLElement {
+    const label = stuff ? `${name} has no objects: let it have some` : `${name} has objects: make it one surface, as a wall is`;
+    const button = this.button("stuff", label, () => this.change(id, { stuff: !stuff }));
+    button.ariaPressed = String(stuff);
+    button.classList.add("word");
+    return button;
+  }
+
+  private hider({ id, name }: ClassEntry): HTMLElement {
+    const button = this.button("hide", `Hide ${id ? name : "what has no class"} (U shows all)`, () => this.desk.hideClass(id));
+    button.classList.add("word");
+    return button;
+  }
+
   private remover({ id, name }: ClassEntry): HTMLElement {
-    const button = make("button", { type: "button", "aria-label": `Delete ${name}` }, "×");
-    button.addEventListener("click", () => {
+    const button = this.button("×", `Delete ${name}`, () => {
       void this.desk.session.setClasses(this.classes.filter((entry) => entry.id !== id));
     });
     this.removers.set(id, button);
@@ -94,26 +132,101 @@ export class ClassesPanel {
     void this.desk.session.setClasses([...this.classes, entry]).then(() => this.desk.choose(id));
   }
 
-  private check(id: number): void {
-    const radio = this.box.querySelector<HTMLInputElement>(`input[type="radio"][value="${id}"]`);
+  /** Objects of a class that are listed: those with cells, and the chosen one. */
+  private listed({ id }: ClassEntry): number[] {
+    if (this.desk.isStuff(id)) return [];
+    const { currentPaint, session } = this.desk;
+    const found = new Set(session.paints.objectsOf(id));
+    if (classOf(currentPaint) === id && objectOf(currentPaint)) found.add(objectOf(currentPaint));
+    return found.size === 1 && found.has(0) ? [] : [...found].sort((a, b) => a - b);
+  }
+
+  private show(): void {
+    const { session, currentPaint } = this.desk;
+    if (!session.paints || !this.lists.size) return;
+    const wanted = this.classes.map((entry) => [entry.id, this.listed(entry)] as const);
+    const shown = JSON.stringify([wanted, session.state.object_names, currentPaint]);
+    if (shown !== this.shown) this.fillObjects(wanted);
+    this.shown = shown;
+    this.check();
+    this.showShares();
+  }
+
+  private fillObjects(wanted: (readonly [number, number[]])[]): void {
+    const hadFocus = document.activeElement?.matches("input[name=object]");
+    for (const paint of this.shares.keys()) if (objectOf(paint)) this.shares.delete(paint);
+    for (const [id, objects] of wanted) {
+      const rows = objects.flatMap((object) => this.objectRows(id, object, objects));
+      this.lists.get(id)?.replaceChildren(...rows);
+    }
+    if (hadFocus) this.box.querySelector<HTMLInputElement>("input[name=object]:checked")?.focus();
+  }
+
+  private objectRows(id: number, object: number, all: number[]): HTMLDivElement[] {
+    const { desk } = this;
+    const paint = paintOf(id, object);
+    const name = object ? desk.paintName(paint) : "without an object";
+    const swatch = make("i");
+    const color = this.classes.find((entry) => entry.id === id)!.color;
+    swatch.style.background = cssColor(variant(parseColor(color), object));
+    const isChosen = paint === desk.currentPaint;
+    const radio = make("input", { type: "radio", name: "object", value: String(paint), "aria-label": `Paint ${name}`, title: `Paint ${name}` });
+    radio.checked = isChosen;
+    radio.addEventListener("change", () => desk.choose(id, object));
+    const rename = (text: string): void => void desk.session.change("name-object", { class: id, object, name: text });
+    const text = object ? this.nameField(name, `Name of ${name}`, rename) : make("span", { class: "none" }, name);
+    const share = object ? this.share(paint) : make("output");
+    const rows = [make("div", { class: "object" }, radio, swatch, text, share)];
+    if (isChosen && desk.session.paints.countOf.get(paint)) rows.push(this.actions(id, object, all));
+    return rows;
+  }
+
+  /** What can be done with the chosen object. */
+  private actions(id: number, object: number, all: number[]): HTMLDivElement {
+    const { desk } = this;
+    const { session } = desk;
+    const paint = paintOf(id, object);
+    const name = desk.paintName(paint);
+    const merge = make("select", { "aria-label": `Merge ${name} with another object`, title: "The other object becomes a part of this one (M: the one under the pointer)" });
+    merge.append(make("option", { value: "" }, "Merge with …"));
+    for (const other of all) {
+      if (other && other !== object) merge.append(make("option", { value: String(other) }, desk.paintName(paintOf(id, other))));
+    }
+    merge.disabled = merge.options.length < 2;
+    if (merge.disabled) merge.title = "The class has no other object";
+    merge.addEventListener("change", () => desk.mergeObject(paintOf(id, Number(merge.value))));
+    const split = this.button("Split off", `Each piece of ${name} but the largest becomes an object`, () => {
+      void session.change("split-object", { class: id, object });
+    });
+    const alone = this.button("Show alone", `Hide all but ${name} (U shows all)`, () => desk.isolatePaint(paint));
+    const remove = this.button("Delete", `Remove the paint of ${name}`, () => session.paint(session.paints.cellsOf(id, object), 0));
+    return make("div", { class: "actions" }, merge, split, alone, remove);
+  }
+
+  private check(): void {
+    const { currentPaint } = this.desk;
+    const radio = this.box.querySelector<HTMLInputElement>(`input[name="class"][value="${classOf(currentPaint)}"]`);
     if (radio) radio.checked = true;
   }
 
   private showShares(): void {
-    const { classes, state, nWaiting } = this.desk.session;
-    if (!classes) return;
-    const total = classes.totalArea || 1;
-    for (const [id, output] of this.shares) {
-      const share = Math.max(0, classes.areaOf.get(id) ?? 0) / total;
-      output.textContent = percent(share);
-      const remover = this.removers.get(id);
-      if (!remover) continue;
-      remover.disabled = share > 1e-9;
-      remover.title = remover.disabled ? "Remove its paint first" : "";
+    const { paints, state, nWaiting } = this.desk.session;
+    const total = paints.totalArea || 1;
+    const areas = paints.areaOfClass;
+    for (const [paint, output] of this.shares) {
+      const isObject = objectOf(paint) > 0;
+      const share = Math.max(0, (isObject ? paints.areaOf.get(paint) : areas.get(paint)) ?? 0) / total;
+      const count = paints.countOf.get(paint) ?? 0;
+      output.textContent = isObject ? `${count.toLocaleString("en")} · ${percent(share)}` : percent(share);
+      if (isObject) output.title = "Number of cells, share of the area";
+      const remover = isObject ? undefined : this.removers.get(paint);
+      if (remover) allow(remover, share <= 1e-9, `Delete ${this.desk.className(paint)}`, "Remove its paint first");
     }
-    part("progress-text").textContent = percent(classes.progress);
-    part<HTMLProgressElement>("progress").value = classes.progress;
-    part<HTMLButtonElement>("undo").disabled = !state.can_undo && !nWaiting;
-    part<HTMLButtonElement>("redo").disabled = !state.can_redo;
+    part("progress-text").textContent = percent(paints.progress);
+    part<HTMLProgressElement>("progress").value = paints.progress;
+    const id = classOf(this.desk.currentPaint);
+    allow(part("new-object"), !this.desk.isStuff(id), "A new object of the chosen class (O)", id ? `${this.desk.className(id)} has no objects` : "Choose a class first");
+    allow(part("undo"), state.can_undo || nWaiting > 0, "Undo the last stroke or step (Ctrl+Z)", "There is nothing to undo");
+    allow(part("redo"), state.can_redo, "Redo what was undone (Ctrl+Shift+Z)", "There is nothing to redo");
   }
 }

@@ -6,7 +6,9 @@ import type { Session } from "../session";
 
 const NAMES: Record<string, string> = {
   cells: "Class per cell",
+  objects: "Objects",
   vertices: "Class per vertex",
+  instances: "instance_gt per vertex",
   regions: "Regions",
   region_classes: "Class per region",
 };

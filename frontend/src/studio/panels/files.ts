@@ -24,12 +24,13 @@ export class FilesPanel {
     part("files").replaceChildren(...files.map((file) => make("li", {}, this.row(file))));
   }
 
-  private row({ id, name, done, error }: FileEntry): HTMLButtonElement {
+  private row({ id, name, done, error, reviewed }: FileEntry): HTMLButtonElement {
     const source = this.session.thumbnailAddress(id);
     const picture = make("img", { src: source, alt: "", loading: "lazy" });
     picture.addEventListener("error", () => picture.replaceWith(make("span", { class: "blank" })));
     const bar = make("progress", { max: "1", value: String(done), "aria-label": `Labeled, ${name}` });
-    const button = make("button", { type: "button" }, picture, make("span", { class: "name" }, name), bar);
+    const button = make("button", { type: "button" }, picture, make("span", { class: "name" }, `${reviewed ? "✓ " : ""}${name}`), bar);
+    if (reviewed) button.title = "Reviewed";
     if (error) {
       button.title = error; // its work file is damaged
       button.classList.add("damaged");
@@ -46,9 +47,9 @@ export class FilesPanel {
 
   private showProgress(): void {
     const row = this.rows.get(this.session.fileId);
-    if (!row || !this.session.classes) return;
-    row.bar.value = this.session.classes.progress;
-    row.bar.title = percent(this.session.classes.progress);
+    if (!row || !this.session.paints) return;
+    row.bar.value = this.session.paints.progress;
+    row.bar.title = percent(this.session.paints.progress);
   }
 
   /** Open the file `steps` places further down the list. */

@@ -1,7 +1,7 @@
 // Sliders for the segmentation's parameters, its levels, and its progress.
 
 import type { Parameters, Range, SegmentLine } from "../contract";
-import { make, part } from "../../shared/dom";
+import { allow, make, part } from "../../shared/dom";
 import type { Session } from "../session";
 
 type Name = "n_segments" | "alpha" | "ridges";
@@ -35,6 +35,11 @@ const SLIDERS: Slider[] = [
   },
 ];
 const STEPS = 1000;
+const TIPS: Record<Name, string> = {
+  n_segments: "How many regions; classes and objects stay as they are",
+  alpha: "How much borders of regions keep to creases",
+  ridges: "How much a ridge counts as a crease",
+};
 
 export class ParametersPanel {
   private readonly fields = new Map<Name, HTMLInputElement>();
@@ -46,6 +51,7 @@ export class ParametersPanel {
   constructor(private readonly session: Session) {
     for (const slider of SLIDERS) this.addSlider(slider);
     part("sliders").append(make("label", { class: "check" }, this.smooth, " Smooth borders"));
+    this.smooth.title = "Straighten borders of regions after all else";
     this.smooth.addEventListener("change", () => this.send(false));
     part("coarser").addEventListener("click", () => this.step(1));
     part("finer").addEventListener("click", () => this.step(-1));
@@ -103,7 +109,8 @@ export class ParametersPanel {
     const { parameters, ranges, levels, n_regions } = this.session.state;
     this.ranges = ranges;
     for (const slider of SLIDERS) {
-      this.fields.get(slider.name)!.disabled = !ranges[slider.name];
+      const tip = TIPS[slider.name];
+      allow(this.fields.get(slider.name)!, !!ranges[slider.name], tip, "Not for this kind of cells");
       const isFree = ranges[slider.name] && !this.moved.has(slider);
       if (isFree) this.setValue(slider, parameters[slider.name]);
     }
@@ -111,8 +118,8 @@ export class ParametersPanel {
     const count = this.session.regions?.count ?? n_regions;
     part("level").textContent = regionsText(count);
     const at = this.levelIndex();
-    part<HTMLButtonElement>("finer").disabled = at <= 0;
-    part<HTMLButtonElement>("coarser").disabled = at >= levels.length - 1;
+    allow(part("finer"), at > 0, "More, smaller regions; classes and objects stay", "These are the finest: move the slider for more");
+    allow(part("coarser"), at < levels.length - 1, "Merge regions with their neighbors; classes and objects stay", "There is no coarser level");
   }
 
   /** Index of a level in the list of levels, which is ordered from fine to coarse. */

@@ -92,7 +92,7 @@ def variational_shape_approximation(
     -------
     Segmentation
         ``labels`` are from the last flood, ``centers`` are its seeds. ``stop_reason`` is
-        ``"converged"`` if no face changed regions, and ``"cycle"`` if earlier labels came back.
+        ``"converged"`` if no face changed regions, and ``"settled"`` if earlier labels came back.
         Each component without a seed becomes one more region: the lowest of the faces that no flood
         reaches becomes a seed. With ``"incremental"`` these regions count toward k, which is then
         exceeded only if there are more components.
@@ -186,7 +186,7 @@ def _relax(
             return iteration, "cancelled"
         fingerprint = _fingerprint(regions.labels())
         if fingerprint in seen:
-            return iteration, "cycle"
+            return iteration, "settled"
         seen.add(fingerprint)
     return max_num_iter, "max_num_iter"
 

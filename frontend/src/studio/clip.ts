@@ -1,0 +1,148 @@
+// The clip box: sections along the axes, and handles on its faces.
+
+import { part } from "../shared/dom";
+import { placeOf } from "../shared/picking";
+import type { Vector } from "../shared/vectors";
+import type { Desk } from "./desk";
+import type { Box } from "./drawing";
+
+const NAMES = ["x", "y", "z"];
+const LEAST = 0.02; // least thickness of the box, relative to the mesh
+const STEP = 0.02; // step of a face by keys, relative to the mesh
+
+/** A face of the box: an axis, and whether it is the low or the high side. */
+interface Face {
+  axis: number;
+  side: keyof Box;
+}
+
+const FACES: Face[] = [0, 1, 2].flatMap((axis): Face[] => [{ axis, side: "low" }, { axis, side: "high" }]);
+
+export class ClipBox {
+  private whole: Box = { low: [0, 0, 0], high: [0, 0, 0] };
+  private last: Face = FACES[1];
+  private hasHandles = false;
+  private readonly handles: SVGCircleElement[] = [];
+
+  constructor(private readonly desk: Desk) {
+    const { drawing, session } = desk;
+    session.events.on("file", (mesh) => {
+      this.whole = mesh.bounds;
+      drawing.clip = null;
+      this.hasHandles = false;
+    });
+    for (const face of FACES) this.addHandle(face);
+    drawing.afterDraw.push(() => this.showHandles());
+    part("clip").addEventListener("click", () => this.toggle());
+  }
+
+  private get box(): Box {
+    const { clip } = this.desk.drawing;
+    return clip ?? { low: [...this.whole.low], high: [...this.whole.high] };
+  }
+
+  private addHandle(face: Face): void {
+    const svg = part("overlay").namespaceURI;
+    const handle = document.createElementNS(svg, "circle") as SVGCircleElement;
+    handle.setAttribute("r", "9");
+    handle.classList.add("handle", NAMES[face.axis]);
+    handle.append(document.createElementNS(svg, "title"));
+    handle.firstElementChild!.textContent = `Drag this side of the clip box along ${NAMES[face.axis]}`;
+    handle.addEventListener("pointerdown", (event) => {
+      handle.setPointerCapture(event.pointerId);
+      this.last = face;
+    });
+    handle.addEventListener("pointermove", (event) => {
+      if (handle.hasPointerCapture(event.pointerId)) this.drag(face, event);
+    });
+    this.handles.push(handle);
+    part("overlay").append(handle);
+  }
+
+  /** Show the handles of the box; without them, everything is shown. */
+  toggle(): void {
+    this.hasHandles = !this.hasHandles;
+    this.set(this.hasHandles ? this.box : null);
+    const told = this.hasHandles ? "Drag the round handles to cut; , and . move the last one; C ends." : "Nothing is cut off.";
+    this.desk.say(told);
+  }
+
+  /** Cut at the middle along an axis; again: show the other half; again: all. */
+  cycle(axis: number): void {
+    const [low, high] = [this.whole.low[axis], this.whole.high[axis]];
+    const middle = (low + high) / 2;
+    const { box } = this;
+    const isHigh = box.low[axis] > low;
+    const isLow = box.high[axis] < high;
+    box.low[axis] = isLow && !isHigh ? middle : low;
+    box.high[axis] = isLow || isHigh ? high : middle;
+    this.last = { axis, side: isLow && !isHigh ? "low" : "high" };
+    const isCut = NAMES.some((_, k) => box.low[k] > this.whole.low[k] || box.high[k] < this.whole.high[k]);
+    this.hasHandles = isCut;
+    this.set(isCut ? box : null);
+    const name = NAMES[axis];
+    this.desk.say(isHigh ? `No section along ${name}.` : `Section along ${name}; , and . move it.`);
+  }
+
+  /** Move the last face by a step along its axis. */
+  nudge(steps: number): void {
+    if (!this.desk.drawing.clip) return this.desk.say("Nothing is cut: Shift+X, Shift+Y and Shift+Z cut, C shows a box.");
+    const { axis, side } = this.last;
+    this.move(this.last, this.box[side][axis] + steps * STEP * this.extent(axis));
+  }
+
+  private extent(axis: number): number {
+    return this.whole.high[axis] - this.whole.low[axis];
+  }
+
+  private move({ axis, side }: Face, value: number): void {
+    const { box, whole } = this;
+    const least = LEAST * this.extent(axis);
+    const [low, high] = side === "low"
+      ? [whole.low[axis], box.high[axis] - least]
+      : [box.low[axis] + least, whole.high[axis]];
+    box[side][axis] = Math.max(low, Math.min(high, value));
+    this.set(box);
+  }
+
+  private set(box: Box | null): void {
+    const { drawing } = this.desk;
+    drawing.clip = box;
+    part("clip").ariaPressed = String(this.hasHandles);
+    drawing.changeView();
+    this.showHandles();
+  }
+
+  private middleOf({ axis, side }: Face): Vector {
+    const { low, high } = this.box;
+    const middle = low.map((value, k) => (value + high[k]) / 2) as Vector;
+    middle[axis] = this.box[side][axis];
+    return middle;
+  }
+
+  private showHandles(): void {
+    this.handles.forEach((handle, i) => {
+      const place = this.hasHandles ? this.desk.picker.placeIn(this.middleOf(FACES[i])) : null;
+      handle.toggleAttribute("hidden", place === null);
+      handle.setAttribute("cx", String(place?.x ?? -99));
+      handle.setAttribute("cy", String(place?.y ?? -99));
+    });
+  }
+
+  /** Move a face to where the pointer is along its axis in the picture. */
+  private drag(face: Face, event: PointerEvent): void {
+    const { drawing, picker } = this.desk;
+    const from = this.middleOf(face);
+    const to: Vector = [...from];
+    const unit = 0.01 * this.extent(face.axis);
+    to[face.axis] += unit;
+    const [a, b] = [picker.placeIn(from), picker.placeIn(to)];
+    if (!a || !b) return;
+    const way = { x: b.x - a.x, y: b.y - a.y };
+    const length = way.x * way.x + way.y * way.y;
+    if (length < 1e-6) return; // the axis points at the eye
+    const place = placeOf(drawing.canvas, event);
+    const steps = ((place.x - a.x) * way.x + (place.y - a.y) * way.y) / length;
+    this.move(face, from[face.axis] + steps * unit);
+  }
+}

@@ -1,0 +1,100 @@
+// Comparison with somebody else's work: how far both agree, and whose class and object regions get.
+
+import { fromBase64, toBase64 } from "../../shared/arrays";
+import { make, part } from "../../shared/dom";
+import { MARK_DIFFERS } from "../celltable";
+import type { Agreement, CompareReply } from "../contract";
+import type { Desk } from "../desk";
+
+export class Comparison {
+  private differing = new Uint32Array(0); // cells
+  private bare = new Uint32Array(0); // cells that only they have labeled
+  private readonly box = part("comparison");
+
+  constructor(private readonly desk: Desk) {
+    const files = part<HTMLInputElement>("compare");
+    files.addEventListener("change", () => void this.read(files));
+    desk.session.events.on("file", () => void desk.session.compare().then((reply) => this.take(reply)));
+    const reviewed = part<HTMLInputElement>("reviewed");
+    reviewed.addEventListener("change", () => void desk.session.change("review", { reviewed: reviewed.checked }));
+    desk.session.events.on("state", ({ is_reviewed }) => (reviewed.checked = is_reviewed));
+  }
+
+  private async read(field: HTMLInputElement): Promise<void> {
+    const [file] = field.files ?? [];
+    if (!file) return;
+    const data = toBase64(new Uint8Array(await file.arrayBuffer()));
+    field.value = "";
+    this.take(await this.desk.session.compare([{ name: file.name, data }]));
+    this.next();
+  }
+
+  private take(reply: CompareReply | null): void {
+    if (!reply) return;
+    const cellsOf = (text: string): Uint32Array<ArrayBuffer> => new Uint32Array(fromBase64(text).buffer);
+    [this.differing, this.bare] = [cellsOf(reply.differs), cellsOf(reply.bare)];
+    const { drawing } = this.desk;
+    drawing.cells.unmarkAll(MARK_DIFFERS);
+    drawing.cells.mark(this.differing, MARK_DIFFERS, true);
+    drawing.redraw();
+    this.box.hidden = reply.agreement === null;
+    if (reply.agreement) this.show(reply.agreement);
+  }
+
+  private show({ name, share, classes }: Agreement): void {
+    const row = (text: string, iou: number, kind: string): HTMLElement =>
+      make("tr", { class: kind }, make("td", {}, text), make("td", {}, iou.toFixed(3)));
+    const rows = classes.flatMap((one) => [
+      row(one.name, one.iou, "whole"),
+      ...one.objects.map(({ object, iou }) => row(`${one.name} ${object}`, iou, "part")),
+    ]);
+    const head = make("tr", {}, make("th", {}, "Class, object"), make("th", { title: "Area of both / area of one of both" }, "IoU"));
+    this.box.replaceChildren(
+      make("p", {}, `${name}: ${(100 * share).toFixed(1)} % of the area that both labeled is the same.`),
+      make("table", {}, head, ...rows),
+      make("div", { class: "row" },
+        this.button("Next difference", "Go to the region with the largest difference (D)", this.differing, () => this.next()),
+        this.button("Take theirs", "In the region under the pointer or the chosen one (T)", this.differing, () => this.settle("theirs")),
+        this.button("Keep mine", "In the region under the pointer or the chosen one (Y)", this.differing, () => this.settle("mine")),
+      ),
+      make("div", { class: "row" },
+        this.button("Take what only they have", "All cells that you have given no class", this.bare, () => void this.accept(this.bare, "theirs")),
+      ),
+    );
+  }
+
+  private button(text: string, tip: string, cells: Uint32Array, run: () => void): HTMLButtonElement {
+    const button = make("button", { type: "button", title: cells.length ? tip : "There is nothing to settle" }, text);
+    button.disabled = !cells.length;
+    button.addEventListener("click", run);
+    return button;
+  }
+
+  /** Go to the region with the largest area that differs. */
+  next(): void {
+    const { desk } = this;
+    const { mesh } = desk.session;
+    const sums = new Map<number, number>();
+    for (const cell of this.differing) {
+      const region = desk.regionOf(cell);
+      sums.set(region, (sums.get(region) ?? 0) + mesh.areas[cell]);
+    }
+    let [best, most] = [-1, -1];
+    for (const [region, area] of sums) if (area > most) [best, most] = [region, area];
+    if (best < 0) desk.say("Both works agree.");
+    else desk.setCursor(best);
+  }
+
+  /** Settle the region that keys act on. */
+  settle(side: "mine" | "theirs"): void {
+    const region = this.desk.activeRegion;
+    const cells = this.differing.filter((cell) => this.desk.regionOf(cell) === region);
+    if (!cells.length) return this.desk.say("Both works agree here: D goes to a difference.");
+    void this.accept(cells, side);
+  }
+
+  private async accept(cells: Uint32Array, side: "mine" | "theirs"): Promise<void> {
+    this.take(await this.desk.session.accept(cells, side));
+    this.desk.say(side === "mine" ? "Yours is kept." : "Theirs is taken.");
+  }
+}

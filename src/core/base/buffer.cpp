@@ -1,0 +1,173 @@
+#include "base/buffer.hpp"
+
+#if defined(__linux__)
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <mutex>
+#endif
+
+namespace superfacets {
+
+#if defined(__linux__)
+namespace {
+
+constexpr std::size_t kPage = 1 << 16;      // bytes: a multiple of the page size of every system
+constexpr std::size_t kHugePage = 1 << 21;  // bytes: size of a huge page on most systems
+
+// The pool keeps returned memory up to kAlwaysKept bytes, as much as a mesh of some hundred
+// thousand faces needs, or up to 1 / kKeptPart of the memory in use, if that is more. Keeping more
+// would raise the peak.
+constexpr std::size_t kAlwaysKept = 32 << 20;
+constexpr std::size_t kKeptPart = 8;
+
+constexpr std::size_t rounded_up(std::size_t n, std::size_t unit) {
+  return (n + unit - 1) / unit * unit;
+}
+
+void* map_memory(std::size_t n_bytes) {
+  void* data = ::mmap(nullptr, n_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (data == MAP_FAILED) throw std::bad_alloc();
+  ::madvise(data, n_bytes, MADV_HUGEPAGE);  // a hint: if it is refused, pages are small
+  return data;
+}
+
+// Ranges of unused whole pages; no two are adjacent. Any part of a range can be used, and any part
+// can be returned to the system.
+class Pool {
+ public:
+  void* take(std::size_t n_bytes) {
+    const auto best = best_fit(n_bytes);
+    void* const memory = best == ranges_.end() ? map_new(n_bytes) : cut(best, n_bytes);
+    n_used_ += n_bytes;
+    return memory;
+  }
+
+  void give(void* memory, std::size_t n_bytes) {
+    n_used_ -= std::min(n_used_, n_bytes);  // not exact, see n_used_
+    add(static_cast<std::byte*>(memory), n_bytes);
+    shrink(std::max(kAlwaysKept, n_used_ / kKeptPart));
+  }
+
+ private:
+  using Ranges = std::map<std::byte*, std::size_t>;  // start and size in bytes of each range
+
+  // The smallest range that is large enough.
+  Ranges::iterator best_fit(std::size_t n_bytes) {
+    auto best = ranges_.end();
+    for (auto range = ranges_.begin(); range != ranges_.end(); ++range) {
+      if (range->second < n_bytes) continue;
+      if (best == ranges_.end() || range->second < best->second) best = range;
+    }
+    return best;
+  }
+
+  // Takes the end of a range. New mappings are used from their end, so memory that was used before
+  // is reused before untouched memory.
+  void* cut(Ranges::iterator range, std::size_t n_bytes) {
+    range->second -= n_bytes;
+    n_free_ -= n_bytes;
+    void* const memory = range->first + range->second;
+    if (range->second == 0) ranges_.erase(range);
+    return memory;
+  }
+
+  // Maps whole huge pages, returns the end of the mapping, and adds the rest to the pool.
+  void* map_new(std::size_t n_bytes) {
+    const std::size_t n_mapped = rounded_up(n_bytes, kHugePage);
+    const std::size_t n_left = n_mapped - n_bytes;
+    shrink(n_free_ - std::min(n_free_, n_mapped));
+    void* const memory = map_memory(n_mapped);
+    auto* const begin = static_cast<std::byte*>(memory);
+    try {
+      if (n_left > 0) add(begin, n_left);
+    } catch (...) {
+      ::munmap(memory, n_mapped);
+      throw;
+    }
+    return begin + n_left;
+  }
+
+  void add(std::byte* begin, std::size_t size) {
+    const auto next = ranges_.lower_bound(begin);
+    const auto before = next == ranges_.begin() ? ranges_.end() : std::prev(next);
+    const bool joins_next = next != ranges_.end() && begin + size == next->first;
+    const bool joins_before = before != ranges_.end() && before->first + before->second == begin;
+    const std::size_t total = size + (joins_next ? next->second : 0);
+    if (joins_before) {
+      before->second += total;
+    } else {
+      ranges_.emplace_hint(next, begin, total);
+    }
+    if (joins_next) ranges_.erase(next);
+    n_free_ += size;
+  }
+
+  // Returns ranges to the system, the largest first, until no more than n_kept bytes are left.
+  void shrink(std::size_t n_kept) {
+    while (n_free_ > n_kept) {
+      const auto largest = std::ranges::max_element(
+          ranges_, [](const auto& a, const auto& b) { return a.second < b.second; });
+      const std::size_t size = std::min(largest->second, rounded_up(n_free_ - n_kept, kPage));
+      largest->second -= size;
+      n_free_ -= size;
+      ::munmap(largest->first + largest->second, size);
+      if (largest->second == 0) ranges_.erase(largest);
+    }
+  }
+
+  Ranges ranges_;
+  std::size_t n_free_ = 0;
+  std::size_t n_used_ = 0;  // bytes; omits calls that found the pool locked
+};
+
+std::mutex pool_mutex;
+
+// The pool is never destroyed, because arrays may be returned while the process ends.
+Pool& pool() {
+  static Pool* const only = new Pool;
+  return *only;
+}
+
+}  // namespace
+
+// A thread never waits for the lock: if it is taken, memory comes from the system. In a process
+// forked while another thread held the lock, the lock is never released.
+void* take_memory(std::size_t n_bytes) {
+  const std::size_t n_taken = rounded_up(n_bytes, kPage);
+  const std::unique_lock lock(pool_mutex, std::try_to_lock);
+  return lock.owns_lock() ? pool().take(n_taken) : map_memory(n_taken);
+}
+
+void return_memory(void* memory, std::size_t n_bytes) noexcept {
+  const std::size_t n_returned = rounded_up(n_bytes, kPage);
+  const std::unique_lock lock(pool_mutex, std::try_to_lock);
+  if (!lock.owns_lock()) {
+    ::munmap(memory, n_returned);
+    return;
+  }
+  try {
+    pool().give(memory, n_returned);
+  } catch (const std::bad_alloc&) {  // no memory to record a range
+    ::munmap(memory, n_returned);
+  }
+}
+
+#else
+
+namespace {
+constexpr std::align_val_t kAlignment{64};  // a cache line
+}
+
+void* take_memory(std::size_t n_bytes) {
+  return ::operator new(n_bytes, kAlignment);
+}
+void return_memory(void* memory, std::size_t) noexcept {
+  ::operator delete(memory, kAlignment);
+}
+
+#endif
+
+}  // namespace superfacets

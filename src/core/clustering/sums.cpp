@@ -1,0 +1,56 @@
+#include "clustering/sums.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/assert.hpp"
+
+namespace superfacets {
+namespace {
+
+constexpr double kLowerScale = 0x1p31;
+
+// Upper bound of the sum over all cells.
+constexpr double kLargest = 0x1p62;
+
+// Totals below this have no finite scale. Areas and extents this small are refused, except for
+// extents of nearly coincident centroids, where any choice of center will do.
+constexpr double kSmallestTotal = 0x1p-900;
+
+// The power of two that scales numbers of sum `total` so that their sum is below 2^62. The error of
+// a sum of rounded numbers is far less than the remaining factor of two.
+double scale_for(double total) {
+  return total > kSmallestTotal ? std::ldexp(1.0, 60 - std::ilogb(total)) : 1.0;
+}
+
+}  // namespace
+
+FixedPoint::FixedPoint(const Box& bounds, double total_measure)
+    : origin_(bounds.low), measure_scale_(scale_for(total_measure)) {
+  const Point extent = bounds.high - bounds.low;
+  position_scale_ = scale_for(total_measure * std::max({extent.x, extent.y, extent.z}));
+}
+
+FixedSum FixedPoint::of(const Point& position, double measure) const {
+  const Point moment = measure * (position - origin_);
+  const std::array<double, 4> scaled{position_scale_ * moment.x, position_scale_ * moment.y,
+                                     position_scale_ * moment.z, measure_scale_ * measure};
+  FixedSum sum;
+  for (int i = 0; i < 4; ++i) {
+    SUPERFACETS_ASSERT(scaled[i] >= 0.0 && scaled[i] < kLargest);
+    sum.upper[i] = std::llrint(scaled[i]);
+    sum.lower[i] = std::llrint((scaled[i] - static_cast<double>(sum.upper[i])) * kLowerScale);
+  }
+  return sum;
+}
+
+Point FixedPoint::mean(const FixedSum& sum) const {
+  std::array<double, 4> total{};
+  for (int i = 0; i < 4; ++i) {
+    total[i] = static_cast<double>(sum.upper[i]) + static_cast<double>(sum.lower[i]) / kLowerScale;
+  }
+  const double to_mean = measure_scale_ / position_scale_ / total[3];
+  return origin_ + Point{total[0] * to_mean, total[1] * to_mean, total[2] * to_mean};
+}
+
+}  // namespace superfacets

@@ -1,0 +1,257 @@
+#include "spatial/views.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace superfacets {
+namespace {
+
+// The part of a triangle nearer than this fraction of its largest depth is cut off when the pixels
+// are found that it may cover: it is at the camera, and projects to infinity.
+constexpr double kNearest = 1e-6;
+
+// Widens the box of these pixels against rounding errors of the projection.
+constexpr double kMargin = 1e-6;
+
+// Positions are homogeneous pixel coordinates (u d, v d, d). Depth and lines stay what they are
+// under this map, so that no triangle has to be clipped: the ray (u, v, 1) of a pixel meets the
+// triangle a, b, c if it is on the same side of the planes through the camera and each side.
+Point projected(const View& view, const Point& p) {
+  const double* m = view.projection;
+  return {(m[0] * p.x + m[1] * p.y) + (m[2] * p.z + m[3]),
+          (m[4] * p.x + m[5] * p.y) + (m[6] * p.z + m[7]),
+          (m[8] * p.x + m[9] * p.y) + (m[10] * p.z + m[11])};
+}
+
+// A triangle in homogeneous pixel coordinates, seen by rays.
+class Target {
+ public:
+  Target(const Point& a, const Point& b, const Point& c) {
+    sides_[0] = cross(b, c);
+    sides_[1] = cross(c, a);
+    sides_[2] = cross(a, b);
+    volume_ = dot(a, sides_[0]);
+    if (volume_ < 0.0) {
+      for (Point& side : sides_) side = -1.0 * side;
+      volume_ = -volume_;
+    }
+  }
+
+  // Six times the volume of the tetrahedron of camera and triangle; 0 if seen edge-on.
+  double volume() const { return volume_; }
+
+  // Depth at (u, v); infinite if the ray misses.
+  double depth_at(double u, double v) const {
+    const double of_a = height(sides_[0], u, v);
+    const double of_b = height(sides_[1], u, v);
+    const double of_c = height(sides_[2], u, v);
+    if (of_a < 0.0 || of_b < 0.0 || of_c < 0.0) return kMissed;
+    return volume_ / ((of_a + of_b) + of_c);  // infinite for a ray along the plane
+  }
+
+  static constexpr double kMissed = std::numeric_limits<double>::infinity();
+
+ private:
+  static double height(const Point& side, double u, double v) {
+    return side.x * u + (side.y * v + side.z);
+  }
+
+  Point sides_[3] = {};
+  double volume_ = 0.0;
+};
+
+// Pixels whose centers are in a range of positions.
+struct PixelRange {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void add(double position) {
+    low = std::min(low, position);
+    high = std::max(high, position);
+  }
+  // Numbers are limited before they are converted: they may be infinite.
+  std::int32_t first() const {
+    return static_cast<std::int32_t>(std::clamp(std::ceil(low - 0.5 - kMargin), 0.0, kMost));
+  }
+  std::int32_t end(std::int32_t size) const {
+    const double last = std::floor(high - 0.5 + kMargin);
+    return static_cast<std::int32_t>(std::clamp(last + 1.0, 0.0, static_cast<double>(size)));
+  }
+
+  static constexpr double kMost = std::numeric_limits<std::int32_t>::max();
+};
+
+struct PixelBox {
+  PixelRange columns, rows;
+
+  void add(const Point& p) {
+    columns.add(p.x / p.z);
+    rows.add(p.y / p.z);
+  }
+};
+
+// Box of the part of a triangle in front of the camera.
+PixelBox box_of(const Point (&corners)[3]) {
+  PixelBox box;
+  const double farthest = std::max({corners[0].z, corners[1].z, corners[2].z});
+  const double nearest = kNearest * farthest;
+  for (int i = 0; i < 3; ++i) {
+    const Point& a = corners[i];
+    const Point& b = corners[next_corner(i)];
+    if (a.z >= nearest) box.add(a);
+    if ((a.z >= nearest) == (b.z >= nearest)) continue;
+    const double share = (nearest - a.z) / (b.z - a.z);
+    Point cut = a + share * (b - a);
+    cut.z = nearest;
+    box.add(cut);
+  }
+  return box;
+}
+
+// Draws the triangles into the pixels of one view.
+class Picture {
+ public:
+  Picture(std::span<const Point> vertices, std::span<const Triangle> triangles, const View& view,
+          std::span<Face> faces, std::span<double> areas)
+      : vertices_(vertices),
+        triangles_(triangles),
+        view_(view),
+        faces_(faces),
+        areas_(areas),
+        projected_(vertices.size()),
+        depths_(faces.size()) {
+    std::fill(faces_.begin(), faces_.end(), kNoFace);
+    std::fill(depths_.begin(), depths_.end(), Target::kMissed);
+    for (std::size_t i = 0; i < vertices.size(); ++i) projected_[i] = projected(view, vertices[i]);
+  }
+
+  void draw_all() {
+    for (std::size_t face = 0; face < triangles_.size(); ++face) draw(static_cast<Face>(face));
+  }
+
+  // Replaces depths by areas.
+  void measure() {
+    for (std::size_t pixel = 0; pixel < faces_.size(); ++pixel) {
+      areas_[pixel] = faces_[pixel] == kNoFace ? 0.0 : area_of(faces_[pixel], depths_[pixel]);
+    }
+  }
+
+  void mark_seen(std::span<std::uint8_t> is_seen) const {
+    const auto flag_of = [&](std::size_t face) { return std::atomic_ref(is_seen[face]); };
+    for (std::size_t pixel = 0; pixel < faces_.size(); ++pixel) {
+      if (areas_[pixel] > 0.0) flag_of(faces_[pixel]).store(1, std::memory_order_relaxed);
+    }
+    for (std::size_t face = 0; face < triangles_.size(); ++face) {
+      auto flag = flag_of(face);
+      if (flag.load(std::memory_order_relaxed) == 1) continue;
+      if (is_centroid_seen(static_cast<Face>(face))) flag.store(1, std::memory_order_relaxed);
+    }
+  }
+
+ private:
+  static constexpr Face kNoFace = -1;
+
+  struct Corners {
+    Point at[3];
+  };
+
+  Corners corners_of(Face face, std::span<const Point> positions) const {
+    const Triangle& triangle = triangles_[face];
+    return {{positions[triangle.corners[0]], positions[triangle.corners[1]],
+             positions[triangle.corners[2]]}};
+  }
+
+  // Whether all corners are beyond the same side of the picture, or behind the camera. Divisions,
+  // which take most of the time for other triangles, are not needed for that.
+  bool is_outside(const Point (&corners)[3]) const {
+    const auto are_all = [&](const auto& is_beyond) {
+      return is_beyond(corners[0]) && is_beyond(corners[1]) && is_beyond(corners[2]);
+    };
+    const double width = view_.width, height = view_.height;
+    return are_all([](const Point& p) { return p.z <= 0.0; }) ||
+           are_all([](const Point& p) { return p.x < 0.0; }) ||
+           are_all([](const Point& p) { return p.y < 0.0; }) ||
+           are_all([&](const Point& p) { return p.x > width * p.z; }) ||
+           are_all([&](const Point& p) { return p.y > height * p.z; });
+  }
+
+  void draw(Face face) {
+    const auto [corners] = corners_of(face, projected_.span());
+    if (is_outside(corners)) return;
+    const PixelBox box = box_of(corners);
+    const std::int32_t left = box.columns.first(), right = box.columns.end(view_.width);
+    const std::int32_t top = box.rows.first(), bottom = box.rows.end(view_.height);
+    if (left >= right || top >= bottom) return;
+    const Target target(corners[0], corners[1], corners[2]);
+    if (!(target.volume() > 0.0)) return;
+    for (std::int32_t row = top; row < bottom; ++row) {
+      const std::int64_t start = static_cast<std::int64_t>(row) * view_.width;
+      for (std::int32_t column = left; column < right; ++column) {
+        const double depth = target.depth_at(column + 0.5, row + 0.5);
+        if (!(depth < depths_[start + column])) continue;
+        depths_[start + column] = depth;
+        faces_[start + column] = face;
+      }
+    }
+  }
+
+  // Surface area in a pixel. Areas on a plane seen by a camera grow with the cube of depth.
+  double area_of(Face face, double depth) const {
+    const auto [world] = corners_of(face, vertices_);
+    const auto [seen] = corners_of(face, projected_.span());
+    const double doubled = norm(cross(world[1] - world[0], world[2] - world[0]));
+    const double squared = depth * depth;
+    const double area = doubled * (squared * depth) / Target(seen[0], seen[1], seen[2]).volume();
+    const double facing = squared / view_.focal_product;
+    return area <= kMostStretched * facing ? area : 0.0;
+  }
+
+  bool is_centroid_seen(Face face) const {
+    const auto [corners] = corners_of(face, projected_.span());
+    const Point sum = (corners[0] + corners[1]) + corners[2];
+    if (sum.z <= 0.0 || sum.x < 0.0 || sum.y < 0.0) return false;  // saves most divisions
+    const double u = sum.x / sum.z, v = sum.y / sum.z;
+    const bool is_inside = u < view_.width && v < view_.height;  // not if one is NaN
+    if (!is_inside) return false;
+    const std::int64_t pixel =
+        static_cast<std::int64_t>(v) * view_.width + static_cast<std::int64_t>(u);
+    if (!(areas_[pixel] > 0.0)) return false;
+    // Length of the pixel on the surface: its area, by the width of a pixel at that depth.
+    const double length = areas_[pixel] * std::sqrt(view_.focal_product) / depths_[pixel];
+    return sum.z / 3.0 <= depths_[pixel] + length;
+  }
+
+  std::span<const Point> vertices_;
+  std::span<const Triangle> triangles_;
+  const View& view_;
+  std::span<Face> faces_;
+  std::span<double> areas_;
+  Buffer<Point> projected_;  // vertices in homogeneous pixel coordinates
+  Buffer<double> depths_;    // of the nearest triangle in each pixel; infinite if there is none
+};
+
+}  // namespace
+
+SeenSurface see_surface(std::span<const Point> vertices, std::span<const Triangle> triangles,
+                        std::span<const View> views, ThreadTeam& team) {
+  std::vector<std::int64_t> starts = {0};  // first pixel of each view
+  for (const View& view : views) starts.push_back(starts.back() + view.n_pixels());
+  SeenSurface seen{Buffer<Face>(starts.back()), Buffer<double>(starts.back()),
+                   Buffer<std::uint8_t>(triangles.size())};
+  team.fill<std::uint8_t>(seen.is_seen.span(), 0);
+  team.for_each(static_cast<std::int64_t>(views.size()), [&](std::int64_t i, int) {
+    const auto start = static_cast<std::size_t>(starts[i]);
+    const auto size = static_cast<std::size_t>(views[i].n_pixels());
+    Picture picture(vertices, triangles, views[i], seen.triangles.span().subspan(start, size),
+                    seen.areas.span().subspan(start, size));
+    picture.draw_all();
+    picture.measure();
+    picture.mark_seen(seen.is_seen.span());
+  });
+  return seen;
+}
+
+}  // namespace superfacets

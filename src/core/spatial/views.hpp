@@ -1,0 +1,43 @@
+// The triangle that a pinhole camera sees in each pixel.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "base/types.hpp"
+
+namespace superfacets {
+
+// A pinhole camera. Pixel (i, j) is column i of row j; its center is at u = i + 0.5, v = j + 0.5.
+struct View {
+  double projection[12];  // (3, 4): maps (x, y, z, 1) to (u d, v d, d) for depth d
+  double focal_product;   // of both focal lengths, in pixels
+  std::int32_t width;
+  std::int32_t height;
+
+  std::int64_t n_pixels() const { return static_cast<std::int64_t>(width) * height; }
+};
+
+struct SeenSurface {
+  // One entry per pixel, row by row, view after view.
+  Buffer<Face> triangles;  // the nearest triangle at the center of the pixel; -1 if there is none
+  Buffer<double> areas;    // surface area that the pixel covers; 0 without a triangle, and where it
+                           // is more than kMostStretched times the area seen at a right angle
+  // One entry per triangle: whether a view sees it: it has a pixel with an area, or its centroid is
+  // not deeper than the surface in its pixel by more than the length of that surface in the pixel.
+  Buffer<std::uint8_t> is_seen;
+};
+
+// Surfaces seen within 6 degrees of their plane: one pixel covers ten times its width there, and a
+// mask that is off by a pixel is off by as much.
+inline constexpr double kMostStretched = 10.0;
+
+// Both sides of a triangle are seen. Of triangles at the same depth the lowest is seen. Triangles
+// that reach behind the camera are cut there. Time per view: some 20 ns per triangle, and 5 ns per
+// pixel of each triangle in view. Results do not depend on the number of threads.
+SeenSurface see_surface(std::span<const Point> vertices, std::span<const Triangle> triangles,
+                        std::span<const View> views, ThreadTeam& team);
+
+}  // namespace superfacets

@@ -1,0 +1,103 @@
+"""Write labels as one file, or as one file for each file of the source."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ..io.atomic import StrPath, atomic_outputs, checked_targets, writable_folder
+from ..io.readers.pieces import Pieces, files_of
+from .scannet import write_array
+
+
+def label_files(source: object, out: StrPath) -> list[Path]:
+    """Return the paths of the label files of a source, and make their folder if there is none.
+
+    `out` is a ``.npy`` file. If the source is a folder, `out` may be a folder, too: an existing
+    one, or a name without an ending or with a slash at the end.
+
+    Raises
+    ------
+    ValueError
+        If `out` has another form, or is a file of the source; or if two files of the source have
+        the same stem.
+    OSError
+        If a file cannot be written, or the source cannot be read.
+    """
+    if not _is_folder(out):
+        if Path(out).suffix != ".npy":
+            raise ValueError(f"out must end in .npy, got {Path(out).name!r}")
+        files = [Path(out)]
+    elif isinstance(source, (str, os.PathLike)) and Path(source).is_dir():
+        files = [Path(out, name) for name in label_names(Path(source))]
+        writable_folder(Path(out))
+    else:
+        raise ValueError(
+            f"out must end in .npy, got {os.fspath(out)!r}: a folder takes the labels"
+            " of a folder of files"
+        )
+    checked_targets(files)
+    if isinstance(source, (str, os.PathLike)) and Path(source).exists():
+        inputs = {path.resolve() for path in files_of(Path(source))}
+        for file in files:
+            if file.resolve() in inputs:
+                raise ValueError(f"{file}: the labels would replace a file of the source")
+    return files
+
+
+def _is_folder(out: StrPath) -> bool:
+    text = os.fspath(out)
+    if text.endswith(("/", os.sep)):
+        return True
+    suffix = Path(text).suffix
+    return text != "" and (not suffix or (suffix != ".npy" and Path(text).is_dir()))
+
+
+def label_names(folder: Path) -> list[str]:
+    """Names of the label files for the files in a folder: ``a.npy`` for ``a.ply``.
+
+    A ValueError if two names are the same; an OSError if the folder has no meshes and no clouds.
+    """
+    found: dict[str, Path] = {}
+    for path in files_of(folder):
+        name = f"{path.stem}.npy"
+        other = found.setdefault(os.path.normcase(name), path)
+        if other is not path:
+            raise ValueError(
+                f"{other.name} and {path.name} in {folder} would both have their labels in {name}:"
+                " rename one, or take one .npy for all"
+            )
+    return [f"{path.stem}.npy" for path in found.values()]
+
+
+def ranges_of(pieces: Pieces, n_files: int) -> tuple[int, ...]:
+    """Offsets that split the labels among the output files, shape (n_files + 1,).
+
+    One file takes all labels. An OSError if the number of files in the folder has changed.
+    """
+    starts = pieces.starts
+    if n_files <= 1:
+        return starts[0], starts[-1]
+    if len(starts) != n_files + 1:
+        raise OSError(
+            f"the folder held {n_files} files when the run began, and holds {len(starts) - 1} now"
+        )
+    return starts
+
+
+def save_labels(
+    files: Sequence[Path], starts: Sequence[int], labels: npt.NDArray[np.int32]
+) -> None:
+    """Write a range of labels to each ``.npy`` file: all files, or none."""
+    with atomic_outputs(files) as temporaries:
+        for temporary, file, (begin, end) in zip(temporaries, files, pairwise(starts), strict=True):
+            try:
+                write_array(temporary, labels[begin:end])
+            except OSError as error:
+                error.filename = str(file)
+                raise

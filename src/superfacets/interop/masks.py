@@ -1,0 +1,93 @@
+"""Masks of images in files, as segmenters of images write them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+
+from .._types import Array, Ints
+from .._validate import checked_choice
+from ..errors import MeshError
+from ..io.guards import check_regular, named_errors, read_content
+from ..io.readers.npy import npy_array
+from ..mesh.label_images import Overlap, flattened, label_image
+from ..pictures.backend import import_pillow
+
+
+def read_masks(folder: str | os.PathLike[str], *, overlap: Overlap = "smallest") -> dict[str, Ints]:
+    """Return the masks of images, as ids by pixel, by the names of their files without endings.
+
+    Parameters
+    ----------
+    folder : path-like
+        Holds for each image, under its name, one of these: ``.png`` (gray or with a palette, 8 or
+        16 bits: ids of 1 and up, 0 for no mask); ``.npy`` (integers of shape (height, width), or
+        bools of shape (n, height, width)); or a folder with a ``.png`` per mask, as SAM's
+        ``amg.py`` writes it: pixels above 0 are in the mask. Other files are ignored.
+    overlap : {"smallest", "largest"}
+        As for `lift`.
+
+    Returns
+    -------
+    dict of str to ndarray of int32, shape (height, width)
+        In the order of the names. `read_cameras` takes them as `names`.
+
+    Raises
+    ------
+    MeshError
+        If a file is damaged or holds no ids, if there are two files for one image, or none at all.
+    MissingExtraError
+        If a ``.png`` is to be read without Pillow.
+    OSError
+        If a file cannot be read.
+    """
+    checked_choice(overlap, "overlap", get_args(Overlap))
+    folder = Path(folder)
+    masks: dict[str, Ints] = {}
+    for path in sorted(folder.iterdir()):
+        found = _masks_in(path, overlap)
+        if found is None:
+            continue
+        if path.stem in masks:
+            raise MeshError(f"{path}: there are two files of masks for image {path.stem}")
+        masks[path.stem] = found
+    if not masks:
+        raise MeshError(f"{folder}: holds no masks: a .png, a .npy or a folder for each image")
+    return masks
+
+
+def _masks_in(path: Path, overlap: Overlap) -> Ints | None:
+    """The ids in a file, or in the files of a folder; None if it is of another kind."""
+    if path.is_dir():
+        parts = sorted(path.glob("*.png"), key=lambda part: (len(part.stem), part.stem))
+        planes = [_picture(part) > 0 for part in parts]
+        if len({plane.shape for plane in planes}) > 1:
+            raise MeshError(f"{path}: masks of one image differ in size")
+        return flattened(np.stack(planes), overlap) if planes else None
+    if path.suffix.lower() == ".png":
+        return _picture(path).astype(np.int32)
+    if path.suffix.lower() != ".npy":
+        return None
+    with named_errors(path):
+        array = npy_array(read_content(path), "masks")
+        return label_image(array, array.shape[:-3:-1], overlap)
+
+
+def _picture(path: Path) -> Array:
+    """The numbers of a picture with one channel."""
+    check_regular(path)
+    library = import_pillow("Image", "reading masks")
+    try:
+        with library.open(path, formats=["PNG"]) as image:
+            if len(image.getbands()) != 1:
+                raise MeshError(
+                    f"{path}: has colors ({image.mode}); masks are gray: one id a pixel"
+                )
+            return np.array(image)
+    except (OSError, SyntaxError, ValueError, library.DecompressionBombError) as error:
+        if isinstance(error, MeshError):
+            raise
+        raise MeshError(f"{path}: is no complete PNG: {error}") from None

@@ -1,0 +1,175 @@
+"""Cameras of images: COLMAP models, transforms.json, and poses in files of their own."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Container, Iterator
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._types import Floats
+from ...errors import MeshError
+from ...mesh.pinhole_camera import PinholeCamera
+from ..guards import check_regular, named_errors, read_content
+from .colmap import UNDISTORT, PosedImage, is_colmap, read_colmap
+
+StrPath = str | os.PathLike[str]
+
+_WITHOUT_DISTORTION = ("PINHOLE", "SIMPLE_PINHOLE", "OPENCV", "SIMPLE_RADIAL", "RADIAL")
+"""Camera models of transforms.json whose distortion is 0 if all coefficients are."""
+
+_COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
+
+
+def read_cameras(
+    path: StrPath,
+    *,
+    intrinsics: StrPath | npt.ArrayLike | None = None,
+    size: tuple[int, int] | None = None,
+    names: Container[str] | None = None,
+) -> list[PinholeCamera]:
+    r"""Return the cameras of images, with their poses in the frame of the file.
+
+    Parameters
+    ----------
+    path : path-like
+        A COLMAP model: a folder with ``cameras`` and ``images``, ``.bin`` or ``.txt``. Or a
+        ``.json`` with ``frames``, as NeRF, instant-ngp and nerfstudio have it. Or a folder with a
+        ``.txt`` per image, which holds the matrix from camera to world, with axes as in OpenCV, as
+        ScanNet has it.
+    intrinsics : path-like or array_like, optional
+        As for `PinholeCamera`, or a text file of these. For a folder of poses only.
+    size : (int, int), optional
+        Width and height of the images where the file does not tell: for a folder of poses, and for
+        a ``.json`` without ``w`` and ``h``.
+    names : container of str, optional
+        The images to read, without folders and endings: others may be damaged.
+
+    Returns
+    -------
+    list of PinholeCamera
+        In the order of the file; those of a folder by number, or else by name. The name of each is
+        the file of its image, without its folder.
+
+    Raises
+    ------
+    MeshError
+        If a file is damaged, a pose is no rotation and translation, a camera has distortion, or
+        two images have the same name.
+    ValueError
+        If `intrinsics` or `size` are missing for a folder of poses.
+    OSError
+        If a file cannot be read.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "7.txt").write_text("1 0 0 2\n0 1 0 0\n0 0 1 0\n0 0 0 1")
+    ...     read_cameras(folder, intrinsics=(500, 500, 320, 240), size=(640, 480))
+    [PinholeCamera('7', 640 x 480, at [2.0, 0.0, 0.0])]
+    """
+    path = Path(path)
+    if not path.is_dir():
+        images = _in_json(path, size)
+    elif is_colmap(path):
+        images = iter(read_colmap(path))
+    else:
+        images = _in_folder(path, intrinsics, size, names)
+    cameras: dict[str, PinholeCamera] = {}
+    for image in images:
+        name = PurePosixPath(image.name.replace("\\", "/"))
+        if names is not None and name.stem not in names:
+            continue
+        if name.stem in cameras:
+            raise MeshError(f"{path}: two images are named {name.stem}")
+        try:
+            make = PinholeCamera.of_opengl if image.is_opengl else PinholeCamera
+            cameras[name.stem] = make(image.pose, image.intrinsics, image.size, name.name)
+        except (ValueError, TypeError) as error:
+            raise MeshError(f"{path}: image {image.name}: {error}") from None
+    if not cameras:
+        which = "" if names is None else " with a wanted name"
+        raise MeshError(f"{path}: there is no image{which}")
+    return list(cameras.values())
+
+
+def _in_folder(
+    folder: Path, intrinsics: Any, size: Any, names: Container[str] | None
+) -> Iterator[PosedImage]:
+    """Poses in files of their own."""
+    paths = [path for path in folder.glob("*.txt") if names is None or path.stem in names]
+    if not paths:
+        raise MeshError(
+            f"{folder}: holds no COLMAP model (cameras and images, .bin or .txt) and no poses (a"
+            " .txt of 4 x 4 numbers per image)"
+        )
+    if intrinsics is None or size is None:
+        raise ValueError(f"{folder}: for poses alone, intrinsics and size are needed")
+    if isinstance(intrinsics, (str, os.PathLike)):
+        intrinsics = _matrix_in(Path(intrinsics))
+    for path in sorted(paths, key=lambda path: (len(path.stem), path.stem)):
+        yield PosedImage(path.stem, _matrix_in(path), intrinsics, size)
+
+
+def _matrix_in(path: Path) -> Floats:
+    rows = [line.split() for line in bytes(read_content(path)).splitlines() if line.strip()]
+    try:
+        matrix = np.array(rows, np.float64)
+    except ValueError:
+        raise MeshError(f"{path}: expected a matrix: rows of as many numbers") from None
+    return matrix[0] if len(matrix) == 1 else matrix
+
+
+def _in_json(path: Path, size: Any) -> Iterator[PosedImage]:
+    check_regular(path)
+    try:
+        document = json.loads(bytes(read_content(path)))
+    except (ValueError, RecursionError):
+        raise MeshError(f"{path}: it is not JSON: is the file cut?") from None
+    frames = document.get("frames") if isinstance(document, dict) else None
+    if not isinstance(frames, list) or not all(isinstance(frame, dict) for frame in frames):
+        raise MeshError(f"{path}: has no list of frames")
+    for place, frame in enumerate(frames):
+        with named_errors(f"{path}: frames[{place}]"):
+            yield _image_of({**document, **frame}, size)
+
+
+def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
+    """The image of a frame, whose values take precedence over those of the document."""
+    model = values.get("camera_model", "PINHOLE")
+    if model not in _WITHOUT_DISTORTION or values.get("is_fisheye"):
+        raise MeshError(f"the camera is of model {model}: {UNDISTORT}")
+    if any(values.get(name) for name in _COEFFICIENTS):
+        raise MeshError(f"the camera has distortion: {UNDISTORT}")
+    try:
+        if "w" in values and "h" in values:
+            size = int(values["w"]), int(values["h"])
+        if size is None:
+            raise MeshError("w and h are missing in the file: give the size of the images")
+        width, height = size
+        fx = _focal_length(values, "x", width)
+        fy = _focal_length(values, "y", height) or fx
+        if fx is None or fy is None:
+            raise MeshError("it has neither fl_x nor camera_angle_x")
+        center = float(values.get("cx", width / 2)), float(values.get("cy", height / 2))
+        name, pose = str(values["file_path"]), np.array(values["transform_matrix"], np.float64)
+    except KeyError as error:
+        raise MeshError(f"it has no {error.args[0]}") from None
+    except MeshError:
+        raise
+    except (TypeError, ValueError, ArithmeticError):
+        raise MeshError("a value is not a number") from None
+    return PosedImage(name, pose, (fx, fy, *center), size, True)
+
+
+def _focal_length(values: dict[str, Any], axis: str, n_pixels: int) -> float | None:
+    if f"fl_{axis}" in values:
+        return float(values[f"fl_{axis}"])
+    angle = values.get(f"camera_angle_{axis}")
+    return None if angle is None else n_pixels / (2 * math.tan(float(angle) / 2))

@@ -1,0 +1,215 @@
+"""Cameras and poses of a COLMAP model, as text and binary."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..._types import Floats
+from ...errors import MeshError
+from ..guards import named_errors, read_content
+
+
+class _Model(NamedTuple):
+    """A camera model: its number in binary files, and its parameters."""
+
+    number: int
+    n_focal: int  # focal lengths, before the principal point
+    n_distortion: int  # coefficients after that; without distortion all are 0
+    is_central: bool = True  # whether it is a pinhole camera if they are 0
+
+
+_MODELS = {
+    "SIMPLE_PINHOLE": _Model(0, 1, 0),
+    "PINHOLE": _Model(1, 2, 0),
+    "SIMPLE_RADIAL": _Model(2, 1, 1),
+    "RADIAL": _Model(3, 1, 2),
+    "OPENCV": _Model(4, 2, 4),
+    "OPENCV_FISHEYE": _Model(5, 2, 4, False),
+    "FULL_OPENCV": _Model(6, 2, 8),
+    "FOV": _Model(7, 2, 1, False),
+    "SIMPLE_RADIAL_FISHEYE": _Model(8, 1, 1, False),
+    "RADIAL_FISHEYE": _Model(9, 1, 2, False),
+    "THIN_PRISM_FISHEYE": _Model(10, 2, 8, False),
+    "RAD_TAN_THIN_PRISM_FISHEYE": _Model(11, 2, 12, False),
+}
+_NAMES = {model.number: name for name, model in _MODELS.items()}
+
+UNDISTORT = (
+    "only pinhole cameras are known (PINHOLE, SIMPLE_PINHOLE, and models whose distortion is 0):"
+    " undistort images and masks first, as colmap image_undistorter does"
+)
+
+
+class PosedImage(NamedTuple):
+    """An image of a model: the arguments of a `PinholeCamera`."""
+
+    name: str
+    pose: Any
+    intrinsics: Any
+    size: Any
+    is_opengl: bool = False
+
+
+def is_colmap(folder: Path) -> bool:
+    """Whether a folder holds a COLMAP model."""
+    return _ending_of(folder) is not None
+
+
+def read_colmap(folder: Path) -> list[PosedImage]:
+    """Return the images of a COLMAP model, binary if there are both; a MeshError if damaged."""
+    ending = _ending_of(folder) or ".bin"
+    of_cameras, of_images = (folder / f"{name}{ending}" for name in ("cameras", "images"))
+    with named_errors(of_cameras):
+        cameras = dict(_CAMERAS[ending](_content(of_cameras)))
+    with named_errors(of_images):
+        return [
+            PosedImage(name, _pose_of(numbers), *_camera_of(cameras, camera, name))
+            for name, camera, numbers in _IMAGES[ending](_content(of_images))
+        ]
+
+
+def _ending_of(folder: Path) -> str | None:
+    for ending in (".bin", ".txt"):
+        if (folder / f"images{ending}").is_file() and (folder / f"cameras{ending}").is_file():
+            return ending
+    return None
+
+
+def _content(path: Path) -> bytes:
+    return bytes(read_content(path))
+
+
+_Camera = tuple[Floats, tuple[int, int]]
+"""Intrinsics and size."""
+
+_Image = tuple[str, int, list[float]]
+"""Name, camera, and quaternion (w first) and translation from world to camera."""
+
+
+def _camera_of(cameras: dict[int, _Camera], number: int, image: str) -> _Camera:
+    if number not in cameras:
+        raise MeshError(f"image {image} has camera {number}, which is not among the cameras")
+    return cameras[number]
+
+
+def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
+    """Return fx, fy, cx, cy; a MeshError if there is distortion."""
+    known = _MODELS.get(model)
+    if known is None or not known.is_central:
+        raise MeshError(f"camera {camera} is of model {model}: {UNDISTORT}")
+    if len(params) != known.n_focal + 2 + known.n_distortion:
+        raise MeshError(f"camera {camera}, {model}, has {len(params)} parameters")
+    if any(params[known.n_focal + 2 :]):
+        raise MeshError(f"camera {camera}, {model}, has distortion: {UNDISTORT}")
+    focal, center = params[: known.n_focal], params[known.n_focal : known.n_focal + 2]
+    return np.array([focal[0], focal[-1], *center])
+
+
+def _pose_of(numbers: list[float]) -> Floats:
+    """Camera to world, (4, 4)."""
+    w, x, y, z = np.array(numbers[:4]) / np.linalg.norm(numbers[:4])
+    to_camera = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    pose = np.eye(4)
+    pose[:3, :3] = to_camera.T
+    pose[:3, 3] = -(to_camera * np.array(numbers[4:])[:, np.newaxis]).sum(axis=0)
+    return pose
+
+
+def _lines_of(data: bytes) -> Iterator[tuple[int, str]]:
+    """Lines that are no comments, with their numbers; lines may be empty."""
+    for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
+        if not line.startswith("#"):
+            yield number, line.strip()
+
+
+def _cameras_in_text(data: bytes) -> Iterator[tuple[int, _Camera]]:
+    for number, line in _lines_of(data):
+        words = line.split()
+        if not words:
+            continue
+        try:
+            camera, size = int(words[0]), (int(words[2]), int(words[3]))
+            params = [float(word) for word in words[4:]]
+        except (ValueError, IndexError):
+            raise MeshError(f"line {number}: expected a camera, got {line[:60]!r}") from None
+        yield camera, (_intrinsics_of(camera, words[1], params), size)
+
+
+def _images_in_text(data: bytes) -> Iterator[_Image]:
+    """Two lines per image, of which the second, of points, may be empty."""
+    lines = _lines_of(data)
+    for number, line in lines:
+        words = line.split(maxsplit=9)
+        if not words:
+            continue
+        try:
+            numbers = [float(word) for word in words[1:8]]
+            camera, name = int(words[8]), words[9]
+        except (ValueError, IndexError):
+            raise MeshError(f"line {number}: expected an image, got {line[:60]!r}") from None
+        yield name, camera, numbers
+        next(lines, None)
+
+
+class _Reader:
+    """Takes little-endian numbers off the front of bytes."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data, self._at = data, 0
+
+    def take(self, form: str) -> tuple[Any, ...]:
+        """The next numbers, of a format of `struct`."""
+        start, self._at = self._at, self._at + struct.calcsize("<" + form)
+        self._check()
+        return struct.unpack_from("<" + form, self._data, start)
+
+    def text(self) -> str:
+        """The next text, which ends with a zero."""
+        start, end = self._at, self._data.find(b"\0", self._at)
+        self._at = end + 1 if end >= 0 else len(self._data) + 1
+        self._check()
+        return self._data[start:end].decode("utf-8", "replace")
+
+    def skip(self, n_bytes: int) -> None:
+        """Leave out some bytes."""
+        self._at += n_bytes
+        self._check()
+
+    def _check(self) -> None:
+        if self._at > len(self._data):
+            raise MeshError(f"the file ends after {len(self._data)} bytes: is it cut?")
+
+
+def _cameras_in_binary(data: bytes) -> Iterator[tuple[int, _Camera]]:
+    reader = _Reader(data)
+    for _ in range(reader.take("Q")[0]):
+        camera, number, width, height = reader.take("IiQQ")
+        name = _NAMES.get(number, str(number))
+        known = _MODELS.get(name)
+        n_params = known.n_focal + 2 + known.n_distortion if known else 0
+        params = list(reader.take(f"{n_params}d"))
+        yield camera, (_intrinsics_of(camera, name, params), (width, height))
+
+
+def _images_in_binary(data: bytes) -> Iterator[_Image]:
+    reader = _Reader(data)
+    for _ in range(reader.take("Q")[0]):
+        _, *numbers, camera = reader.take("I7dI")
+        name = reader.text()
+        yield name, camera, numbers
+        reader.skip(24 * reader.take("Q")[0])  # points: x, y and the number of a 3D point
+
+
+_CAMERAS = {".bin": _cameras_in_binary, ".txt": _cameras_in_text}
+_IMAGES = {".bin": _images_in_binary, ".txt": _images_in_text}

@@ -1,0 +1,186 @@
+"""Meshes and clouds in files and folders that are read in pieces, as tables of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..._types import Array, Longs, Viewpoint
+from ..._validate import checked_normals, exact_doubles
+from ...errors import MeshError
+from ..guards import check_regular
+from ..tables import ConvertedRows, JoinedRows, RecordRows, Rows
+from .clouds import holds_cloud
+from .npy import MAX_NPY_HEADER, npy_header
+from .ply_header import INDEX_NAMES, Element, read_header
+from .read import CELL_ENDINGS, cell_ending
+
+FOLDER_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".npy", ".txt", ".csv"))
+"""Endings of files that are read from a folder; ``.npy``, ``.txt``, ``.csv`` are often labels."""
+
+AXES = ("x", "y", "z")
+NORMALS = ("nx", "ny", "nz")
+
+
+_ROWS_AT_ONCE = 1 << 16
+"""Number of rows that are looked at together."""
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """A mesh or a cloud that is read piece by piece."""
+
+    points: Rows  # vertices, or the points of a cloud: three coordinates
+    corners: Rows | None = None  # (F, 3) vertices of each triangle; with offsets, (C,)
+    offsets: Rows | None = None  # (F + 1,) first corner of each polygon, and the end of the last
+    normals: Rows | None = None  # (N, 3) of points, of length 1 or 0
+    viewpoint: Viewpoint | None = None  # place that estimated normals face
+
+    @property
+    def n_cells(self) -> int:
+        """Number of faces or points."""
+        return self.starts[-1]
+
+    @property
+    def starts(self) -> tuple[int, ...]:
+        """Offsets of the faces, or points, of each file of the source: (n_files + 1,)."""
+        if self.offsets is not None:
+            return 0, self.offsets.n_rows - 1
+        cells = self.points if self.corners is None else self.corners
+        return cells.starts if isinstance(cells, JoinedRows) else (0, cells.n_rows)
+
+    def corners_of(self, begin: int, end: int) -> tuple[Longs, Longs | None]:
+        """Corners of faces begin to end - 1, flat; and their offsets, None if all faces have 3."""
+        assert self.corners is not None
+        if self.offsets is None:
+            return self.corners.read(begin, end).reshape(-1).astype(np.int64), None
+        offsets = self.offsets.read(begin, end + 1)
+        corners = self.corners.read(int(offsets[0]), int(offsets[-1]))
+        return corners.astype(np.int64), offsets - offsets[0]
+
+
+def files_of(path: Path) -> list[Path]:
+    """The file itself, or the meshes and clouds of the folder, sorted by name."""
+    found = [path]
+    if path.is_dir():
+        found = sorted(file for file in path.iterdir() if file.suffix.lower() in FOLDER_ENDINGS)
+    if not found:
+        raise FileNotFoundError(f"{path}: no file in it ends in {', '.join(FOLDER_ENDINGS)}")
+    for file in found:
+        check_regular(file)
+    return found
+
+
+def holds_points(path: Path) -> bool:
+    """Whether the file, or the first one in the folder, is a point cloud."""
+    first = files_of(path)[0]
+    ending = cell_ending(first)
+    return holds_cloud(read_header(first)[1] if ending == ".ply" else b"", ending)
+
+
+def pieces_of_file(path: Path) -> Pieces | None:
+    """Return the tables of a file that is read in place, or None if it must be read whole.
+
+    A MeshError if it is damaged.
+    """
+    readers = {".ply": _ply_pieces, ".npy": _npy_pieces}
+    return readers.get(cell_ending(path), lambda _: None)(path)
+
+
+def joined_pieces(pieces: Sequence[Pieces]) -> Pieces:
+    """Join meshes or clouds into one; a MeshError if they do not fit together."""
+    if len(pieces) == 1:
+        return pieces[0]
+    corners = [part.corners for part in pieces if part.corners is not None]
+    normals = [part.normals for part in pieces if part.normals is not None]
+    if 0 < len(corners) < len(pieces):
+        raise MeshError("the folder holds meshes and point clouds: take one kind at a time")
+    if 0 < len(normals) < len(pieces):
+        raise MeshError("some point clouds of the folder have normals, and others have none")
+    if any(part.offsets is not None for part in pieces):
+        raise MeshError("a folder of several files has to hold triangles alone")
+    points = JoinedRows(tuple(part.points for part in pieces))
+    return Pieces(
+        points,
+        JoinedRows(tuple(corners), points.starts[:-1]) if corners else None,
+        normals=JoinedRows(tuple(normals)) if normals else None,
+    )
+
+
+def as_doubles(rows: Array, _begin: int) -> Array:
+    """Convert numbers for `ConvertedRows`, see `exact_doubles`."""
+    return exact_doubles(rows)
+
+
+def _are_zero(rows: RecordRows) -> bool:
+    """Whether all numbers are 0; reads up to the first that is not."""
+    blocks = range(0, rows.n_rows, _ROWS_AT_ONCE)
+    return not any(
+        rows.read(begin, min(begin + _ROWS_AT_ONCE, rows.n_rows)).any() for begin in blocks
+    )
+
+
+def _as_normals(rows: Array, begin: int) -> Array:
+    """Vectors of length 1, or 0; a MeshError names the first that is not finite."""
+    return checked_normals(rows, len(rows), begin)
+
+
+def _ply_pieces(path: Path) -> Pieces | None:
+    """The tables of a binary PLY file, or None if the file must be read whole.
+
+    A MeshError if the file of a mesh ends before its faces.
+    """
+    header, content = read_header(path)
+    is_cloud, n_bytes = holds_cloud(content, ".ply"), path.stat().st_size
+    found, begin = dict[str, tuple[int, Element, np.dtype[Any]]](), header.size
+    for element in header.elements if header.byte_order else ():
+        record = element.record()
+        if record is None:
+            break
+        if element.n_rows * record.itemsize > n_bytes - begin:
+            if is_cloud or element.name == "face":  # faces of two corners, or a cut file
+                break
+            raise MeshError(
+                f"{path}: the PLY header declares {element.n_rows} rows of element"
+                f" {element.name!r} but the file ends before: is it cut?"
+            )
+        found[element.name] = begin, element, record
+        begin += element.n_rows * record.itemsize
+
+    def rows(name: str, columns: tuple[str, ...], length: str | None = None) -> RecordRows | None:
+        first, element, record = found.get(name, (0, None, np.dtype([])))
+        if element is None or not element.n_rows or not set(columns) <= set(record.names or ()):
+            return None
+        return RecordRows(path, first, element.n_rows, record, columns, length)
+
+    points = rows("vertex", AXES)
+    if is_cloud and points is not None:
+        names = [stored.name for stored in found["vertex"][1].properties]
+        if len(set(names)) < len(names):
+            return None
+        normals = rows("vertex", NORMALS)
+        if normals is not None and _are_zero(normals):  # as `read_cloud`
+            normals = None
+        return Pieces(
+            ConvertedRows(points, as_doubles),
+            normals=None if normals is None else ConvertedRows(normals, _as_normals),
+        )
+    tables = [rows("face", (name,), f"number of {name}") for name in INDEX_NAMES]
+    corners = next((table for table in tables if table is not None), None)
+    return Pieces(points, corners) if points and corners and begin == n_bytes else None
+
+
+def _npy_pieces(path: Path) -> Pieces | None:
+    """The points of a .npy file of shape (N, 3), or None if the file must be read whole."""
+    with path.open("rb") as file:
+        shape, dtype, is_fortran, begin = npy_header(file.read(2 * MAX_NPY_HEADER))
+    if len(shape) != 2 or shape[1] != 3 or is_fortran or dtype.kind not in "fiu" or not shape[0]:
+        return None
+    record = np.dtype([("row", dtype, (3,))])
+    if shape[0] * record.itemsize != path.stat().st_size - begin:
+        return None
+    return Pieces(ConvertedRows(RecordRows(path, begin, shape[0], record, ("row",)), as_doubles))

@@ -1,0 +1,95 @@
+"""Triangles that cameras see, and regions that masks of images keep together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from .._types import Array, Bools, Floats, Ints
+from ..mesh.pinhole_camera import PinholeCamera
+from ..mesh.triangle_mesh import Mesh
+from .arithmetic import cross, dot
+
+MOST_STRETCHED = 10.0
+"""Pixels that cover more than this times the area seen at a right angle have no area."""
+
+
+def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]:
+    """The triangle in each pixel, -1 for none, the area that it has there, and triangles seen.
+
+    The ray of each pixel is cut with each triangle. Vertices are mapped to (u d, v d, d), for pixel
+    (u, v) and depth d: this keeps depths and planes through the camera.
+    """
+    width, height = camera.size
+    u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    positions = [_projected(camera.projection, vertex) for vertex in mesh.vertices]
+    triangles = np.full((height, width), -1, np.int32)
+    depths = np.full((height, width), np.inf)
+    areas = np.zeros((height, width))
+    focal_product = camera.intrinsics[0] * camera.intrinsics[1]
+    for face, corners in enumerate(mesh.faces):
+        a, b, c = (positions[corner] for corner in corners)
+        sides = [cross(b, c), cross(c, a), cross(a, b)]
+        volume = dot(a, sides[0])
+        if volume == 0:  # seen edge-on
+            continue
+        if volume < 0:
+            volume, sides = -volume, [-side for side in sides]
+        heights = [side[0] * u + (side[1] * v + side[2]) for side in sides]
+        is_hit = np.logical_and.reduce([one >= 0 for one in heights])
+        with np.errstate(divide="ignore"):
+            depth = np.where(is_hit, volume / ((heights[0] + heights[1]) + heights[2]), np.inf)
+        is_nearer = depth < depths
+        triangles[is_nearer], depths[is_nearer] = face, depth[is_nearer]
+        a, b, c = mesh.vertices[corners]
+        normal = cross(b - a, c - a)
+        squared = depths[is_nearer] * depths[is_nearer]
+        area = math.sqrt(dot(normal, normal)) * (squared * depths[is_nearer]) / volume
+        is_flat = area > MOST_STRETCHED * (squared / focal_product)
+        areas[is_nearer] = np.where(is_flat, 0, area)
+    seen = np.zeros(mesh.n_faces, bool)
+    seen[triangles[areas > 0]] = True
+    for face, corners in enumerate(mesh.faces):
+        total = (positions[corners[0]] + positions[corners[1]]) + positions[corners[2]]
+        if total[2] > 0 and 0 <= total[0] / total[2] < width and 0 <= total[1] / total[2] < height:
+            pixel = int(total[1] / total[2]), int(total[0] / total[2])
+            length = areas[pixel] * math.sqrt(focal_product) / depths[pixel]
+            seen[face] |= areas[pixel] > 0 and total[2] / 3 <= depths[pixel] + length
+    return triangles, areas, seen
+
+
+def _projected(projection: Floats, point: Floats) -> Floats:
+    x, y, z = point
+    return np.array([(m[0] * x + m[1] * y) + (m[2] * z + m[3]) for m in projection])
+
+
+def join_by_masks(areas: Sequence[Floats], least: float) -> list[int]:
+    """Group of each region, from its area in each mask of each image: arrays (K, M).
+
+    Two groups agree by the sum over images of products of their areas in the same mask, divided by
+    that of products of their areas in any masks. The two that agree most are joined, until no two
+    agree by `least`. Ties go to groups joined earlier, single regions first, then to lower regions.
+    """
+    members = {region: [region] for region in range(len(areas[0]))}
+    rows = {region: [image[region] for image in areas] for region in members}
+    while True:
+        pairs = [(-_agreement(rows[a], rows[b]), a, b) for a, b in combinations(sorted(rows), 2)]
+        best, a, b = min(pairs, default=(0.0, 0, 0))
+        if -best < least:
+            break
+        joined = len(members)
+        members[joined] = members[a] + members[b]
+        rows[joined] = [x + y for x, y in zip(rows.pop(a), rows.pop(b), strict=True)]
+    group_of = {region: group for group in sorted(rows) for region in members[group]}
+    firsts = sorted({group: min(members[group]) for group in rows}.items(), key=lambda it: it[1])
+    number = {group: place for place, (group, _) in enumerate(firsts)}
+    return [number[group_of[region]] for region in range(len(areas[0]))]
+
+
+def _agreement(one: list[Array], other: list[Array]) -> float:
+    same = sum(float((x * y).sum()) for x, y in zip(one, other, strict=True))
+    both = sum(float(x.sum() * y.sum()) for x, y in zip(one, other, strict=True))
+    return same / both if both > 0 else 0.0

@@ -1,0 +1,171 @@
+"""Votes of the pixels of images: the area that they show of each region in each mask."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Iterator
+from itertools import chain
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import _core
+from .._types import Array, Bools, Floats, Ints
+from .._validate import ranked_labels
+from ..cells.kinds import kind_of
+from ..cells.sums import sums_by_label
+from ..errors import MeshError, ViewWarning
+from ..io.guards import named_errors
+from ..mesh.faces import cut_into_triangles
+from ..mesh.label_images import NO_MASK, Overlap, label_image
+from ..mesh.pinhole_camera import PinholeCamera
+
+MOST_PIXELS = 1 << 23
+"""Pixels of the images in memory at a time, at some 30 bytes each."""
+
+LEAST_IMAGES = 8
+"""Images in memory at a time for as many threads, however large they are."""
+
+
+class Votes(NamedTuple):
+    """Areas of regions in masks; masks of all images are numbered image by image."""
+
+    masks: Ints  # (A,) mask of each area, ascending within an image; -1 for none
+    regions: Ints  # (A,)
+    areas: Floats  # (A,) > 0
+    image_of: Ints  # (M,) image of each mask, ascending
+    ids: Ints  # (M,) id of each mask in its image, 1 and up
+    seen: Bools  # (N,) whether an image sees the cell
+
+
+class SeenSurface:
+    """The triangles of a mesh and the label of each, for cameras to see."""
+
+    def __init__(self, cells: Any, labels: Ints, n_threads: int) -> None:
+        outside = kind_of(cells).outside(cells)
+        if outside is None:
+            raise TypeError(
+                f"{kind_of(cells).plural} have no surface for cameras to see: lift masks to a mesh"
+                " of them, and use transfer"
+            )
+        self._vertices = outside.mesh.vertices
+        self._triangles, sources = cut_into_triangles(outside.mesh)
+        owners = np.arange(len(self._triangles)) if sources is None else sources
+        self._cells = owners if outside.sources is None else outside.sources[owners]
+        self._labels = np.append(labels[self._cells], np.int32(-1))  # the last: no triangle
+        self._n_threads = n_threads
+        self.is_seen = np.zeros(len(labels), bool)
+
+    def looked_at(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
+        """Yield, for each camera, the label in each pixel, -1 for none, and its area there."""
+        return chain.from_iterable(map(self._looked_at_by, self._batches(cameras)))
+
+    def _batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
+        largest = max(width * height for width, height in (camera.size for camera in cameras))
+        step = max(min(self._n_threads, LEAST_IMAGES), MOST_PIXELS // largest)
+        return (cameras[start : start + step] for start in range(0, len(cameras), step))
+
+    def _looked_at_by(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
+        rows = [
+            [*camera.projection.ravel(), camera.intrinsics[0] * camera.intrinsics[1]]
+            for camera in cameras
+        ]
+        sizes = np.array([camera.size for camera in cameras], np.int32)
+        triangles, areas, is_seen = _core.see_surface(
+            self._vertices, self._triangles, np.array(rows), sizes.ravel(), self._n_threads
+        )
+        self.is_seen[self._cells[is_seen.view(bool)]] = True
+        ends = np.cumsum(sizes.prod(axis=1, dtype=np.int64))
+        for start, end in zip([0, *ends[:-1]], ends, strict=True):
+            yield self._labels[triangles[start:end]], areas[start:end]
+
+
+def collect_votes(
+    surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
+) -> Votes:
+    """Return the votes of all images for the labels of a surface, and warn of images without.
+
+    Raises a MeshError if there are no votes, or if an image does not fit its camera.
+    """
+    images = list(_votes_of_images(surface, masks, cameras, overlap))
+    _check_images(images, cameras)
+    counts = [len(image.ids) for image in images]
+    firsts = np.cumsum([0, *counts])
+    numbers = [
+        np.where(image.masks < 0, -1, image.masks + first)
+        for image, first in zip(images, firsts, strict=False)
+    ]
+    return Votes(
+        np.concatenate(numbers).astype(np.int32),
+        np.concatenate([image.regions for image in images]),
+        np.concatenate([image.areas for image in images]),
+        np.repeat(np.arange(len(images), dtype=np.int32), counts),
+        np.concatenate([image.ids for image in images]).astype(np.int32),
+        surface.is_seen,
+    )
+
+
+class _ImageVotes(NamedTuple):
+    """Votes of one image."""
+
+    masks: Ints  # (A,) index of `ids`; -1 for none
+    regions: Ints  # (A,)
+    areas: Floats  # (A,)
+    ids: Array  # (M,) ids of its masks, ascending
+    n_seen: int  # pixels that vote
+
+
+def _votes_of_images(
+    surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
+) -> Iterator[_ImageVotes]:
+    """Yield the votes of each image; a ValueError if there are more or fewer than cameras."""
+    given, n_images = iter(masks), 0
+    for (regions, areas), image in zip(surface.looked_at(cameras), given, strict=False):
+        camera = cameras[n_images]
+        with named_errors(_title(n_images, camera)):
+            ids = label_image(image, camera.size, overlap).ravel()
+        yield _votes_of(ids, regions, areas)
+        n_images += 1
+    if n_images < len(cameras):
+        raise ValueError(f"there are masks of {n_images} images for {len(cameras)} cameras")
+    if next(given, given) is not given:
+        raise ValueError(f"there are masks of more images than {len(cameras)}, one per camera")
+
+
+def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
+    """Add up the areas of the pixels of an image by mask and region."""
+    ranks, names = ranked_labels(np.where(ids == NO_MASK, -1, ids))
+    votes = (regions >= 0) & (areas > 0)
+    local, regions_seen = ranked_labels(regions)
+    shape = (len(names) + 1, len(regions_seen))
+    keys = (ranks[votes].astype(np.int64) + 1) * shape[1] + local[votes]
+    sums = sums_by_label(keys, areas[votes], shape[0] * shape[1])
+    found = np.flatnonzero(sums)
+    masks, places = np.divmod(found, max(shape[1], 1))
+    return _ImageVotes(
+        masks - 1, regions_seen[places].astype(np.int32), sums[found], names, len(keys)
+    )
+
+
+def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> None:
+    """Warn of images that do not vote; a MeshError if none does."""
+    titles = [_title(place, camera) for place, camera in enumerate(cameras)]
+    blind = [title for title, image in zip(titles, images, strict=True) if not image.n_seen]
+    empty = [title for title, image in zip(titles, images, strict=True) if not len(image.ids)]
+    if len(blind) == len(images):
+        raise MeshError(
+            "no camera sees the mesh: are poses from camera to world, in the frame and unit of the"
+            " mesh, with the right axes (OpenCV or OpenGL)?"
+        )
+    if len(empty) == len(images):
+        raise MeshError("all masks are empty: ids are 1 and up")
+    if not any((image.masks >= 0).any() for image in images):
+        raise MeshError("no mask shows a part of the mesh: do masks and cameras belong together?")
+    for found, what in ((blind, "nothing of the mesh is seen"), (empty, "there is no mask")):
+        if found:
+            more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+            warnings.warn(f"{what} in {found[0]}{more}", ViewWarning, stacklevel=4)
+
+
+def _title(place: int, camera: PinholeCamera) -> str:
+    return f"image {place} ({camera.name})" if camera.name else f"image {place}"

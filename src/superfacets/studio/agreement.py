@@ -1,0 +1,146 @@
+"""Compare the work of two people on one mesh, and merge it.
+
+Their classes are matched by name, and their objects by how much of them is the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..cells.sums import sums_by_label
+from .classes import INSTANCES, ClassList, Paint, class_of, paint_of, with_new
+from .history import History, State
+from .journal import JournalError, parsed_work
+from .source import Source
+
+Side = Literal["mine", "theirs"]
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass
+class Theirs:
+    """The work of somebody else, in my numbers of classes and objects."""
+
+    name: str
+    paint: Paint  # (N,)
+    class_list: ClassList  # mine, and theirs that I lack
+
+    def differs(self, mine: Paint) -> npt.NDArray[np.bool_]:
+        """Cells that both have given a class, but not the same class and object."""
+        found: npt.NDArray[np.bool_] = (self.paint != mine) & (self.paint > 0) & (mine > 0)
+        return found
+
+
+def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floats) -> Theirs:
+    """Read somebody else's work file, and express it in my classes and objects.
+
+    Raises JournalError if it is no work file, damaged, or about another mesh.
+    """
+    journal = parsed_work(Path(name), data)
+    source.check_work(journal)
+    shared = mine.class_list if journal.header["classes"] is None else None  # of a folder
+    state = History.replayed(journal, source.n_cells, shared).state
+    numbers, class_list = _matched_classes(state, mine.class_list)
+    classes, objects = numbers[state.classes], state.objects
+    own = mine.classes.astype(np.int64) * INSTANCES + mine.objects
+    given = _matched_objects(own, classes * INSTANCES + objects, areas)
+    return Theirs(name, paint_of(classes, given), class_list)
+
+
+def _matched_classes(theirs: State, known: ClassList) -> tuple[npt.NDArray[np.int64], ClassList]:
+    """My number of each class of theirs; classes of a new name are added to my list."""
+    numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
+    names = {entry["id"]: entry["name"] for entry in theirs.class_list}
+    for number in np.unique(theirs.classes[theirs.classes > 0]).tolist():
+        name = names.get(number, f"class {number}")
+        number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(known)}
+        if name.casefold() not in number_of:
+            known = with_new(known, max(number_of.values(), default=0) + 1, name)
+            number_of[name.casefold()] = known[-1]["id"]
+        numbers[number] = number_of[name.casefold()]
+    return numbers, known
+
+
+def _matched_objects(
+    mine: npt.NDArray[np.int64], theirs: npt.NDArray[np.int64], areas: Floats
+) -> npt.NDArray[np.int64]:
+    """My object of each cell of theirs: pairs of one class, those most alike first.
+
+    Objects of theirs that match none get numbers above all of mine.
+    """
+    pairs = sorted(_overlaps(mine, theirs, areas), key=lambda pair: (-pair[2], pair[0], pair[1]))
+    number_of: dict[int, int] = {}
+    taken: set[int] = set()
+    for own, other, _ in pairs:
+        is_object = own % INSTANCES and other % INSTANCES and own // INSTANCES == other // INSTANCES
+        if is_object and own not in taken and other not in number_of:
+            number_of[other] = own % INSTANCES
+            taken.add(own)
+    highest: dict[int, int] = {}
+    for own in np.unique(mine).tolist():
+        highest[own // INSTANCES] = own % INSTANCES
+    found, ranks = np.unique(theirs, return_inverse=True)
+    numbers = np.zeros(len(found), np.int64)
+    for rank, other in enumerate(found.tolist()):
+        number, place = divmod(other, INSTANCES)
+        if place and other not in number_of:
+            number_of[other] = highest[number] = highest.get(number, 0) + 1
+            if highest[number] >= INSTANCES:
+                raise JournalError(f"both works have {INSTANCES} objects or more of one class")
+        numbers[rank] = number_of[other] if place else 0
+    return numbers[ranks]
+
+
+def _overlaps(
+    mine: npt.NDArray[np.int64], theirs: npt.NDArray[np.int64], areas: Floats
+) -> list[tuple[int, int, float]]:
+    """Pairs of values that a cell has in both, with the IoU of their areas."""
+    (own, a), (other, b) = (np.unique(one, return_inverse=True) for one in (mine, theirs))
+    keys, pairs = np.unique(a * len(other) + b, return_inverse=True)
+    common = sums_by_label(pairs, areas, len(keys))
+    of_own, of_other = sums_by_label(a, areas, len(own)), sums_by_label(b, areas, len(other))
+    i, j = np.divmod(keys, len(other))
+    union = of_own[i] + of_other[j] - common
+    shares = np.divide(common, union, out=np.zeros(len(keys)), where=union > 0)
+    return list(zip(own[i].tolist(), other[j].tolist(), shares.tolist(), strict=True))
+
+
+def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
+    """How far both agree: the share of the area, and the IoU of each class and object.
+
+    ``share`` is of the area that both have given a class. Only classes and objects that one of
+    both has are in the lists; ``object`` is in my numbers.
+    """
+    paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
+    both = (paint > 0) & (theirs.paint > 0)
+    total = float(areas[both].sum())
+    agreed = float(areas[both & (paint == theirs.paint)].sum())
+    of_classes = _ious(class_of(paint), class_of(theirs.paint), areas)
+    of_objects = _ious(paint, theirs.paint, areas)
+    names = {entry["id"]: entry["name"] for entry in theirs.class_list}
+    rows = []
+    for number, iou in of_classes.items():
+        objects = [
+            {"object": one >> 16, "iou": round(share, 6)}
+            for one, share in of_objects.items()
+            if one & 0xFFFF == number and one >> 16
+        ]
+        name = names.get(number, f"class {number}")
+        rows.append({"class": number, "name": name, "iou": round(iou, 6), "objects": objects})
+    return {"name": theirs.name, "share": agreed / total if total else 0.0, "classes": rows}
+
+
+def _ious(mine: npt.NDArray[Any], theirs: npt.NDArray[Any], areas: Floats) -> dict[int, float]:
+    """The IoU of each value above 0 that a cell has in one of both."""
+    values = np.union1d(mine, theirs)
+    ranks = [np.searchsorted(values, one) for one in (mine, theirs)]
+    sums = [sums_by_label(rank, areas, len(values)) for rank in ranks]
+    common = sums_by_label(ranks[0], np.where(mine == theirs, areas, 0.0), len(values))
+    union = sums[0] + sums[1] - common
+    shares = np.divide(common, union, out=np.ones(len(values)), where=union > 0)
+    return {int(value): float(share) for value, share in zip(values, shares, strict=True) if value}

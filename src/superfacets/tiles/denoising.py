@@ -1,0 +1,191 @@
+"""Stage 0 of meshes on disk: positions without noise, as `mesh.denoising` computes them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import Literal, NamedTuple, cast
+
+import numpy as np
+
+from .. import _core
+from .._types import Array, Bools, Floats, Longs
+from ..batches.mapping import Run
+from ..io.readers.pieces import Pieces
+from ..io.tables import Rows, take_rows
+from ..mesh.denoising import AUTO_STEPS, NOISE_LIMIT, estimated_noise, noise_products
+from ..mesh.faces import FaceMesh, VertexGraph, corners_in_a_row, mesh_like, vertex_graph
+from ..workers.scratch import Scratch
+from .arrays import index_in
+from .chunks import BlockRows, Chunks
+from .halos import OF_FACES, faces_with_halo, find_halos
+from .mesh_tiles import mesh_chunks, tiles_of_chunks
+from .part import Part
+from .store import TileStore
+
+
+class _Noise(NamedTuple):
+    """Sums over the vertices of a tile that no lower tile has."""
+
+    products: Floats  # see `noise_products`
+    length: float  # of all edges, from both ends
+    n_ends: int
+
+
+def make_denoised_tiles(
+    pieces: Pieces, scratch: Scratch, tile_cells: int, denoise: int | Literal["auto"], *,
+    welds: bool, run: Run, n_threads: int,
+) -> tuple[TileStore, int]:  # fmt: skip
+    """Return the tiles of the mesh with smoothed positions, and the number of steps.
+
+    Positions are those of `mesh.denoising.denoised`, bit for bit. Tiles of the mesh as it is are
+    made first; those of the smoothed mesh, which has another order, replace them.
+    """
+    make = partial(mesh_chunks, scratch=scratch, tile_cells=tile_cells, run=run)
+    chunks = make(pieces, welds=welds, n_threads=n_threads)
+    store = tiles_of_chunks(chunks, scratch, run)
+    n_steps = _smooth_all(store, denoise, run, n_threads)
+    if n_steps:
+        smooth = replace(pieces, points=_table(chunks, store, n_steps, run))
+        for tile in range(store.n_tiles):
+            scratch.remove_folder(f"tile{tile}")
+        store = tiles_of_chunks(make(smooth, welds=welds, n_threads=n_threads), scratch, run)
+    scratch.remove_folder("representatives")
+    return store, n_steps
+
+
+def _smooth_all(store: TileStore, denoise: int | Literal["auto"], run: Run, n_threads: int) -> int:
+    """Write the positions of all vertices after each step; return the number of steps.
+
+    Each step is a pass over the tiles, with two rings of faces around each.
+    """
+    halos = find_halos(store, run)
+    tiles, n_steps = range(store.n_tiles), 1 if denoise == "auto" else denoise
+    if n_steps:
+        run(_link_vertices, store, [(tile, halos[tile], n_threads) for tile in tiles])
+    step = 0
+    while step < n_steps:
+        run(_smooth, store, [(tile, halos[tile], step, n_threads) for tile in tiles])
+        step += 1
+        if denoise == "auto" and step == 1:
+            found = run(_measure_noise, store, [(tile, halos[tile], n_threads) for tile in tiles])
+            n_steps = AUTO_STEPS if _noise_of(found) >= NOISE_LIMIT else 0
+    return n_steps
+
+
+def _noise_of(found: list[_Noise]) -> float:
+    """The noise, in mean edge lengths; 8 bytes per vertex are in memory."""
+    n_ends = sum(some.n_ends for some in found)
+    if not n_ends:
+        return 0.0
+    mean_length = sum(some.length for some in found) / n_ends
+    return estimated_noise(np.concatenate([some.products for some in found]), mean_length)
+
+
+def _link_vertices(store: TileStore, tile: int, others: list[int], n_threads: int) -> None:
+    """Write the graph of the vertices of a tile and its halo."""
+    faces, graph = _faces_around(store, tile, others, n_threads)
+    around = {"ids": faces.vertices["ids"], "offsets": graph.offsets, "neighbors": graph.neighbors}
+    for name, array in around.items():
+        store.write(tile, f"around/{name}", array)
+
+
+def _faces_around(
+    store: TileStore, tile: int, others: list[int], n_threads: int
+) -> tuple[Part, VertexGraph]:
+    """The faces of a tile and its halo, and the graph of their vertices."""
+    faces = faces_with_halo(store, Part.of_tile(store, tile, OF_FACES), others)
+    own_numbers = np.arange(len(faces.vertices["ids"]), dtype=np.int32)
+    return faces, vertex_graph(faces.mesh(store), own_numbers, n_threads)
+
+
+def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads: int) -> None:
+    """Write the positions of the vertices of a tile after one more step.
+
+    Each step moves vertices twice, so that it depends on vertices up to two edges away.
+    """
+    ids = store.read(tile, "around/ids")
+    points = _points_after(store, tile, others, step, ids)
+    graph = store.read(tile, "around/offsets"), store.read(tile, "around/neighbors")
+    smoothed = _core.taubin_smooth(points, *graph, 1, n_threads)
+    for folder, vertices in (("", "vertices/ids"), ("outer/", "outer/vertices/ids")):
+        chosen = smoothed[np.searchsorted(ids, store.read(tile, vertices))]
+        store.write(tile, f"{folder}smoothed{step + 1}", chosen)
+
+
+def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids: Longs) -> Floats:
+    """The positions after some steps of the vertices of a tile and its halo, by their numbers."""
+    name = f"smoothed{step}" if step else "vertices/points"
+    points = np.empty((len(ids), 3))
+    for other in others:
+        at = index_in(store.read(other, "outer/vertices/ids"), ids)
+        points[at[at >= 0]] = store.read(other, f"outer/{name}")[at >= 0]
+    points[np.searchsorted(ids, store.read(tile, "vertices/ids"))] = store.read(tile, name)
+    return points
+
+
+def _measure_noise(store: TileStore, tile: int, others: list[int], n_threads: int) -> _Noise:
+    """The noise after the first step of smoothing."""
+    faces, graph = _faces_around(store, tile, others, n_threads)
+    mesh, ids = faces.mesh(store), faces.vertices["ids"]
+    points = _points_after(store, tile, others, 1, ids)
+    made = mesh_like(mesh, points, corners_in_a_row(mesh), faces.corners()[0], store.bounds)
+    own_numbers = np.arange(len(ids), dtype=np.int32)
+    products = noise_products(mesh.vertices, cast(FaceMesh, made), graph, own_numbers)
+    is_own = _is_first(store, tile, others, ids) & (np.diff(graph.offsets) > 0)
+    is_end = np.repeat(is_own, np.diff(graph.offsets))
+    lengths = graph.lengths[is_end]
+    return _Noise(products[is_own], _core.sum_of(lengths, n_threads), len(lengths))
+
+
+def _is_first(store: TileStore, tile: int, others: list[int], ids: Longs) -> Bools:
+    """Whether each vertex belongs to a tile, and to no lower one."""
+    is_first = np.zeros(len(ids), bool)
+    is_first[np.searchsorted(ids, store.read(tile, "vertices/ids"))] = True
+    for other in others:
+        if other < tile:
+            at = index_in(store.read(other, "outer/vertices/ids"), ids)
+            is_first[at[at >= 0]] = False
+    return is_first
+
+
+def _table(chunks: Chunks, store: TileStore, step: int, run: Run) -> Rows:
+    """Positions of all vertices of the input: smoothed, or as they are if no face uses them."""
+    vertices, size, scratch = chunks.pieces.points, chunks.size, store.scratch
+    n_blocks = -(-vertices.n_rows // size)
+    ends = np.arange(0, (n_blocks + 1) * size, size)
+    cuts = np.array(run.all(_cut, store, store.n_tiles, ends))
+    jobs = [(block, vertices, size, cuts[:, block : block + 2], step) for block in range(n_blocks)]
+    run(_write_block, store, jobs)
+    table = BlockRows(scratch, "smoothed", size, vertices.n_rows)
+    if chunks.lowest is not None:
+        run.all(_copy_lowest, scratch, n_blocks, table, chunks.lowest)
+        scratch.remove_folder("smoothed")
+        table = replace(table, name="welded_smoothed")
+    return table
+
+
+def _cut(store: TileStore, tile: int, ends: Longs) -> Longs:
+    return np.searchsorted(store.read(tile, "vertices/ids"), ends)
+
+
+def _write_block(
+    store: TileStore, block: int, vertices: Rows, size: int, cuts: Array, step: int
+) -> None:
+    """Write the positions of a block of vertices of the input; `cuts` are its rows in each tile."""
+    begin = block * size
+    points = vertices.read(begin, min(begin + size, vertices.n_rows)).astype(np.float64)
+    for tile in np.flatnonzero(cuts[:, 0] < cuts[:, 1]).tolist():
+        ids, found = (
+            store.scratch.load(f"tile{tile}/{name}", *cuts[tile].tolist())
+            for name in ("vertices/ids", f"smoothed{step}")
+        )
+        points[ids - begin] = found
+    store.scratch.save(f"smoothed/{block}", points)
+
+
+def _copy_lowest(scratch: Scratch, block: int, table: BlockRows, lowest: Rows) -> None:
+    """Write the positions of the lowest vertices that are welded with those of a block."""
+    begin = block * table.size
+    vertices = lowest.read(begin, min(begin + table.size, table.n_rows))
+    scratch.save(f"welded_smoothed/{block}", take_rows(table, vertices, 2 * table.size))

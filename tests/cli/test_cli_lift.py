@@ -1,0 +1,154 @@
+"""The command `lift`."""
+
+import json
+
+import numpy as np
+import pytest
+import shapes
+from command_line import files_in
+from looking import camera_at, masks_of
+
+import superfacets as sf
+from superfacets.studio.imports import read_import
+
+Image = pytest.importorskip("PIL.Image", reason="Pillow is not installed")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A cube with its sides as regions, masks of its halves, and cameras."""
+    monkeypatch.chdir(tmp_path)
+    mesh = shapes.cube()
+    sides = np.arange(mesh.n_faces) // 2
+    sf.write_mesh("cube.ply", mesh, sides)
+    middle = mesh.vertices.mean(axis=0)
+    cameras = []
+    for i, angle in enumerate(np.linspace(0, 2 * np.pi, 8, endpoint=False)):
+        place = middle + [3 * np.cos(angle), 3 * np.sin(angle), 2 * (-1) ** i]
+        cameras.append(camera_at(place, middle, name=f"{i}.jpg"))
+    frames = [
+        {
+            "file_path": camera.name,
+            "transform_matrix": (camera.pose @ np.diag([1, -1, -1, 1])).tolist(),
+        }
+        for camera in cameras
+    ]
+    document = {"w": 64, "h": 48, "fl_x": 50, "frames": frames}
+    (tmp_path / "transforms.json").write_text(json.dumps(document))
+    (tmp_path / "poses").mkdir()
+    (tmp_path / "masks").mkdir()
+    for camera, mask in zip(cameras, masks_of(mesh, sides // 3, cameras), strict=True):
+        name = camera.name[0]
+        np.savetxt(f"poses/{name}.txt", camera.pose)
+        Image.fromarray(mask.astype(np.uint8)).save(f"masks/{name}.png")
+    (tmp_path / "intrinsics.txt").write_text("50 50 32 24")
+    return tmp_path
+
+
+LIFT = ("lift", "cube.ply", "cube.ply", "masks", "transforms.json")
+
+
+def test_regions_are_labeled_by_masks(run, folder):
+    status, out, err = run(*LIFT)
+    assert status == 0
+    assert err.startswith("superfacets: note: replaced by those of the labels: face property label")
+    assert out == (
+        "wrote cube.superfacets.ply\n"
+        "cube.ply: 8 images see 100.0% of the area, 2 labels cover 100.0%, with a mean score of"
+        " 1.00\n"
+    )
+    assert sf.read_labels("cube.superfacets.ply").tolist() == [0] * 6 + [1] * 6
+    outputs = ("-o", "a.npy", "-o", "a.aggregation.json", "--consistent-ids", "-q")
+    assert run(*LIFT, *outputs) == (0, "", "")
+    assert sf.read_labels("a.npy").tolist() == [1] * 6 + [2] * 6
+    groups = json.loads((folder / "a.aggregation.json").read_text())["segGroups"]
+    assert [(group["segments"], group["label"]) for group in groups] == [([1], "1"), ([2], "2")]
+
+
+def test_poses_of_their_own_and_facts_as_json(run, folder):
+    status, out, _ = run(
+        *LIFT[:-1], "poses", "--intrinsics", "intrinsics.txt", "--json", "-o", "a.aggregation.json"
+    )
+    assert status == 0
+    assert json.loads(out) == {
+        "file": "cube.ply",
+        "n_images": 8,
+        "n_labels": 2,
+        "mean_score": 1.0,
+        "seen_area": 1.0,
+        "labeled_area": 1.0,
+        "outputs": ["a.aggregation.json"],
+    }
+    groups = json.loads((folder / "a.aggregation.json").read_text())["segGroups"]
+    assert [group["label"] for group in groups] == ["object", "object"]
+    status, _, err = run(*LIFT[:-1], "poses")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "intrinsics and size are needed" in err
+
+
+@pytest.mark.parametrize(
+    ("option", "names", "objects"),
+    [((), ["object"], [1, 2]), (("--consistent-ids",), ["1", "2"], [1])],
+)
+def test_the_studio_imports_objects(run, folder, option, names, objects):
+    files = ("a.npy", "a.aggregation.json")
+    assert run(*LIFT, "-o", files[0], "-o", files[1], *option)[0] == 0
+    content = {name: (folder / name).read_bytes() for name in files}
+    found = read_import(content, sf.read_mesh("cube.ply"), ())
+    assert found.cells.tolist() == list(range(12))
+    assert np.unique(found.objects).tolist() == objects
+    assert [entry["name"] for entry in found.class_list] == names
+
+
+def test_masks_that_show_no_region_much_give_no_labels(run, folder):
+    for path in (folder / "masks").iterdir():
+        mask = np.zeros((48, 64), np.uint8)
+        mask[24, 32] = 1
+        Image.fromarray(mask).save(path)
+    status, out, _ = run(*LIFT, "-o", "a.npy", "-o", "a.aggregation.json", "-o", "a.ply")
+    assert status == 0
+    assert "0 labels cover 0.0%, with a mean score of 0.00" in out
+    assert json.loads((folder / "a.aggregation.json").read_text())["segGroups"] == []
+    assert sf.read_labels("a.ply").max() == -1
+
+
+def test_images_that_do_not_vote_are_noted(run, folder):
+    Image.fromarray(np.zeros((48, 64), np.uint8)).save("masks/3.png")
+    (folder / "masks" / "7.png").rename(folder / "masks" / "other.png")
+    status, out, err = run(*LIFT, "-o", "a.npy")
+    assert status == 0
+    assert out.startswith("wrote a.npy\ncube.ply: 7 images see")
+    assert err == (
+        "superfacets: note: there is no mask in image 3 (3.jpg)\n"
+        "superfacets: note: masks without a camera are left out: other\n"
+    )
+
+
+def test_what_is_wrong_is_one_line_and_nothing_is_written(run, folder):
+    before = files_in(folder)
+    np.save("masks/2.npy", np.ones((48, 64), int))
+    (folder / "masks" / "2.png").rename(folder / "2.png")
+    np.save("masks/2.npy", np.ones((48, 60), int))
+    for change, words in (
+        ((), "image 2 (2.jpg): masks have 60 x 48 pixels, and the camera 64 x 48"),
+        (("--agreement", "0"), "0.0 is not in the range 0<x<=1"),
+        (("-o", "transforms.json"), "expected the ending"),
+    ):
+        status, out, err = run(*LIFT, *change)
+        assert status in (1, 2)
+        assert (out, err.count("\n")) == ("", 1)
+        assert words in err
+    (folder / "masks" / "2.npy").unlink()
+    (folder / "2.png").rename(folder / "masks" / "2.png")
+    document = json.loads((folder / "transforms.json").read_text())
+    for frame in document["frames"]:
+        frame["transform_matrix"] = np.diag(
+            [1, -1, -1, 1]
+        ).tolist()  # all at one corner of the cube
+        frame["transform_matrix"][0][3] = 90
+    (folder / "turned.json").write_text(json.dumps(document))
+    status, _, err = run(*LIFT[:-1], "turned.json")
+    assert (status, err.count("\n")) == (1, 1)
+    assert "no camera sees the mesh: are poses from camera to world" in err
+    (folder / "turned.json").unlink()
+    assert files_in(folder) == before

@@ -1,0 +1,313 @@
+"""Masks of images that vote for labels of regions."""
+
+import warnings
+
+import numpy as np
+import pytest
+import shapes
+from looking import camera_at, cameras_in_room, masks_of
+from numpy.testing import assert_array_equal
+
+import superfacets as sf
+from superfacets import _core, reference
+
+SQUARE = sf.Mesh([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2, 3]])
+
+
+def above(name=""):
+    """A camera whose pixels show a unit of the square each."""
+    pose = [[1, 0, 0, 2], [0, -1, 0, 2], [0, 0, -1, 10], [0, 0, 0, 1]]
+    return sf.PinholeCamera(pose, (10, 10, 2, 2), (4, 4), name)
+
+
+UPPER = np.array([[1, 1, 1, 0], [1, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0]])
+"""The pixels of the second face."""
+
+
+def test_regions_get_the_label_of_most_of_their_visible_area():
+    mask = np.where(UPPER, 7, 5)
+    mask[3, 1:] = 9  # 3 of the 10 pixels of the first face
+    result = sf.lift(SQUARE, [0, 1], [mask], [above()], consistent_ids=True)
+    assert result.labels.tolist() == result.region_labels.tolist() == [5, 7]
+    assert np.allclose(result.scores, [0.7, 1.0])
+    assert result.mask_labels == ({5: 5, 7: 7, 9: -1},)
+    assert result.found.tolist() == [5, 7]
+    assert repr(result) == "LiftedLabels(2 labels, 2 regions, 1 images)"
+    assert result.seen.tolist() == [True, True]
+    one = sf.lift(SQUARE, [0, 0], [mask], [above()], consistent_ids=True)
+    assert one.labels.tolist() == [5, 5]  # 7 pixels against 6 and 3
+
+
+def test_a_region_that_is_mostly_in_no_mask_has_no_label():
+    mask = np.zeros((4, 4), int)
+    mask[3] = 2  # 4 of the 10 pixels of the first face
+    result = sf.lift(SQUARE, [0, 1], [mask], [above()], consistent_ids=True)
+    assert result.labels.tolist() == [-1, -1]
+    assert not result.scores.any()
+    mask[2, 2:] = 2
+    assert sf.lift(SQUARE, [0, 1], [mask], [above()]).labels.tolist() == [0, -1]
+
+
+def test_labels_are_projected_to_the_images_of_cameras():
+    (image,) = sf.project_labels(SQUARE, [7, 3], [above()])
+    assert image.dtype == np.int32
+    assert image.tolist() == np.where(UPPER, 3, 7).tolist()
+    images = sf.project_labels(SQUARE, [0, -1], [above(), camera_at([2, 2, 5], [2, 2, 9])])
+    assert images[0].tolist() == np.where(UPPER, -1, 0).tolist()
+    assert images[1].shape == (48, 64)
+    assert (images[1] == -1).all()
+    with pytest.raises(ValueError, match="there are 1 labels for 2 cells"):
+        sf.project_labels(SQUARE, [0], [above()])
+
+
+def test_cells_in_no_region_have_no_label_but_are_seen():
+    result = sf.lift(SQUARE, [-1, 0], [np.full((4, 4), 3)], [above()], consistent_ids=True)
+    assert result.labels.tolist() == [-1, 3]
+    assert result.seen.tolist() == [True, True]
+
+
+def test_masks_come_in_all_the_forms_of_segmenters():
+    ids = np.where(UPPER, 2, 1)
+    stack = np.stack([UPPER == 0, UPPER == 1])
+    forms = [
+        ids, ids.astype(np.uint16), ids.tolist(), stack, list(stack),
+        [{"segmentation": one, "area": 6} for one in stack], [one.tolist() for one in stack],
+        ids.astype(np.uint8),
+    ]  # fmt: skip
+    for form in forms:
+        result = sf.lift(SQUARE, [0, 1], [form], [above()], consistent_ids=True)
+        assert result.labels.tolist() == [1, 2]
+    result = sf.lift(SQUARE, [0, 1], [UPPER == 1], [above()], consistent_ids=True)
+    assert result.labels.tolist() == [-1, 1]
+    result = sf.lift(SQUARE, [0, 1], [UPPER.astype(np.uint8)], [above()], consistent_ids=True)
+    assert result.labels.tolist() == [-1, 1]
+    result = sf.lift(SQUARE, [0, 1], [np.where(UPPER, 4, -1)], [above()], consistent_ids=True)
+    assert result.labels.tolist() == [-1, 4]
+
+
+def test_where_masks_overlap_the_smallest_or_the_largest_counts():
+    whole, part = np.ones((4, 4), bool), UPPER == 1
+    for overlap, stack, expected in (
+        ("smallest", [whole, part], [1, 2]),
+        ("smallest", [part, whole], [2, 1]),
+        ("smallest", [part, part, whole], [3, 1]),  # as large: the first
+        ("largest", [part, whole], [2, 2]),
+        ("largest", [whole, whole, part], [1, 1]),
+    ):
+        given = (SQUARE, [0, 1], [stack], [above()])
+        result = sf.lift(*given, overlap=overlap, consistent_ids=True)
+        assert result.labels.tolist() == expected
+
+
+def box_views(n=12):
+    """A cube on a plate, its sides as regions, and views around it."""
+    mesh = shapes.cube()
+    labels = np.arange(mesh.n_faces) // 2
+    middle = mesh.vertices.mean(axis=0)
+    angles = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    places = [middle + [3 * np.cos(a), 3 * np.sin(a), 2 * (-1) ** i] for i, a in enumerate(angles)]
+    return mesh, labels, [camera_at(place, middle) for place in places]
+
+
+def test_ids_of_each_image_become_objects_that_are_seen_together():
+    mesh, sides, cameras = box_views()
+    truth = sides // 3  # two objects of three sides each
+    rng = np.random.default_rng(0)
+    masks = []
+    for mask in masks_of(mesh, truth, cameras):
+        names = np.concatenate([[0], rng.permutation(90)[:2] + 1])
+        masks.append(names[mask])
+    result = sf.lift(mesh, sides, masks, cameras)
+    # Numbered by their lowest regions.
+    assert_array_equal(result.labels, truth)
+    assert (result.scores > 0.9).all()
+    for mask, found in zip(masks, result.mask_labels, strict=True):
+        assert sorted(found) == np.unique(mask[mask > 0]).tolist()
+        assert set(found.values()) <= {0, 1}
+    apart = sf.lift(mesh, sides, masks_of(mesh, sides, cameras), cameras)
+    assert_array_equal(apart.labels, sides)
+
+
+def test_agreement_decides_between_wholes_and_parts():
+    mesh, sides, cameras = box_views(12)
+    wholes, parts = (masks_of(mesh, labels, cameras) for labels in (0 * sides, sides))
+    mixed = [w if i % 3 else p for i, (w, p) in enumerate(zip(wholes, parts, strict=True))]
+    assert not sf.lift(mesh, sides, mixed, cameras, agreement=0.3).labels.any()
+    strict = sf.lift(mesh, sides, mixed, cameras, agreement=0.99)
+    assert len(np.unique(strict.region_labels)) > 1
+
+
+def test_too_many_regions_for_objects_are_refused(monkeypatch):
+    mesh, sides, cameras = box_views()
+    masks = masks_of(mesh, 0 * sides, cameras)
+    monkeypatch.setattr("superfacets.regions.lifting.MOST_PAIRS", 50)
+    with pytest.raises(sf.MeshError, match="masks show up to 3 regions each, too many"):
+        sf.lift(mesh, sides, masks, cameras)
+    assert sf.lift(mesh, sides, masks, cameras, consistent_ids=True).found.tolist() == [1]
+
+
+def test_an_image_whose_masks_show_no_region_much_gives_no_objects():
+    mask = np.zeros((4, 4), int)
+    mask[0, :2] = 1
+    result = sf.lift(SQUARE, [0, 1], [mask], [above()])
+    assert result.labels.tolist() == [-1, -1]
+    assert result.mask_labels == ({1: -1},)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_groups_are_those_of_the_reference(seed):
+    rng = np.random.default_rng(seed)
+    n_regions, counts = 9, rng.integers(1, 5, 4)
+    whole = seed % 2  # many ties
+    areas = [
+        (rng.integers(0, 3, (n_regions, n)) if whole else rng.random((n_regions, n)))
+        * (rng.random((n_regions, n)) < 0.5)
+        for n in counts
+    ]
+    table = np.concatenate(areas, axis=1).astype(float)
+    regions, masks = np.nonzero(table)
+    offsets = np.searchsorted(regions, np.arange(n_regions + 1))
+    image_of = np.repeat(np.arange(4, dtype=np.int32), counts)
+    for least in (0.2, 0.5, 0.8):
+        found = _core.join_by_masks(
+            offsets, masks.astype(np.int32), table[regions, masks], image_of, least
+        )
+        assert found.tolist() == reference.join_by_masks(areas, least)
+
+
+def test_the_result_does_not_depend_on_the_number_of_threads():
+    mesh, sides, cameras = box_views()
+    masks = masks_of(mesh, sides // 3, cameras)
+    expected = sf.lift(mesh, sides, masks, cameras, n_threads=1)
+    for n_threads in (2, 5):
+        found = sf.lift(mesh, sides, masks, cameras, n_threads=n_threads)
+        assert_array_equal(found.labels, expected.labels)
+        assert_array_equal(found.scores, expected.scores)
+        assert_array_equal(found.seen, expected.seen)
+
+
+def test_polygons_and_tetrahedra_are_seen_from_outside():
+    quad = sf.PolygonMesh.of_faces(SQUARE.vertices, [[0, 1, 2, 3]])
+    assert sf.lift(quad, [0], [np.full((4, 4), 3)], [above()]).labels.tolist() == [0]
+    tets = sf.TetMesh(
+        [[0, 0, 0], [4, 0, 0], [0, 4, 0], [4, 4, -4], [1, 1, -9]], [[0, 1, 2, 3], [0, 1, 2, 4]]
+    )
+    result = sf.lift(tets, [0, 1], [np.full((4, 4), 3)], [above()], consistent_ids=True)
+    assert result.labels.max() == 3
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "words"),
+    [
+        ({"masks": [np.ones((4, 5), int)]}, sf.MeshError, "5 x 4 pixels, and the camera 4 x 4"),
+        ({"masks": [np.ones((2, 5, 4), bool)]}, sf.MeshError, "4 x 5 pixels, and the camera 4"),
+        ({"masks": [np.ones((4, 4, 3), np.uint8)]}, sf.MeshError, "uint8 of shape"),
+        ({"masks": [np.ones((4, 4))]}, sf.MeshError, "integers or bools, got float64"),
+        ({"masks": [np.full((4, 4), 2**31)]}, sf.MeshError, r"below 2\*\*31"),
+        ({"masks": [[UPPER == 1, UPPER[:2] == 1]]}, sf.MeshError, "differ in size"),
+        ({"masks": [np.zeros((4, 4), int)]}, sf.MeshError, "all masks are empty"),
+        ({"masks": [[]]}, sf.MeshError, "all masks are empty"),
+        ({"masks": []}, ValueError, "masks of 0 images for 1 cameras"),
+        ({"masks": [UPPER, UPPER]}, ValueError, "more images than 1, one per"),
+        ({"cameras": []}, ValueError, "no cameras"),
+        ({"cameras": [np.eye(4)]}, TypeError, r"cameras\[0\] must be a PinholeCamera, got ndarray"),
+        (
+            {"mesh": SQUARE.vertices, "regions": [0, 1, 1, 1]},
+            TypeError,
+            "points have no surface for cameras",
+        ),
+        ({"regions": [0, 2]}, ValueError, "label"),
+        ({"agreement": 0}, ValueError, "above 0"),
+        ({"agreement": 1.5}, ValueError, "agreement must be 0 to 1"),
+        ({"overlap": "first"}, ValueError, "overlap must be one of smallest, largest"),
+        ({"consistent_ids": 1}, TypeError, "consistent_ids must be True or False"),
+    ],
+)
+def test_what_is_wrong_is_said_in_a_line(change, error, words):
+    given = {"mesh": SQUARE, "regions": [0, 1], "masks": [UPPER], "cameras": [above("a.png")]}
+    with pytest.raises(error, match=words) as caught:
+        sf.lift(**{**given, **change})
+    assert "\n" not in str(caught.value)
+    if error is sf.MeshError and "all masks" not in words:
+        assert str(caught.value).startswith("image 0 (a.png): ")
+
+
+def test_cameras_that_see_nothing_are_named():
+    away = camera_at([2, 2, 5], [2, 2, 9], (4, 4), name="b.png")
+    with pytest.raises(sf.MeshError, match="no camera sees the mesh: are poses from camera"):
+        sf.lift(SQUARE, [0, 1], [UPPER], [away])
+    cameras, masks = [above(), away, above("c.png")], [UPPER, UPPER, 0 * UPPER]
+    with pytest.warns(sf.ViewWarning) as caught:
+        result = sf.lift(SQUARE, [0, 1], masks, cameras, consistent_ids=True)
+    assert [str(one.message) for one in caught] == [
+        "nothing of the mesh is seen in image 1 (b.png)",
+        "there is no mask in image 2 (c.png)",
+    ]
+    assert caught[0].filename == __file__
+    assert result.labels.tolist() == [-1, 1]
+    with pytest.warns(sf.ViewWarning, match=r"is seen in image 1 \(b.png\) and 1 more"):
+        sf.lift(SQUARE, [0, 1], 3 * [UPPER], [above(), away, away])
+    with pytest.raises(sf.MeshError, match="no mask shows a part of the mesh"):
+        sf.lift(SQUARE, [0, 1], [0 * UPPER, UPPER], [above(), away])
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "words"),
+    [
+        ({"pose": np.eye(3)}, ValueError, r"shape \(4, 4\) or \(3, 4\), got \(3, 3\)"),
+        ({"pose": "here"}, TypeError, "pose must be an array of numbers"),
+        ({"pose": [[1, 2], [3]]}, TypeError, "pose must be an array of numbers"),
+        ({"pose": np.full((4, 4), -np.inf)}, ValueError, "pose is not finite"),
+        ({"pose": np.ones((4, 4))}, ValueError, "last row of pose"),
+        ({"pose": np.diag([2.0, 2, 2, 1])}, ValueError, "without scale and shear"),
+        ({"pose": np.diag([-1.0, 1, 1, 1])}, ValueError, "pose mirrors the world"),
+        ({"intrinsics": (1, 2, 3)}, ValueError, "fx, fy, cx, cy"),
+        ({"intrinsics": (0, 2, 3, 4)}, ValueError, "focal lengths positive"),
+        ({"intrinsics": [[5, 1, 2], [0, 5, 2], [0, 0, 1]]}, ValueError, "a skew of 1"),
+        ({"size": 640}, TypeError, "width and height"),
+        ({"size": (640, 0)}, ValueError, "size must be at least 1"),
+    ],
+)
+def test_wrong_cameras_are_refused(values, error, words):
+    given = {"pose": np.eye(4), "intrinsics": (5, 5, 2, 2), "size": (4, 4)}
+    with pytest.raises(error, match=words):
+        sf.PinholeCamera(**{**given, **values})
+
+
+def test_cameras_take_matrices_and_axes_of_opengl():
+    matrix = [[5, 0, 2], [0, 6, 3], [0, 0, 1]]
+    camera = sf.PinholeCamera.of_opengl(np.eye(4)[:3], matrix, [4, 6])
+    assert camera.intrinsics.tolist() == [5, 6, 2, 3]
+    assert camera.pose.tolist() == np.diag([1, -1, -1, 1]).tolist()
+    assert camera.size == (4, 6)
+    assert camera.projection @ [1, 1, -2, 1] == pytest.approx([5 + 4, -6 + 6, 2])
+
+
+@pytest.mark.parametrize("name", ["office_d1", "storage_d1"])
+def test_masks_of_rooms_are_lifted_to_what_they_show(name, data_dir):
+    path = data_dir / "rooms" / f"{name}.npz"
+    if not path.exists():
+        pytest.skip("there are no rooms")
+    with np.load(path) as file:
+        mesh = sf.Mesh(file["vertices"], file["faces"])
+        truth = file["instances"][file["faces"]][:, 0].astype(int)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sf.IslandWarning)
+        regions = sf.segment(mesh, 500, weights="creases").labels
+    cameras = cameras_in_room(mesh.bounds, 20, (320, 240))
+    masks = masks_of(mesh, truth, cameras)
+    area = sf.build_face_graph(mesh).measures
+    result = sf.lift(mesh, regions, masks, cameras, consistent_ids=True)
+    seen = area * result.seen
+    assert seen.sum() > 0.6 * area.sum()
+    assert seen[result.labels - 1 == truth].sum() > 0.985 * seen.sum()
+    # The same from ids that are fresh in each image: objects are those of the truth.
+    rng = np.random.default_rng(0)
+    fresh = [np.append(0, 1 + rng.permutation(mask.max()))[mask] for mask in masks]
+    objects = sf.lift(mesh, regions, fresh, cameras).labels
+    table = np.zeros((objects.max() + 1, truth.max() + 1))
+    np.add.at(table, (objects[objects >= 0], truth[objects >= 0]), seen[objects >= 0])
+    # The largest part of each object of the truth, in one object each.
+    assert len(table) <= len(np.unique(truth)) + 4
+    best = np.unique(table.argmax(axis=0)[table.any(axis=0)])
+    assert table[best].max(axis=1).sum() > 0.97 * seen.sum()

@@ -1,0 +1,255 @@
+"""Two objects of one class, told apart in a real browser by mouse and keyboard alone."""
+
+import numpy as np
+import pytest
+from studio_page import Command, Tab
+
+import superfacets as sf
+from superfacets import Mesh, write_mesh
+from superfacets.studio.document import Document
+
+CHAIR, FLOOR = 1000, 2000
+
+
+def box(center, size, n):
+    """A box whose sides have 2 n^2 triangles each."""
+    u, v = (np.ravel(part) for part in np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0)))
+    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    halves = ([a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1])
+    square = np.concatenate([np.stack(half, axis=1) for half in halves])
+    points, faces = [], []
+    for axis in range(3):
+        for side, order in ((0.0, (0, 2, 1)), (1.0, (0, 1, 2))):
+            sides = np.roll([np.full(len(u), side), u / n, v / n], axis, axis=0)
+            faces.append(square[:, order] + sum(map(len, points)))
+            points.append(sides.T)
+    return (np.concatenate(points) - 0.5) * size + center, np.concatenate(faces)
+
+
+@pytest.fixture
+def made_room(tmp_path):
+    """A floor with two chairs on it, and the object of each face: 0 is the floor."""
+    parts = [
+        box((0, -0.15, 0), (6, 0.3, 3), 6), box((-1.5, 0.75, 0), (1, 1.4, 1), 4),
+        box((1.5, 0.75, 0), (1, 1.4, 1), 4),
+    ]  # fmt: skip
+    offsets = np.cumsum([0, *(len(points) for points, _ in parts)])
+    faces = np.concatenate([part[1] + offset for part, offset in zip(parts, offsets, strict=False)])
+    mesh = Mesh(np.concatenate([points for points, _ in parts]), faces)
+    write_mesh(tmp_path / "room.ply", mesh)
+    return tmp_path / "room.ply", np.repeat([0, 1, 2], [len(part[1]) for part in parts]), 24
+
+
+@pytest.fixture
+def real_room(data_dir, tmp_path):
+    """Two large cupboards of one class of a scanned room, and what is beside them."""
+    path = data_dir / "rooms" / "storage_d1.npz"
+    if not path.exists():
+        pytest.skip(f"there is no {path.name} in {path.parent}")
+    room = np.load(path)
+    instances = room["instances"][room["faces"]].max(axis=1)
+    middles = room["vertices"][room["faces"]].mean(axis=1)
+    low, high = (
+        pick(middles[np.isin(instances, [4, 5])], axis=0) + shift
+        for pick, shift in ((np.min, -0.2), (np.max, 0.2))
+    )
+    is_near = ((middles > low) & (middles < high)).all(axis=1) & np.isin(instances, [0, 4, 5])
+    mesh = sf.submesh(Mesh(room["vertices"].astype(float), room["faces"]), is_near * 1, 1).mesh
+    write_mesh(tmp_path / "room.ply", mesh)
+    truth = np.select([instances == 4, instances == 5], [1, 2], 0)[is_near]
+    return tmp_path / "room.ply", truth, 24
+
+
+@pytest.fixture(params=["made", "real"])
+def room(request):
+    return request.getfixturevalue(f"{request.param}_room")
+
+
+class Annotator:
+    """Labels two chairs and the floor with mouse and keys, and knows which regions are of which."""
+
+    def __init__(self, tab, truth):
+        self.tab, self.labels = tab, tab.labels()
+        table = np.zeros((self.labels.max() + 1, 3), int)
+        np.add.at(table, (self.labels, truth), 1)
+        self.instance_of_region = np.array([FLOOR, CHAIR + 1, CHAIR + 2])[table.argmax(axis=1)]
+
+    def label(self):
+        """Click what is seen, class by class; S goes to the regions behind, one by one."""
+        tab = self.tab
+        seen = tab.spots(None)
+        for number, keys in ((FLOOR, "2"), (CHAIR + 1, "1"), (CHAIR + 2, "o")):
+            tab.press(keys)
+            if number == FLOOR:
+                tab.page.get_by_label("class 2 has objects").click()  # no longer
+                tab.settled()
+            for region, x, y in seen:
+                if self.instance_of_region[region] == number:
+                    tab.click(x, y)
+        tab.locator("#canvas").focus()
+        tab.press("s")
+        while "Every region" not in tab.status:
+            self.choose(self.instance_of_region[tab.evaluate("studio.cursor()")])
+            tab.press("Enter", "s")
+        tab.settled()
+
+    def choose(self, instance):
+        """Choose a class by its key, or an object in its list."""
+        number, place = divmod(int(instance), 1000)
+        if place:
+            self.tab.locator(f"input[name=object][value='{place << 16 | number}']").click()
+            self.tab.locator("#canvas").focus()
+        else:
+            self.tab.press(str(number))
+
+    @property
+    def expected(self):
+        return self.instance_of_region[self.labels]
+
+
+def test_two_chairs_of_one_class_become_two_objects(room, serve, open_tab, tmp_path):
+    path, truth, n_regions = room
+    server = serve(path, n_regions, Command)
+    tab = open_tab(server.address)
+    annotator = Annotator(tab, truth)
+    annotator.label()
+    expected = annotator.expected
+    assert np.mean(expected == np.where(truth > 0, CHAIR + truth, FLOOR)) > 0.9
+    np.testing.assert_array_equal(server.instances(), expected)
+
+    tab.page.keyboard.press("Control+s")
+    tab.wait_for_status("room.ply.studio.jsonl")
+    assert "Saved" in tab.locator("#saved").text_content()
+    tab.press("Control+z")
+    tab.wait_for_status("Undone")
+    assert (server.instances() == 0).any()
+    tab.press("Control+Shift+Z")
+    tab.wait_for_status("again")
+    server.kill()
+    server.start()
+    tab.page.reload()
+    tab.ready().settled()
+    np.testing.assert_array_equal(server.instances(), expected)
+
+    tab.locator("#export-what").focus()
+    tab.page.keyboard.type("instance")
+    tab.locator("#export").click()
+    tab.wait_for_status("Written")
+    written = np.loadtxt(tmp_path / "room.instances.txt", dtype=int)
+    check_vertices(path, written, expected)
+
+    merge(tab, path, tmp_path, expected)
+    assert np.count_nonzero(server.instances() == CHAIR + 2) > np.count_nonzero(
+        expected == CHAIR + 2
+    )
+
+
+def check_vertices(path, written, expected):
+    """Vertices inside of an object, whose faces are all of it, have its number."""
+    faces = sf.read_mesh(path).faces
+    lowest, highest = np.full(len(written), 10**6), np.full(len(written), -1)
+    np.minimum.at(lowest, faces.ravel(), np.repeat(expected, 3))
+    np.maximum.at(highest, faces.ravel(), np.repeat(expected, 3))
+    is_inside = lowest == highest
+    assert is_inside.mean() > 0.8
+    np.testing.assert_array_equal(written[is_inside], lowest[is_inside])
+    assert set(np.unique(written)) == {FLOOR, CHAIR + 1, CHAIR + 2}
+
+
+def merge(tab, path, folder, expected):
+    """Somebody else took a part of the first chair for the second: take theirs by keys."""
+    work = folder / "theirs.studio.jsonl"
+    document = Document.open(path, work)
+    for number in (1001, 1002):
+        cells = np.flatnonzero(expected == number).astype(np.uint32)
+        document.paint(cells, 1, objects=number - CHAIR)
+    labels = tab.labels()
+    region = labels[np.flatnonzero(expected == 1001)[0]]
+    document.paint(np.flatnonzero(labels == region).astype(np.uint32), 1, objects=2)
+    theirs = np.where(expected == FLOOR, FLOOR, document.instances)
+    document.close()
+    tab.locator("#compare").set_input_files(work)
+    tab.page.wait_for_selector("#comparison:not([hidden])")
+    assert "theirs.studio.jsonl" in tab.locator("#comparison p").text_content()
+    tab.locator("#canvas").focus()
+    tab.press("d", "t")
+    tab.wait_for_status("Theirs is taken")
+    paint = np.array(tab.evaluate("[...studio.desk.session.paints.of]"))
+    np.testing.assert_array_equal((paint & 0xFFFF) * 1000 + (paint >> 16), theirs)
+    assert tab.page.get_by_role("button", name="Next difference").is_disabled()
+
+
+def test_sections_locks_and_schemes(studio):
+    """What is cut off is not seen; locked cells keep their class; the background turns."""
+    _, tab = studio
+    (first, *a), (second, *b) = tab.spots(2)
+    tab.press("1")
+    tab.click(*a)
+    tab.press("k", "2")
+    tab.drag(a, b)
+    classes, labels = tab.classes(), tab.labels()
+    assert set(classes[labels == first]) == {1}
+    assert set(classes[labels == second]) == {2}
+    tab.press("k")
+    n_seen = len(seen(tab))
+    tab.press("Shift+X")
+    low = seen(tab)
+    tab.press("Shift+X")
+    high = seen(tab)
+    assert max(len(low), len(high)) < n_seen
+    tab.press(".", ".")
+    assert len(seen(tab)) < len(high)
+    handle = tab.locator(".handle.x:not([hidden])").first.bounding_box()
+    tab.page.mouse.move(handle["x"] + 9, handle["y"] + 9)
+    tab.page.mouse.down()
+    tab.page.mouse.move(handle["x"] - 60, handle["y"] + 9, steps=3)
+    tab.page.mouse.up()
+    assert seen(tab) != high
+    tab.press("c")
+    assert len(seen(tab)) > 0.95 * n_seen  # a smooth picture shows some more cells
+    before = tab.evaluate("JSON.stringify(studio.desk.drawing.camera.eye)")
+    tab.drag((4, 60), (80, 90))
+    assert tab.evaluate("JSON.stringify(studio.desk.drawing.camera.eye)") != before
+    assert np.array_equal(tab.classes(), classes)
+    tab.press("Home")
+    narrow = tab.page.viewport_size
+    tab.page.set_viewport_size({"width": 900, "height": 460})  # narrow windows show no hints
+    a, b = (place for _, *place in tab.spots(2))
+    tab.locator("#scheme").select_option("meshlab")
+    assert "Paint: right drag" in tab.locator("#turning").text_content()
+    tab.drag(a, b)
+    assert np.array_equal(tab.classes(), classes)
+    tab.locator("#scheme").select_option("studio")
+    tab.page.set_viewport_size(narrow)
+    box_ = tab.locator("#new-object")
+    tab.press("0")
+    assert box_.get_attribute("title") == "Choose a class first"
+
+
+def seen(tab):
+    return set(tab.evaluate("[...new Set(studio.desk.drawing.cellsSeen().cells)]"))
+
+
+def test_two_fingers_turn_and_one_paints(bear, serve, browser, errors):
+    context = browser.new_context(viewport={"width": 700, "height": 460}, has_touch=True)
+    page = context.new_page()
+    page.goto(serve(bear, 40).address)
+    tab = Tab(page).ready()
+    region, x, y = tab.spots(1)[0]
+    box_ = tab.locator("#canvas").bounding_box()
+    page.touchscreen.tap(box_["x"] + x, box_["y"] + y)
+    tab.settled()
+    classes = tab.classes()
+    assert set(classes[tab.labels() == region]) == {1}
+    before = tab.evaluate("JSON.stringify(studio.desk.drawing.camera.eye)")
+    touch = context.new_cdp_session(page)
+    for kind, shift in (("touchStart", 0), ("touchMove", 30), ("touchEnd", None)):
+        points = [] if shift is None else [
+            {"x": box_["x"] + x + shift, "y": box_["y"] + y, "id": 1},
+            {"x": box_["x"] + x + 60 + 2 * shift, "y": box_["y"] + y, "id": 2},
+        ]  # fmt: skip
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    tab.settled()
+    assert tab.evaluate("JSON.stringify(studio.desk.drawing.camera.eye)") != before
+    assert np.array_equal(tab.classes(), classes)
+    context.close()
