@@ -116,6 +116,9 @@ class EdgeSums(NamedTuple):
         return is_sharp and 2 * self.n_sharp <= self.n_edges
 
 
+NO_SUMS = EdgeSums(0, 0, 0, 0)
+
+
 def superfacet_weights(
     mesh: MeshLike,
     graph: FaceGraph,

@@ -16,6 +16,7 @@ from ..cells.kinds import kind_of
 from ..cells.size import area_of_slivers
 from ..cells.surface import Surface, enclosed, is_negative
 from ..cells.weights import (
+    NO_SUMS,
     EdgeSums,
     WeightOptions,
     arc_weights,
@@ -69,7 +70,7 @@ class _TileSums:
     prices: float
     has_boundary: bool = True
     is_inconsistent: bool = False
-    edges: EdgeSums = EdgeSums(0, 0, 0, 0)
+    edges: EdgeSums = NO_SUMS
     volume: float = 0.0
     sliver_area: float = 0.0
 
@@ -132,11 +133,12 @@ def _weigh_faces(
     graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are welded
     surface = Surface.of_turned_faces(mesh, graph, rule.is_turned, rule.n_threads)
     weights: ArrayLike
-    edges = EdgeSums(0, 0, 0, 0)
+    edges = NO_SUMS
     if rule.has_hollows:
         weights, edges = creases_and_sums(
             surface, graph, rule.radius, rule.options, None if shapes is None else shapes.normals,
-            (rule.evened, rule.all_sharp), store.is_in(tile, faces.columns["places"]).view(np.uint8),
+            (rule.evened, rule.all_sharp),
+            store.is_in(tile, faces.columns["places"]).view(np.uint8),
         )  # fmt: skip
     else:
         weights = kind.weights(surface, graph, shapes, rule.radius, rule.options)
