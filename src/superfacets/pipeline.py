@@ -28,7 +28,7 @@ from .cells.kinds import Kind, OrderedCells, kind_of
 from .cells.named_features import features_of
 from .cells.parts import PART_CREASE_SCALE, SPARE, PartPrices, groups_to_embed
 from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
-from .cells.weights import BARRIER_TURN, WEIGHTS, WeightName, WeightOptions, Weights, creases_of
+from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.graphs import has_small_regions
 from .clustering.loop import coarsened, segment_cells
 from .clustering.plan import Plan, Start
@@ -506,9 +506,6 @@ def _place(work: _Work) -> _Work:
         graph = _core.OrderedGraph(
             placed, offsets, neighbors, lengths, n_threads, is_symmetric, straight_unit
         )
-        if straight_unit and work.options.weights.params["alpha"]:
-            price = work.options.weights.crease_price(work.plan.size.radius)
-            graph.set_barrier(BARRIER_TURN * price / straight_unit)
     return replace(work, graph=graph)
 
 

@@ -17,9 +17,6 @@ namespace {
 constexpr std::int64_t kAhead = 32;
 constexpr std::int64_t kFarAhead = 64;
 
-// One of so many places is looked at to tell what kind of creases there are.
-constexpr Place kSampled = 8;
-
 // The order of arcs in a list, for binary search.
 bool is_before(const Arc& a, const Arc& b) {
   return std::tie(a.to, a.length) < std::tie(b.to, b.length);
@@ -168,20 +165,6 @@ void OrderedGraph::add_part_prices(const PartVectors& vectors, double factor, Th
       arc.length = with_price(arc.length, factor, distance);
     }
   });
-}
-
-void OrderedGraph::set_barrier(double price_of_rim) {
-  SUPERFACETS_ASSERT(straight_unit > 0.0);
-  std::int64_t n_folds = 0;
-  std::int64_t n_rims = 0;
-  for (Place place = 0; place < n_cells(); place += kSampled) {
-    for (const Arc& arc : arcs_of(place)) {
-      const double price = this->price(place, arc);
-      n_folds += static_cast<std::int64_t>(price >= 0.25 * price_of_rim);
-      n_rims += static_cast<std::int64_t>(price >= price_of_rim);
-    }
-  }
-  if (3 * n_rims >= n_folds) barrier = price_of_rim;
 }
 
 std::vector<Place> OrderedGraph::places_of(std::span<const Cell> some_cells) const {

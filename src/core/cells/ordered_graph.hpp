@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -104,13 +103,6 @@ class OrderedGraph : public PlacedCells {
   // If positive, arcs are as long as the straight line between their ends plus a price, and this is
   // the length of their unit in the unit of the positions. 0: arcs have any lengths.
   double straight_unit = 0.0;
-  // Coarse cells do not extend across arcs with this price or a higher one.
-  double barrier = HUGE_VAL;
-
-  // Sets the barrier if sharp creases are rims, as on machine parts, and not the sharpest of many
-  // folds, as on noisy and bumpy surfaces: if at least a third of the arcs with a quarter of this
-  // price have all of it. Every eighth place is looked at.
-  void set_barrier(double price);
 
  private:
   std::size_t first_arc(Place place) const {

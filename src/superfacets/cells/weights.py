@@ -60,10 +60,6 @@ MOST_SOFT = 2
 the benchmark models that are machine parts there are up to 1.3, and 3.4 or more on those of other
 categories that have sharp edges at all."""
 
-BARRIER_TURN = 85 / 180
-"""Turn, in multiples of pi, from which coarse cells of machine parts do not extend across a crease:
-rims of 90 degrees are borders then, however narrow the face behind them is."""
-
 ALL_COUNT = np.empty(0, np.uint8)
 """Argument for the core: all arcs count."""
 
