@@ -184,7 +184,7 @@ def test_max_num_iter_ends_the_loop(sheet):
     assert (result.n_iter, result.stop_reason) == (2, "max_num_iter")
 
 
-@pytest.mark.parametrize("n_segments", [20, 200])
+@pytest.mark.parametrize("n_segments", [50, 200])
 def test_max_num_iter_bounds_all_iterations_of_a_level_with_those_of_relocation(n_segments):
     mesh = shapes.bumpy_sheet(40)
     free = segment(mesh, n_segments).levels[0].n_iter

@@ -48,7 +48,7 @@ def hierarchy(
     can be cut at any number of regions. Merging regions of areas a and b, with centroids p and q,
     costs
 
-    .. math:: \frac{a b}{a + b} \cdot \frac{|p - q| + 6 r (1 - c)}{L}, \qquad
+    .. math:: \frac{a b}{a + b} \cdot \frac{|p - q| + 12 r (1 - c)}{L}, \qquad
               r = \sqrt{\frac{a + b}{\pi}}
 
     with the length L of their border and its openness c: 1 if the border is smooth, down to 0 if

@@ -85,7 +85,7 @@ def test_a_groove_is_merged_across_last():
     nested = hierarchy(row(90, 0), [2], labels=range(3))
     assert nested.children.tolist() == [[1, 2], [0, 3]]
     # A turn by pi / 2 adds 20 r / 2 to the path, so e^(-10 / 1.6) of the border is open.
-    apart = np.hypot(0.5, 1.0) + 6 * np.sqrt(3 / np.pi) * (1 - np.exp(-10 / 1.6))
+    apart = np.hypot(0.5, 1.0) + 12 * np.sqrt(3 / np.pi) * (1 - np.exp(-10 / 1.6))
     assert nested.costs == pytest.approx([0.5, 2 / 3 * apart], rel=1e-6)
 
 
@@ -93,7 +93,7 @@ def test_a_ridge_between_flat_faces_is_merged_across_last():
     nested = hierarchy(row(-90, 0), [2], labels=range(3))
     assert nested.children.tolist() == [[1, 2], [0, 3]]
     # As in the groove, with 0.35 of what a turn costs there.
-    apart = np.hypot(0.5, 1.0) + 6 * np.sqrt(3 / np.pi) * (1 - np.exp(-3.5 / 1.6))
+    apart = np.hypot(0.5, 1.0) + 12 * np.sqrt(3 / np.pi) * (1 - np.exp(-3.5 / 1.6))
     assert nested.costs == pytest.approx([0.5, 2 / 3 * apart], rel=1e-6)
 
 

@@ -271,25 +271,26 @@ Buffer<Cell> walked(Offsets offsets, Integers neighbors, Integers labels, Label 
 auto weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
                           Points normals, double alpha, double eta_convex, double crease_length,
                           double diagonal, double ridges, double evened, bool is_straight,
-                          bool wants_turn, Bytes is_counted, ThreadTeam& team) {
+                          bool all_sharp, bool wants_turn, Bytes is_counted, ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
   const NetTurn net_turn(diagonal, is_counted);
-  const std::int64_t turn =
-      superfacet_weights(surface, {centroids, areas, normals},
-                         {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight},
-                         wants_turn ? &net_turn : nullptr, team, weights.span());
-  return std::tuple(std::move(weights), turn);
+  const EdgeSums sums = superfacet_weights(
+      surface, {centroids, areas, normals},
+      {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight, all_sharp},
+      wants_turn ? &net_turn : nullptr, team, weights.span());
+  return std::tuple(std::move(weights), sums.turn, sums.n_edges, sums.n_soft, sums.n_sharp);
 }
 
 auto weights_of_surface(const Surface& surface, double alpha, double eta_convex,
                         double crease_length, double diagonal, double ridges, double evened,
-                        bool is_straight, bool wants_turn, Bytes is_counted, ThreadTeam& team) {
+                        bool is_straight, bool all_sharp, bool wants_turn, Bytes is_counted,
+                        ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
   const NetTurn net_turn(diagonal, is_counted);
-  const std::int64_t turn = surface_weights(
-      surface, {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight},
+  const EdgeSums sums = surface_weights(
+      surface, {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight, all_sharp},
       wants_turn ? &net_turn : nullptr, team, weights.span());
-  return std::tuple(std::move(weights), turn);
+  return std::tuple(std::move(weights), sums.turn, sums.n_edges, sums.n_soft, sums.n_sharp);
 }
 
 Buffer<double> stk02_of_triangles(const TriangleSurface& surface, Points centroids, double alpha,
@@ -458,11 +459,11 @@ void bind_graphs(nb::module_& module) {
 void bind_weights(nb::module_& module) {
   module.def("superfacet_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
              "areas"_a, "normals"_a, "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a,
-             "ridges"_a, "evened"_a, "is_straight"_a, "wants_turn"_a, "is_counted"_a,
+             "ridges"_a, "evened"_a, "is_straight"_a, "all_sharp"_a, "wants_turn"_a, "is_counted"_a,
              "n_threads"_a);
   module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "alpha"_a,
              "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "evened"_a,
-             "is_straight"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
+             "is_straight"_a, "all_sharp"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
   module.def("point_weights", threaded(&weights_of_points), "surface"_a, "alpha"_a, "eta_convex"_a,
              "crease_length"_a, "diagonal"_a, "ridges"_a, "n_threads"_a);
   module.def("stk02_weights", threaded(&stk02_of_triangles), "surface"_a, "centroids"_a, "alpha"_a,

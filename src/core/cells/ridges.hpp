@@ -16,6 +16,9 @@ namespace superfacets {
 // sharp.
 inline constexpr double kSharpCosine = 0.7661;
 
+// The cosine of kSoftAngle.
+inline constexpr double kSoftCosine = 0.984807753012208;
+
 // An edge that bends by less than this fraction of a ridge counts as flat beside it.
 inline constexpr double kFlatShare = 0.3;
 
@@ -111,17 +114,21 @@ CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOpt
 // faces that are flat otherwise, and that continue: at both ends they meet another such edge, or
 // the boundary of the surface. Two faces that share several edges have no ridge.
 //
+// Where all sharp edges are ridges (`all_sharp`), any convex edge that bends by kSharpAngle or more
+// is one, if it is the only one that its two faces share.
+//
 // Bends provide two functions: bends.angle(face, arc, to) is the angle at an arc, concave or
 // convex, 0 to pi; bends.is_convex(face, arc, to).
 template <typename AnySurface, typename Bends>
 class Ridges {
  public:
-  Ridges(const AnySurface& surface, const Bends& bends, const CrowdedFaces& crowded)
-      : surface_(surface), bends_(bends), crowded_(crowded) {}
+  Ridges(const AnySurface& surface, const Bends& bends, const CrowdedFaces& crowded, bool all_sharp)
+      : surface_(surface), bends_(bends), crowded_(crowded), all_sharp_(all_sharp) {}
 
   // Whether an arc crosses a ridge. The same for both arcs of a pair.
   bool crosses(Face from, std::int64_t arc) const {
     const Face to = surface_.arcs().targets[arc];
+    if (all_sharp_) return is_sharp(from, arc, to);
     if (!is_sharp_between_flats(from, arc, to)) return false;
     const std::int64_t back = arc_between(to, from);
     if (to < from && back >= 0) return continues_at_ends(to, back, from);
@@ -130,6 +137,12 @@ class Ridges {
 
  private:
   static constexpr int kLongestFan = 64;  // most faces visited around a corner
+
+  // Whether an arc crosses a sharp convex edge, the only one of its two faces.
+  bool is_sharp(Face from, std::int64_t arc, Face to) const {
+    return bends_.angle(from, arc, to) >= kSharpAngle && bends_.is_convex(from, arc, to) &&
+           arc_between(from, to) >= 0;
+  }
 
   // The arc from one face to another, or -1 if there is none, or more than one.
   std::int64_t arc_between(Face from, Face to) const {
@@ -148,8 +161,8 @@ class Ridges {
 
   bool is_sharp_between_flats(Face from, std::int64_t arc, Face to) const {
     const double turn = bends_.angle(from, arc, to);
-    return turn >= kSharpAngle && bends_.is_convex(from, arc, to) && arc_between(from, to) >= 0 &&
-           is_flat_beside(from, to, turn) && is_flat_beside(to, from, turn);
+    return is_sharp(from, arc, to) && is_flat_beside(from, to, turn) &&
+           is_flat_beside(to, from, turn);
   }
 
   // Whether all other edges of a face are flat beside one that bends by `turn`, except for
@@ -213,6 +226,7 @@ class Ridges {
   const AnySurface& surface_;
   const Bends& bends_;
   const CrowdedFaces& crowded_;
+  const bool all_sharp_;
 };
 
 }  // namespace superfacets

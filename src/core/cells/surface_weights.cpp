@@ -1,7 +1,7 @@
 #include "cells/surface_weights.hpp"
 
-#include <atomic>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 
 #include "base/assert.hpp"
@@ -29,17 +29,17 @@ class SurfaceWeigher {
         options_(options),
         net_turn_(net_turn),
         bends_{surface},
-        ridges_(surface, bends_, crowded) {}
+        ridges_(surface, bends_, crowded, options.all_sharp) {}
 
-  std::int64_t turn() const { return turn_; }
+  const EdgeSums& sums() const { return sums_; }
 
   double weight(Cell cell, std::int64_t arc, Cell to) {
     const double angle = surface_.angle(cell, arc);
-    const bool is_ridge =
-        options_.has_ridges() && angle <= -kSharpAngle && ridges_.crosses(cell, arc);
-    if (net_turn_ != nullptr && cell < to && net_turn_->counts(cell) && !is_ridge) {
-      const double turn = -angle * surface_.border_length(cell, arc);
-      turn_ += static_cast<std::int64_t>(net_turn_->rounded(turn));
+    const bool is_sharp = options_.has_ridges() && angle <= -kSharpAngle;
+    const bool is_ridge = is_sharp && ridges_.crosses(cell, arc);
+    if (cell < to && (net_turn_ == nullptr || net_turn_->counts(cell))) {
+      count_edge(std::abs(angle), is_sharp);
+      if (!is_ridge) add_turn(-angle * surface_.border_length(cell, arc));
     }
     const double eta = is_ridge ? options_.ridges : options_.eta(angle, std::abs(angle));
     const double length =
@@ -52,21 +52,32 @@ class SurfaceWeigher {
   }
 
  private:
+  void count_edge(double bend, bool is_sharp) {
+    if (!options_.has_ridges()) return;
+    ++sums_.n_edges;
+    sums_.n_soft += static_cast<std::int64_t>(bend >= kSoftAngle && bend < kSharpAngle);
+    sums_.n_sharp += static_cast<std::int64_t>(is_sharp);
+  }
+  void add_turn(double turn) {
+    if (net_turn_ != nullptr) sums_.turn += static_cast<std::int64_t>(net_turn_->rounded(turn));
+  }
+
   const Surface& surface_;
   const WeightOptions& options_;
   const NetTurn* net_turn_;  // null: not needed
   const SurfaceBends bends_;
   const Ridges<Surface, SurfaceBends> ridges_;
-  std::int64_t turn_ = 0;
+  EdgeSums sums_;
 };
 
 }  // namespace
 
-std::int64_t surface_weights(const Surface& surface, const WeightOptions& options,
-                             const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights) {
+EdgeSums surface_weights(const Surface& surface, const WeightOptions& options,
+                         const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights) {
   SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), SurfaceBends{surface}, options);
-  std::atomic<std::int64_t> net = 0;  // of integers: exact in any order
+  EdgeSums total;
+  std::mutex adding;  // integers: the sums do not depend on the order
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     SurfaceWeigher weigher(surface, options, net_turn, crowded);
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
@@ -74,9 +85,10 @@ std::int64_t surface_weights(const Surface& surface, const WeightOptions& option
         weights[arc] = weigher.weight(cell, arc, to);
       }
     }
-    net += weigher.turn();
+    const std::scoped_lock lock(adding);
+    total.add(weigher.sums());
   });
-  return net;
+  return total;
 }
 
 void stk02_weights(const PolygonSurface& surface, double alpha, ThreadTeam& team,

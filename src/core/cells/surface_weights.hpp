@@ -11,8 +11,8 @@ namespace superfacets {
 // of an arc and the angle theta (see Surface); eta is 1 if theta is positive. For faces, the same
 // bits as superfacet_weights of weights.hpp. crease_length replaces b if given. Ridges may cost
 // more than other convex edges. Returns the net turn in units (see NetTurn); 0 if net_turn is null.
-std::int64_t surface_weights(const Surface& surface, const WeightOptions& options,
-                             const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights);
+EdgeSums surface_weights(const Surface& surface, const WeightOptions& options,
+                         const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights);
 
 // Like stk02_weights of triangles.
 void stk02_weights(const PolygonSurface& surface, double alpha, ThreadTeam& team,

@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <mutex>
 #include <type_traits>
 #include <utility>
 
@@ -257,12 +258,12 @@ class Weigher {
         options_(options),
         of_ridges_(options.of_ridges()),
         bends_{geometry},
-        ridges_(geometry.surface, bends_, crowded),
+        ridges_(geometry.surface, bends_, crowded, options.all_sharp),
         net_turn_(net_turn),
         weights_(weights) {}
 
-  // The net turn of all arcs processed so far.
-  std::int64_t turn() const { return turn_; }
+  // Of all arcs processed so far.
+  const EdgeSums& sums() const { return sums_; }
 
   // Processes the arcs from a range of faces. Returns the number of weights.
   std::int64_t weigh_range(std::int64_t begin, std::int64_t end) {
@@ -312,7 +313,7 @@ class Weigher {
     for (std::size_t i = 0; i < rising.size(); ++i) {
       sum += net_turn_->counts(rising[i].from) ? turns_[i] : 0.0;
     }
-    turn_ += static_cast<std::int64_t>(sum);
+    sums_.turn += static_cast<std::int64_t>(sum);
   }
 
   // Replaces the weights of arcs across ridges.
@@ -321,14 +322,29 @@ class Weigher {
     for (std::size_t i = 0; i < rising.size(); ++i) {
       cosines_[i] = dot(block_.normal_from.get(i), block_.normal_to.get(i));
     }
+    count_edges(rising);
     for (std::size_t i = 0; i < rising.size(); ++i) {
       if (cosines_[i] > kSharpCosine) continue;  // most arcs
+      const RisingArc& step = rising[i];
       const ArcData data = block_.get(i);
       if (up * dot(data.normal_from - data.normal_to, data.to - data.from) > 0.0) continue;
-      if (!ridges_.crosses(rising[i].from, rising[i].arc)) continue;
+      sums_.n_sharp += static_cast<std::int64_t>(counts(step));
+      if (!ridges_.crosses(step.from, step.arc)) continue;
       numbers_[i] = any_arc_weight(data, of_ridges_, up);
       turns_[i] = 0.0;
     }
+  }
+
+  void count_edges(std::span<const RisingArc> rising) {
+    for (std::size_t i = 0; i < rising.size(); ++i) {
+      const bool is_soft = cosines_[i] <= kSoftCosine && cosines_[i] > kSharpCosine;
+      sums_.n_edges += static_cast<std::int64_t>(counts(rising[i]));
+      sums_.n_soft += static_cast<std::int64_t>(is_soft && counts(rising[i]));
+    }
+  }
+
+  bool counts(const RisingArc& step) const {
+    return net_turn_ == nullptr || net_turn_->counts(step.from);
   }
 
   const Geometry& geometry_;
@@ -345,7 +361,7 @@ class Weigher {
   Numbers numbers_;
   Numbers cosines_;
   Numbers turns_;
-  std::int64_t turn_ = 0;
+  EdgeSums sums_;
 };
 
 // Computes the weights that a Weigher skips: of arcs to lower faces that are not unique, or have no
@@ -356,7 +372,7 @@ void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options,
   const double up = up_of(geometry);
   const WeightOptions of_ridges = options.of_ridges();
   const FaceBends bends{geometry};
-  const Ridges ridges(geometry.surface, bends, crowded);
+  const Ridges ridges(geometry.surface, bends, crowded, options.all_sharp);
   for (auto face = static_cast<Face>(begin); face < end; ++face) {
     for (const auto [arc, neighbor] : geometry.arcs().steps(face)) {
       std::int64_t back = -1;
@@ -377,9 +393,9 @@ double round_to_whole(double x) {
 
 }  // namespace
 
-std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
-                                const WeightOptions& options, const NetTurn* net_turn,
-                                ThreadTeam& team, std::span<double> weights) {
+EdgeSums superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
+                            const WeightOptions& options, const NetTurn* net_turn, ThreadTeam& team,
+                            std::span<double> weights) {
   SUPERFACETS_ASSERT(std::cmp_equal(faces.centroids.size(), surface.n_cells()) &&
                      faces.areas.size() == faces.centroids.size());
   SUPERFACETS_ASSERT(faces.normals.empty() || faces.normals.size() == faces.areas.size());
@@ -390,17 +406,19 @@ std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasur
   const Geometry geometry{surface, faces, is_given ? faces.normals : normals.span()};
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), FaceBends{geometry}, options);
   std::atomic<std::int64_t> n_weighed = 0;
-  std::atomic<std::int64_t> net = 0;  // of integers: exact in any order
+  EdgeSums total;
+  std::mutex adding;  // integers: the sums do not depend on the order
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     Weigher weigher(geometry, options, net_turn, crowded, weights);
     n_weighed += weigher.weigh_range(begin, end);
-    net += weigher.turn();
+    const std::scoped_lock lock(adding);
+    total.add(weigher.sums());
   });
-  if (n_weighed == surface.arcs().n_arcs()) return net;
+  if (n_weighed == surface.arcs().n_arcs()) return total;
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     weigh_other_arcs(geometry, options, crowded, begin, end, weights);
   });
-  return net;
+  return total;
 }
 
 void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,

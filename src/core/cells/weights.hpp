@@ -22,6 +22,9 @@ inline constexpr int kTotalBits = 48;
 // Edges of rounded limbs bend by less on all but coarse meshes.
 inline constexpr double kSharpAngle = std::numbers::pi * 2.0 / 9.0;
 
+// An edge that bends by less than 10 degrees is flat, or part of a round face.
+inline constexpr double kSoftAngle = kSharpAngle / 4.0;
+
 struct WeightOptions {
   double alpha = 200.0;        // weight of the angular term, >= 0
   double eta_convex = 0.2;     // eta of convex edges; concave ones have 1
@@ -30,6 +33,7 @@ struct WeightOptions {
   double ridges = 0.0;         // eta of ridges (ridges.hpp), if larger than eta_convex
   double evened = 0.0;         // taken from eta of smooth concave edges; least eta of smooth convex
   bool is_straight = false;    // steps lead straight from centroid to centroid, not over the edge
+  bool all_sharp = false;      // all sharp convex edges are ridges
 
   // eta of an edge that bends by theta and is not a ridge; concave if rise > 0. Smooth edges bend
   // by less than kSharpAngle.
@@ -47,6 +51,21 @@ struct WeightOptions {
     WeightOptions options = *this;
     options.eta_convex = ridges;
     return options;
+  }
+};
+
+// Sums over edges, each counted with its lower face. Numbers of edges are 0 without ridges.
+struct EdgeSums {
+  std::int64_t turn = 0;  // in units of NetTurn
+  std::int64_t n_edges = 0;
+  std::int64_t n_soft = 0;   // edges that bend by kSoftAngle or more, but are not sharp
+  std::int64_t n_sharp = 0;  // convex edges that bend by kSharpAngle or more
+
+  void add(const EdgeSums& other) {
+    turn += other.turn;
+    n_edges += other.n_edges;
+    n_soft += other.n_soft;
+    n_sharp += other.n_sharp;
   }
 };
 
@@ -99,11 +118,11 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0;
 // crease_length replaces |e| if given, and |c_i - c_j| the distance over m if steps are straight
 // (then there must be a crease_length). theta is in [0, pi], and 0 if a face has no normal. The two
-// arcs of a pair get the same bits. Ridges may cost more than other convex edges. Returns the net
-// turn in units (see NetTurn); 0 if net_turn is null.
-std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
-                                const WeightOptions& options, const NetTurn* net_turn,
-                                ThreadTeam& team, std::span<double> weights);
+// arcs of a pair get the same bits. Ridges may cost more than other convex edges. The net turn is 0
+// if net_turn is null; its faces count for the other sums, too.
+EdgeSums superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
+                            const WeightOptions& options, const NetTurn* net_turn, ThreadTeam& team,
+                            std::span<double> weights);
 
 // weights[a] = (1 - alpha) (|c_i - m| + |m - c_j|) + alpha (1 - (n_i . n_j)^2), the weighting of
 // Shlafman, Tal and Katz 2002 (eq. 6 of the paper), 0 <= alpha <= 1; finite and >= 0. The second

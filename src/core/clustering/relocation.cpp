@@ -14,6 +14,10 @@ namespace {
 // Fraction of a region's distortion that a second center is expected to remove.
 constexpr double kGain = 0.5;
 
+double cube(double x) {
+  return x * x * x;
+}
+
 struct Need {
   double removal_cost = 0.0;  // infinite if some place has no other center
   double distortion = 0.0;
@@ -28,14 +32,13 @@ Need need_of(const OrderedGraph& graph, std::span<const Path> nearest,
   for (const Place place : region) {
     const PathLength first = nearest[place].length;
     const PathLength second = seconds[place].length;
-    const auto length = static_cast<double>(first);
+    const double cubed = cube(static_cast<double>(first));
     const double measure = graph.measures[place];
-    need.distortion += measure * length * length;
+    need.distortion += measure * cubed;
     if (second == kUnreached) {
       need.removal_cost = std::numeric_limits<double>::infinity();
     } else {
-      need.removal_cost +=
-          measure * static_cast<double>(second - first) * static_cast<double>(second + first);
+      need.removal_cost += measure * (cube(static_cast<double>(second)) - cubed);
     }
     const PathLength most = nearest[need.farthest].length;
     const bool is_lower = graph.cells[place] < graph.cells[need.farthest];

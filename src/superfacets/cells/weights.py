@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -55,6 +55,11 @@ normals, 1.5 % of the points are in a region of another surface, 8.5 % with 0 an
 NO_NORMALS = np.empty((0, 3))
 """Argument for the core: no normals given, the core computes them."""
 
+MOST_SOFT = 2
+"""Largest number of edges that bend by 10 to 40 degrees, for each sharp one, of machine parts. On
+the benchmark models that are machine parts there are up to 1.3, and 3.4 or more on those of other
+categories that have sharp edges at all."""
+
 ALL_COUNT = np.empty(0, np.uint8)
 """Argument for the core: all arcs count."""
 
@@ -76,6 +81,8 @@ class EdgeFactors(NamedTuple):
     crease_length: float  # 0: the length of each edge
     ridges: float = 0.0
     is_straight: bool = False  # steps lead straight from centroid to centroid
+    evened: float = 0.0  # smooth convex edges cost this share, smooth concave ones 1 less this
+    all_sharp: bool = False  # all sharp convex edges are ridges
 
     @classmethod
     def of_radius(
@@ -83,6 +90,29 @@ class EdgeFactors(NamedTuple):
     ) -> EdgeFactors:
         """Return factors with the radius in place of edge lengths; if it is 0, creases are free."""
         return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
+
+
+class EdgeSums(NamedTuple):
+    """Sums over edges."""
+
+    turn: int  # what `evened_share` takes
+    n_edges: int  # this and the following are 0 without ridges
+    n_soft: int  # edges that bend by 10 to 40 degrees
+    n_sharp: int  # convex edges that bend by more
+
+    @classmethod
+    def total(cls, parts: Iterable[EdgeSums]) -> EdgeSums:
+        """Return the sums over several parts of a mesh."""
+        return cls(*map(sum, zip(*parts, strict=True)))
+
+    @property
+    def are_of_machine_part(self) -> bool:
+        """Whether faces are flat or finely rounded, and most other edges are sharp."""
+        is_sharp = self.n_sharp > 0 and self.n_soft <= MOST_SOFT * self.n_sharp
+        return is_sharp and 2 * self.n_sharp <= self.n_edges
+
+
+NO_SUMS = EdgeSums(0, 0, 0, 0)
 
 
 def superfacet_weights(
@@ -255,7 +285,7 @@ def crease_weights(
     )
     surface = Surface.of_faces(mesh, graph, threads)
     cells = (graph.positions, graph.measures, NO_NORMALS)
-    return (_evened_weights if hollows else weights_of)(surface, cells, factors)
+    return (_adapted_weights if hollows else weights_of)(surface, cells, factors)
 
 
 def stk02_weights(
@@ -342,7 +372,7 @@ WEIGHTS: Mapping[WeightName, Weight] = {
         " a price for steps between parts of the shape, as from a finger to the palm (their"
         ' distance in the `spectral_embedding`); in volumes like ``"creases"``',
         defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
-        compute=lambda surface, cells, radius, params: _evened_weights(
+        compute=lambda surface, cells, radius, params: _adapted_weights(
             surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
         ),
         has_parts=True,
@@ -350,7 +380,7 @@ WEIGHTS: Mapping[WeightName, Weight] = {
     "creases": Weight(
         about="`crease_weights`: a crease costs the same to cross at every resolution of the mesh",
         defaults={"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
-        compute=lambda surface, cells, radius, params: _evened_weights(
+        compute=lambda surface, cells, radius, params: _adapted_weights(
             surface, cells, _crease_factors(radius, params)
         ),
     ),
@@ -476,51 +506,67 @@ def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Flo
     if isinstance(surface.handle, _core.PointSurface):
         numbers = (*factors[:3], surface.diagonal, factors.ridges)
         return _core.point_weights(surface.handle, *numbers, surface.n_threads)
-    return weights_and_turn(surface, cells, factors, 0.0, None)[0]
+    return weights_and_sums(surface, cells, factors, None)[0]
 
 
-def creases_and_turn(
+def creases_and_sums(
     surface: Surface,
     faces: Arcs,
     radius: float,
     options: WeightOptions,
     normals: Floats | None,
-    evened: float,
+    shape: tuple[float, bool],
     counted: Bytes,
-) -> tuple[Floats, int]:
-    """Return `weights_and_turn` with ``"creases"`` or ``"parts"`` for a part of a mesh."""
+) -> tuple[Floats, EdgeSums]:
+    """Return weights ``"creases"`` or ``"parts"`` of a part of a mesh, and sums over its edges.
+
+    `shape` has `evened` and `all_sharp` of `EdgeFactors`.
+    """
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
-    factors = _crease_factors(radius, options.params)._replace(is_straight=options.has_parts)
-    return weights_and_turn(surface, cells, factors, evened, counted)
+    factors = _crease_factors(radius, options.params)
+    evened, all_sharp = shape
+    factors = factors._replace(is_straight=options.has_parts, evened=evened, all_sharp=all_sharp)
+    return weights_and_sums(surface, cells, factors, counted)
 
 
-def weights_and_turn(
-    surface: Surface, cells: CellArrays, factors: EdgeFactors, evened: float, counted: Bytes | None
-) -> tuple[Floats, int]:
-    """Return the weights of arcs between faces, and the turn that `evened_share` takes.
+def weights_and_sums(
+    surface: Surface, cells: CellArrays, factors: EdgeFactors, counted: Bytes | None
+) -> tuple[Floats, EdgeSums]:
+    """Return the weights of arcs between faces, and sums over edges.
 
-    Smooth convex edges cost the fraction `evened`, smooth concave edges 1 - `evened`. The turn is
-    summed over the arcs that leave faces with `counted`, shape (N,), or over all with `ALL_COUNT`;
-    it is 0 if `counted` is None.
+    The sums are over the edges of faces with `counted`, shape (N,), or over all with `ALL_COUNT`.
+    If it is None, they are over all, and there is no turn.
     """
     handle = surface.handle
     is_counted = ALL_COUNT if counted is None else counted
-    numbers = (*factors[:3], surface.diagonal, factors.ridges, evened)
-    is_straight, turning = factors.is_straight, (counted is not None, is_counted)
-    n_threads = surface.n_threads
+    costs = (*factors[:3], surface.diagonal, factors.ridges, factors.evened)
+    is_straight, all_sharp, n_threads = factors.is_straight, factors.all_sharp, surface.n_threads
+    turning = (counted is not None, is_counted)
     if isinstance(handle, _core.TriangleSurface):
-        return _core.superfacet_weights(handle, *cells, *numbers, is_straight, *turning, n_threads)
-    return _core.surface_weights(handle, *numbers, is_straight, *turning, n_threads)
+        found = _core.superfacet_weights(
+            handle, *cells, *costs, is_straight, all_sharp, *turning, n_threads
+        )
+    else:
+        found = _core.surface_weights(handle, *costs, is_straight, all_sharp, *turning, n_threads)
+    return found[0], EdgeSums(*found[1:])
 
 
-def _evened_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
-    """Return `weights_of`, with the costs of smooth edges evened on hollow shapes."""
-    if not surface.volume or not factors.alpha:
+def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
+    """Return `weights_of`, adapted to the shape.
+
+    On hollow shapes, the costs of smooth edges are evened. With straight steps, all sharp edges of
+    machine parts are ridges.
+    """
+    if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
         return weights_of(surface, cells, factors)
-    weights, turn = weights_and_turn(surface, cells, factors, 0.0, ALL_COUNT)
-    area = _core.sum_of(cells[1], surface.n_threads)
-    evened = evened_share(turn, surface.volume, area, surface.diagonal)
-    return weights_and_turn(surface, cells, factors, evened, None)[0] if evened else weights
+    is_closed = surface.volume > 0.0
+    weights, sums = weights_and_sums(surface, cells, factors, ALL_COUNT if is_closed else None)
+    adapted = factors._replace(all_sharp=factors.is_straight and sums.are_of_machine_part)
+    if is_closed:
+        area = _core.sum_of(cells[1], surface.n_threads)
+        evened = evened_share(sums.turn, surface.volume, area, surface.diagonal)
+        adapted = adapted._replace(evened=evened)
+    return weights if adapted == factors else weights_and_sums(surface, cells, adapted, None)[0]
 
 
 def _stk02_of(handle: _core.Surface, positions: Floats, alpha: float, n_threads: int) -> Floats:

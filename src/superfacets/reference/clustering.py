@@ -145,12 +145,13 @@ def relocate_centers(
         first, label = paths[cell][0]
         measure = float(graph.measures[cell])
         regions[label].append(cell)
-        distortions[label] += measure * float(first) * float(first)
+        cubed = float(first) * float(first) * float(first)
+        distortions[label] += measure * cubed
         if len(paths[cell]) == 1:
             costs[label] = math.inf
         else:
-            second = paths[cell][1][0]
-            costs[label] += measure * float(second - first) * float(second + first)
+            second = float(paths[cell][1][0])
+            costs[label] += measure * (second * second * second - cubed)
     labels = range(len(centers))
     leaving = sorted(labels, key=lambda label: (costs[label], label))[:n_moves]
     receiving = sorted(labels, key=lambda label: (-distortions[label], label))

@@ -21,12 +21,14 @@ def superfacet_weights(
     crease_length: float | None = None,
     ridges: float = 0.0,
     hollows: bool = False,
+    all_sharp: bool = False,
     weld: bool = True,
 ) -> Floats:
     """Weight of each arc, eq. 1-3 of the paper; `crease_length` replaces |e| in eq. 2.
 
     On ridges, the factor of convex edges is `ridges` if that is more than `eta_convex`. With
     `hollows`, the factors of smooth concave and convex edges are evened if the shape is hollow.
+    With `all_sharp`, all sharp convex edges are ridges, except between faces that share several.
     """
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
@@ -35,7 +37,8 @@ def superfacet_weights(
     geodesics, edges, thetas, concave = _measure_arcs(mesh, arcs, inside_out=volume < -noise)
     lengths = edges if crease_length is None else crease_length
     of_concave, of_convex = np.ones(len(arcs)), np.full(len(arcs), eta_convex)
-    is_ridge = find_ridges(mesh, arcs, thetas, concave, weld=weld)
+    find = find_sharp if all_sharp else find_ridges
+    is_ridge = find(mesh, arcs, thetas, concave, weld=weld)
     if hollows and abs(volume) > noise and not any(arc.same_turn for arc in arcs):
         turns = np.where(concave, -thetas, thetas) * edges
         turns[is_ridge if ridges > eta_convex else []] = 0.0
@@ -133,6 +136,15 @@ MAX_STEPS = 64
 """Largest number of faces visited around a vertex."""
 
 
+def find_sharp(
+    mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
+) -> list[int]:
+    """Arcs across sharp convex edges, the only ones of their two faces."""
+    surface = _Surface(mesh, arcs, weld)
+    sharp = np.flatnonzero((thetas >= SHARP_ANGLE) & ~concave).tolist()
+    return [index for index in sharp if surface.is_only(index)]
+
+
 def find_ridges(
     mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
 ) -> list[int]:
@@ -157,12 +169,16 @@ class _Surface:
         for index, arc in enumerate(arcs):
             self._of_face.setdefault(arc.face, []).append((arc.neighbor, index))
 
+    def is_only(self, index: int) -> bool:
+        """Whether an arc is the only one between its faces."""
+        face, _, neighbor, _ = self._arcs[index]
+        return [other for other, _ in self._of_face[face]].count(neighbor) == 1
+
     def is_flat_beside(self, index: int, thetas: Floats) -> bool:
         """Whether an arc is the only one between its faces, and both are flat otherwise."""
         face, _, neighbor, _ = self._arcs[index]
-        is_only = [other for other, _ in self._of_face[face]].count(neighbor) == 1
         theta = float(thetas[index])
-        return is_only and all(
+        return self.is_only(index) and all(
             self._is_flat([float(thetas[i]) for to, i in self._of_face[here] if to != there], theta)
             for here, there in ((face, neighbor), (neighbor, face))
         )

@@ -15,7 +15,15 @@ from ..cells.cell_graph import box_diagonal
 from ..cells.kinds import kind_of
 from ..cells.size import area_of_slivers
 from ..cells.surface import Surface, enclosed, is_negative
-from ..cells.weights import WeightOptions, arc_weights, creases_and_turn, creases_of, evened_share
+from ..cells.weights import (
+    NO_SUMS,
+    EdgeSums,
+    WeightOptions,
+    arc_weights,
+    creases_and_sums,
+    creases_of,
+    evened_share,
+)
 from ..mesh.faces import signed_volume
 from .arrays import rows
 from .halos import OF_FACES, faces_with_halo, find_halos, points_with_halo
@@ -37,6 +45,7 @@ class WeightRule:
     spare: float = 1.0  # unit of lengths, in multiples of the usual one
     is_turned: bool = False  # whether normals point inwards, and must be flipped
     evened: float = 0.0  # see `evened_share`
+    all_sharp: bool = False  # whether all sharp convex edges are ridges
 
     @property
     def has_hollows(self) -> bool:
@@ -61,7 +70,7 @@ class _TileSums:
     prices: float
     has_boundary: bool = True
     is_inconsistent: bool = False
-    turn: int = 0
+    edges: EdgeSums = NO_SUMS
     volume: float = 0.0
     sliver_area: float = 0.0
 
@@ -81,15 +90,19 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
         return run(weigh, store, [(tile, halos[tile], rule, origin) for tile in tiles])
 
     sums = weighed(rule)
+    adapted = rule
     if not any(some.has_boundary for some in sums):
         diagonal, volume = box_diagonal(store.bounds), sum(some.volume for some in sums)
         if is_negative(volume, diagonal):
-            rule = replace(rule, is_turned=True)
+            rule = adapted = replace(rule, is_turned=True)
             sums = weighed(rule)
         if rule.has_hollows and not any(some.is_inconsistent for some in sums):
-            turn, inside = sum(some.turn for some in sums), enclosed(volume, diagonal)
+            turn, inside = sum(some.edges.turn for some in sums), enclosed(volume, diagonal)
             evened = evened_share(turn, inside, store.total_measure, diagonal)
-            sums = weighed(replace(rule, evened=evened)) if evened else sums
+            adapted = replace(rule, evened=evened)
+    if rule.options.has_parts and EdgeSums.total(some.edges for some in sums).are_of_machine_part:
+        adapted = replace(adapted, all_sharp=True)
+    sums = weighed(adapted) if adapted != rule else sums
     unit = rule.spare * _core.unit_of_lengths(sum(some.weights for some in sums))
     border_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
     run.all(_round_tile, store, store.n_tiles, (unit, border_unit), rule.n_threads)
@@ -120,11 +133,12 @@ def _weigh_faces(
     graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are welded
     surface = Surface.of_turned_faces(mesh, graph, rule.is_turned, rule.n_threads)
     weights: ArrayLike
-    turn = 0
+    edges = NO_SUMS
     if rule.has_hollows:
-        weights, turn = creases_and_turn(
+        weights, edges = creases_and_sums(
             surface, graph, rule.radius, rule.options, None if shapes is None else shapes.normals,
-            rule.evened, store.is_in(tile, faces.columns["places"]).view(np.uint8),
+            (rule.evened, rule.all_sharp),
+            store.is_in(tile, faces.columns["places"]).view(np.uint8),
         )  # fmt: skip
     else:
         weights = kind.weights(surface, graph, shapes, rule.radius, rule.options)
@@ -136,7 +150,7 @@ def _weigh_faces(
         sums,
         has_boundary=_has_boundary(own, graph.sides[arcs], offsets),
         is_inconsistent=bool(graph.same_turn[arcs].any()),
-        turn=turn,
+        edges=edges,
         volume=signed_volume(of_tile, origin, rule.n_threads),
         sliver_area=area_of_slivers(of_tile, rule.radius, rule.n_threads),
     )

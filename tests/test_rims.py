@@ -1,0 +1,104 @@
+"""Rims of machine parts are borders of regions, however few regions there are."""
+
+import numpy as np
+import pytest
+import shapes
+
+import superfacets as sf
+from superfacets.cells.kinds import kind_of
+from superfacets.cells.weights import WeightOptions
+from superfacets.mesh.triangle_mesh import split_in_four
+
+pytestmark = pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
+
+
+def subdivided(mesh, times):
+    arrays = (mesh.vertices, mesh.faces)
+    for _ in range(times):
+        arrays = split_in_four(*arrays)
+    return sf.Mesh(*arrays)
+
+
+def box(*sizes):
+    cube = shapes.cube()
+    return sf.Mesh(cube.vertices * sizes, cube.faces)
+
+
+def bracket():
+    """An L of six sides, and the two ends."""
+    outline = np.array([[0, 0], [4, 0], [4, 0.5], [0.5, 0.5], [0.5, 3], [0, 3]])
+    vertices = np.concatenate([np.insert(outline, 2, z, axis=1) for z in (0.0, 2.0)])
+    here, after = np.arange(6), (np.arange(6) + 1) % 6
+    sides = [(here, after, 6 + after), (here, 6 + after, 6 + here)]
+    ends = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 5], [3, 4, 5]])
+    faces = [*(np.stack(corners, 1) for corners in sides), ends[:, ::-1], ends + 6]
+    return sf.Mesh(vertices, np.concatenate(faces))
+
+
+PARTS = {
+    "cube": (lambda: subdivided(box(1, 1, 1), 4), 20),
+    "plate": (lambda: subdivided(box(4, 4, 0.1), 5), 100),
+    "bar": (lambda: subdivided(box(10, 0.5, 0.5), 5), 20),
+    "bracket": (lambda: subdivided(bracket(), 4), 20),
+    "drilled block": (lambda: subdivided(shapes.drilled_block(), 2), 20),
+    "table": (lambda: subdivided(shapes.table(), 3), 40),  # 30 flat faces
+    "gear": (lambda: subdivided(shapes.gear(12, 1.0, 0.3, np.zeros(3)), 3), 20),
+    "coarse gear": (lambda: shapes.gear(12, 1.0, 0.3, np.zeros(3)), 60),
+}
+
+
+def share_of_rims(mesh, labels):
+    """The share of the length of convex edges of 60 degrees or more that borders run along."""
+    graph = sf.build_face_graph(mesh)
+    measures = sf.arc_measures(mesh, graph)
+    lengths = np.where(measures.angles <= -np.pi / 3, measures.border_lengths, 0.0)
+    is_border = labels[graph.sources] != labels[graph.neighbors]
+    return lengths[is_border].sum() / lengths.sum()
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_rims_are_borders(name):
+    make, fewest = PARTS[name]
+    mesh = make()
+    for k in (fewest, 60, 150, 300):
+        if k > mesh.n_faces:
+            continue
+        labels = sf.segment(mesh, k).labels
+        assert labels.max() + 1 == k
+        assert share_of_rims(mesh, labels) >= 0.99
+
+
+def weights_of_parts(mesh, n_threads=1, **options):
+    kind = kind_of(mesh)
+    graph, found = kind.build_graph(mesh, True, n_threads)
+    surface = kind.surface(mesh, graph, n_threads)
+    options = WeightOptions.checked("parts", None, None, **options)
+    return graph, np.asarray(kind.weights(surface, graph, found, 0.3, options))
+
+
+def is_ridge(mesh, **options):
+    return weights_of_parts(mesh, **options)[1] != weights_of_parts(mesh, ridges=0.0)[1]
+
+
+def test_all_sharp_edges_of_a_machine_part_are_ridges():
+    gear = shapes.gear(12, 1.0, 0.3, np.zeros(3))
+    graph, _ = weights_of_parts(gear)
+    is_sharp = sf.arc_measures(gear, graph).angles <= -np.radians(40)
+    assert np.array_equal(is_ridge(gear), is_sharp)
+    of_creases = [sf.crease_weights(gear, graph, 0.3, ridges=ridges) for ridges in (0.0, 0.35)]
+    assert np.array_equal(*of_creases)  # flanks are not flat beside their edges
+    polygons = sf.PolygonMesh.of_faces(gear.vertices, gear.faces.tolist())
+    assert np.array_equal(is_ridge(polygons), is_sharp)
+    assert np.array_equal(*(weights_of_parts(gear, n_threads=n)[1] for n in (1, 3)))
+
+
+def test_sharp_edges_of_other_shapes_are_not():
+    rng = np.random.default_rng(0)
+    cube = subdivided(shapes.cube(), 3)
+    rough = sf.Mesh(cube.vertices + rng.normal(size=cube.vertices.shape) * 0.03, cube.faces)
+    graph, _ = weights_of_parts(rough)
+    is_sharp = sf.arc_measures(rough, graph).angles <= -np.radians(40)
+    assert is_ridge(rough).sum() < 0.1 * is_sharp.sum()
+    corners = np.concatenate([np.eye(3), -np.eye(3)])
+    faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    assert not is_ridge(sf.Mesh(corners, faces)).any()  # it has no flat edge
