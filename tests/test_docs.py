@@ -15,6 +15,7 @@ import make_gallery
 import numpy as np
 import pytest
 import shrink_images
+import textured_meshes
 from click.testing import CliRunner
 from tools.sample_bear import parts_of
 
@@ -72,6 +73,7 @@ def files(tmp_path, monkeypatch, real_data):
     sf.write_mesh("assembly.ply", with_specks(bear))
     write_stl("part.stl", gallery_meshes.flange())
     write_obj("quads.obj", gallery_meshes.knot())
+    textured_meshes.write_facade(tmp_path)
     if find_spec("meshio"):
         sf.write_mesh("body.vtu", gallery_meshes.body())
     if real_data is not None:

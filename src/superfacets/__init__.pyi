@@ -30,6 +30,8 @@ from .cells.surface import arc_measures as arc_measures
 from .cells.tet_graph import TetGraph as TetGraph
 from .cells.tet_graph import TriangleCounts as TriangleCounts
 from .cells.tet_graph import build_tet_graph as build_tet_graph
+from .cells.texels import FaceTexels as FaceTexels
+from .cells.texels import texture_colors as texture_colors
 from .cells.thickness import shape_diameter as shape_diameter
 from .cells.weights import crease_weights as crease_weights
 from .cells.weights import stk02_weights as stk02_weights
@@ -63,6 +65,9 @@ from .io.readers.labels import read_labels as read_labels
 from .io.readers.read import read_attributes as read_attributes
 from .io.readers.read import read_cloud as read_cloud
 from .io.readers.read import read_mesh as read_mesh
+from .io.textures import Material as Material
+from .io.textures import Texture as Texture
+from .io.textures import TextureImage as TextureImage
 from .mesh.pinhole_camera import PinholeCamera as PinholeCamera
 from .mesh.point_cloud import PointCloud as PointCloud
 from .mesh.polygon_mesh import PolygonMesh as PolygonMesh

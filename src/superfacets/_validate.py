@@ -323,19 +323,30 @@ def checked_queries(points: Any) -> Floats:
     return array
 
 
-def checked_normals(normals: Any, n_points: int, first: int = 0) -> Floats:
+def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
     """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong.
 
     Error messages number the points from `first`.
     """
-    array = owned(exact_doubles(_rows(normals, "normals", n_points)), np.float64)
+    array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
     if not np.isfinite(array).all():
-        _raise_not_finite(array, "normals", first)
+        _raise_not_finite(array, name, first)
     largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)  # so that no length overflows
     np.divide(array, largest, out=array, where=largest > 0)
     lengths = np.sqrt(np.einsum("ij,ij->i", array, array))[:, None]
     np.divide(array, lengths, out=array, where=lengths > 0)
     return array
+
+
+def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
+    """One place (3,), or one per point (N, 3), float64; a MeshError if wrong."""
+    array = _numeric_array(viewpoints, "viewpoints")
+    if array.shape not in ((3,), (n_points, 3)):
+        raise MeshError(f"viewpoints must have shape (3,) or ({n_points}, 3), got {array.shape}")
+    places = owned(exact_doubles(array), np.float64)
+    if not np.isfinite(places).all():
+        _raise_not_finite(places.reshape(-1, 3), "viewpoints")
+    return places
 
 
 def checked_colors(colors: Any, n_points: int) -> Singles:

@@ -9,7 +9,11 @@ class MissingExtraError(ImportError):
     """A feature needs an optional dependency; the message says how to install it."""
 
     def __init__(self, task: str, extra: str) -> None:
-        super().__init__(f"{task} needs an extra: pip install 'superfacets[{extra}]'")
+        """Name the task; `extra` is ``"torch"`` where the package has to be installed itself."""
+        needs, package = "an extra", f"'superfacets[{extra}]'"
+        if extra == "torch":
+            needs, package = extra, extra
+        super().__init__(f"{task} needs {needs}: pip install {package}")
         self.extra = extra
 
 

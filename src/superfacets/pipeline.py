@@ -162,7 +162,8 @@ def segment(
         How much borders follow creases, >= 0. 0 gives the most compact regions.
     features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
         What borders follow besides creases: F numbers per face or vertex, or ``"color"``,
-        ``"normals"``, ``"height"``, or the name of a property in the file.
+        ``"texture"`` (see `texture_colors`), ``"texture_spread"``, ``"normals"``, ``"height"``, or
+        the name of a property in the file.
     denoise : int or "auto", optional
         Steps of smoothing before creases are measured; labels belong to the mesh as it is.
     n_threads : int, optional

@@ -224,7 +224,7 @@ def test_a_valley_costs_and_a_ridge_does_not():
     turned = {}
     for name, sign in ("valley", 1), ("ridge", -1):
         cloud = PointCloud(points, sign * normals)
-        graph = build_point_graph(cloud, expected_radius=0.3)
+        graph = build_point_graph(cloud, expected_radius=0.3, ridges=0)
         flat = build_point_graph(cloud)
         turned[name] = (graph.weights - flat.weights).sum()
         angles = graph.arc_measures.angles
@@ -234,6 +234,8 @@ def test_a_valley_costs_and_a_ridge_does_not():
         )
     assert turned["valley"] > 20
     assert turned["ridge"] < 0.05 * turned["valley"]  # what least squares make of a sharp edge
+    sharp = build_point_graph(PointCloud(points, -normals), expected_radius=0.3, ridges=0.35)
+    assert 0.25 < (sharp.weights - flat.weights).sum() / turned["valley"] < 0.4
     both = build_point_graph(PointCloud(points, -normals), expected_radius=0.3, eta_convex=1.0)
     assert (both.weights - flat.weights).sum() == pytest.approx(sum(turned.values()))
 
@@ -292,6 +294,7 @@ def test_weights_of_meshes_alone_are_refused():
         ({"expected_radius": -1}, ValueError, "expected_radius must be finite"),
         ({"alpha": np.nan}, ValueError, "alpha must be finite"),
         ({"eta_convex": -1}, ValueError, "eta_convex must be finite"),
+        ({"ridges": -1}, ValueError, "ridges must be finite"),
     ],
 )
 def test_wrong_arguments_are_refused(arguments, error, message):

@@ -112,11 +112,12 @@ def assert_rich(attributes):
             assert found[name].dtype == array.dtype, name
             assert found[name].flags.c_contiguous
     assert attributes.comments == COMMENTS
-    assert attributes.left_out == ()
 
 
 def test_all_that_a_file_stores_is_read_in_its_types(rich):
-    assert_rich(read_attributes(rich))
+    attributes = read_attributes(rich)
+    assert_rich(attributes)
+    assert attributes.left_out == ("image 'bark.png', which is missing",)
     assert_array_equal(read_mesh(rich).vertices, VERTICES)
 
 
@@ -285,10 +286,18 @@ def test_attributes_of_another_mesh_are_refused(tmp_path):
     assert not path.exists()
 
 
-def test_only_ply_has_attributes(tmp_path):
-    (tmp_path / "a.obj").write_text("v 0 0 0\n")
-    with pytest.raises(MeshError, match=r"a\.obj: expected the ending \.ply"):
-        read_attributes(tmp_path / "a.obj")
+def test_comments_in_latin_1_are_read(tmp_path):
+    content = rich_ply("ascii").replace(
+        "made by hand, with  two spaces and an é".encode(), b"\xa9 me"
+    )
+    (tmp_path / "a.ply").write_bytes(content)
+    assert read_attributes(tmp_path / "a.ply").comments[0] == "comment © me"
+
+
+def test_some_formats_have_attributes(tmp_path):
+    (tmp_path / "a.stl").write_text("v 0 0 0\n")
+    with pytest.raises(MeshError, match=r"a\.stl: expected the ending \.ply, \.obj, \.glb"):
+        read_attributes(tmp_path / "a.stl")
     (tmp_path / "a.ply").write_text("junk")
     with pytest.raises(MeshError, match=r"a\.ply: not a PLY file"):
         read_attributes(tmp_path / "a.ply")

@@ -7,7 +7,7 @@ import tempfile
 import numpy as np
 import pytest
 
-from superfacets import MeshError, MissingExtraError, read_cloud, segment
+from superfacets import MeshError, MissingExtraError, estimate_normals, read_cloud, segment
 from superfacets.io.readers.e57 import read_e57
 from superfacets.io.readers.read import CELL_ENDINGS
 
@@ -61,6 +61,29 @@ def test_scans_are_joined_in_their_poses(write):
     assert cloud.colors == pytest.approx(np.concatenate([COLORS, COLORS[::-1]]) / 255)
     assert attributes.vertex["scan"].tolist() == [0] * 4 + [1] * 4
     assert attributes.vertex["record"].tolist() == [0, 1, 2, 3] * 2
+
+
+def test_poses_are_viewpoints(write):
+    placed = {"rotation": QUARTER_TURN, "translation": np.array([10.0, 0, 0])}
+    one = read_cloud(write((scan(), placed)))
+    assert one.viewpoints.tolist() == [10, 0, 0]
+    two = read_cloud(write((scan(), placed), (scan(), {"translation": np.array([0, 0, 5.0])})))
+    assert two.viewpoints.tolist() == [[10, 0, 0]] * 4 + [[0, 0, 5]] * 4
+    turned = read_cloud(write((scan(), {"rotation": QUARTER_TURN})))
+    assert turned.viewpoints.tolist() == [0, 0, 0]
+    assert read_cloud(write((scan(), {}), (scan(), {}))).viewpoints is None  # nothing is moved
+
+
+def test_normals_of_scans_face_their_scanners(write):
+    """A wall that was scanned from one side, and one behind it from the other."""
+    wall = np.random.default_rng(0).random((500, 3)) * [0, 1, 1]
+    behind = {"translation": np.array([4.0, 0, 0])}
+    path = write((scan(wall + [1, 0, 0]), {"translation": np.zeros(3)}), (scan(wall - 1), behind))
+    cloud = read_cloud(path)
+    assert cloud.points[[0, -1], 0].tolist() == [1, 3]
+    normals = estimate_normals(cloud)
+    assert np.all(normals[:500, 0] < -0.99)
+    assert np.all(normals[500:, 0] > 0.99)
 
 
 def test_any_rotation_is_that_of_pye57(write, pye57):

@@ -548,7 +548,7 @@ class TestNamesAndVertices:
             write_mesh(tmp_path / "a.segs.json", square)
 
     def test_cells_are_written_to_files_that_hold_them(self, tmp_path):
-        faces = r"\.ply, \.vtp, \.obj, \.off or \.glb"
+        faces = r"\.ply, \.vtp, \.obj, \.off, \.glb or \.ids\.png"
         with pytest.raises(MeshError, match=rf"faces are written as {faces}, not as \.vtu"):
             write_mesh(tmp_path / "a.vtu", shapes.cube())
         with pytest.raises(MeshError, match=r"points are written as .*, not as \.glb"):

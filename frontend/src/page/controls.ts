@@ -92,6 +92,7 @@ export class Controls {
       "]": () => panel.setLevel(panel.level + 1),
       b: () => panel.setBorders(!borders),
       c: () => panel.nextColoring(),
+      t: () => panel.blend.toggle(),
       Enter: () => panel.tellMiddle(),
     };
     const action = actions[event.key];

@@ -1,13 +1,14 @@
 // Draws the page: one call for the surface, one for borders. A frame sends only a few uniforms. The
 // picture of cell numbers, for picking, is drawn once per view, when the pointer first needs it.
 
-import type { Numbers } from "../shared/arrays";
+import type { Arrays, Numbers } from "../shared/arrays";
 import { Camera } from "../shared/camera";
 import { Frame, Gpu, Program, Table } from "../shared/gl";
 import { cellsIn, type Place } from "../shared/picking";
 import { SURFACE } from "../shared/shaders";
 import { NONE, type Shape } from "../shared/shape";
 import { Surface } from "../shared/surface";
+import { Paint, type TextureFacts } from "../shared/texture";
 import { BORDER, INK, PICK, SHADE } from "./shaders";
 
 const SAMPLES = 4; // samples per pixel, for antialiasing
@@ -29,6 +30,8 @@ export class Drawing {
   readonly stats = { frames: 0, picks: 0, calls: 0, sentBytes: 0, scriptMs: 0 };
   marked = NONE;
   borders = true;
+  shareOfTexture: () => number = () => 0;
+  readonly paint: Paint;
   readonly nEdges: number;
   /** Width of borders in CSS pixels, given the pixels of a length of 1. */
   lineWidth: (pixels: number, height: number) => number = () => 1;
@@ -58,6 +61,7 @@ export class Drawing {
     [this.groups, this.regions, this.colors, this.edges] = Array.from({ length: 4 }, () => new Table(gpu));
     this.samples = new Samples(gpu.gl);
     this.picked = new Frame(gpu, 1);
+    this.paint = new Paint(gpu);
     this.surface.show(shape);
     this.nEdges = (edges?.length ?? 0) / 4;
     this.edges.fill("rgba32", edges ?? []);
@@ -66,12 +70,18 @@ export class Drawing {
 
   /** Bytes of buffers and textures, without framebuffers. */
   get gpuBytes(): number {
-    const tables = [this.surface, this.groups, this.regions, this.colors, this.edges];
+    const tables = [this.surface, this.paint, this.groups, this.regions, this.colors, this.edges];
     return tables.reduce((sum, { bytes }) => sum + bytes, 0);
   }
 
   get nCorners(): number {
     return this.surface.nCorners;
+  }
+
+  /** Show a texture, too. */
+  async setTexture(shape: Shape, facts: TextureFacts, arrays: Arrays): Promise<void> {
+    await this.paint.show(shape, facts, arrays);
+    this.request();
   }
 
   /** The region of each cell: borders lie between regions. */
@@ -146,6 +156,7 @@ export class Drawing {
     const { camera, groups, regions, colors, marked } = this;
     this.stats.calls++;
     this.surface.draw(program, camera.eye, camera.pixelsOf(height), {
+      ...this.paint.values, blend: this.shareOfTexture(),
       groups, regions, colors, marked, missing: this.missing.map((value) => value / 255),
     });
   }

@@ -24,6 +24,7 @@ async function open(): Promise<Panel> {
   element.remove(); // frees the text of the element, which is as large as the mesh
   const panel = new Panel(facts, decodeArrays(buffer, 0, facts.arrays));
   new Controls(panel);
+  await panel.textured;
   return panel;
 }
 

@@ -4,6 +4,7 @@ import type { Arrays, Numbers } from "../shared/arrays";
 import { part } from "../shared/dom";
 import { type Place, putTip } from "../shared/picking";
 import { NONE, shapeOf } from "../shared/shape";
+import { Blend } from "../shared/texture";
 import { type Coloring, Content, type Facts, type Labeling } from "./content";
 import { Drawing, type Rgb } from "./drawing";
 
@@ -23,18 +24,22 @@ const counted = (n: number, noun: string): string => `${n.toLocaleString("en")} 
 export class Panel {
   readonly content: Content;
   readonly drawing: Drawing;
+  readonly textured: Promise<void>; // until the texture is shown
   private coloring: Coloring;
   level = 0;
   private readonly list = part<HTMLSelectElement>("coloring");
   private readonly slider = part<HTMLInputElement>("level");
   private readonly checkbox = part<HTMLInputElement>("borders");
+  readonly blend = new Blend(part("texture-row"), part<HTMLInputElement>("texture"), () => this.drawing.request());
   private readonly tip = part("tip");
 
   constructor(private readonly facts: Facts, arrays: Arrays) {
     const canvas = part<HTMLCanvasElement>("canvas");
     this.content = new Content(facts, arrays);
-    this.drawing = new Drawing(canvas, shapeOf(facts, arrays), arrays.edges);
-    for (const name of ["triangles", "edges", "normals"]) delete arrays[name]; // copies are on the graphics card
+    const shape = shapeOf(facts, arrays);
+    this.drawing = new Drawing(canvas, shape, arrays.edges);
+    this.textured = facts.texture ? this.drawing.setTexture(shape, facts.texture, arrays) : Promise.resolve();
+    for (const name of ["triangles", "edges", "normals", "pairs", "tile_of", "atlas"]) delete arrays[name]; // copies are on the graphics card
     this.drawing.lineWidth = (pixels, height) => this.lineWidth(pixels, height);
     this.coloring = this.content.colorings[0];
     this.fillControls();
@@ -65,6 +70,8 @@ export class Panel {
     part("level-row").hidden = content.levels.length < 2;
     part("borders-row").hidden = !this.drawing.nEdges;
     checkbox.addEventListener("change", () => this.setBorders(checkbox.checked));
+    this.drawing.shareOfTexture = () => this.blend.share;
+    this.blend.begin(!!this.facts.texture, content.levels.length ? 0.5 : 1);
     part("reset").addEventListener("click", () => this.drawing.camera.home());
     part("theme").addEventListener("click", () => {
       const { dataset } = document.documentElement;

@@ -1,8 +1,11 @@
 // GLSL of the page: a cell has a group, a group has a color.
 
 import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
+import { PAINT } from "../shared/texture";
 
-export const SHADE = `${HEAD}${LIGHT}
+export const SHADE = `${HEAD}${LIGHT}${EYE}${PAINT}
+flat in uint triangle;
+uniform float blend;  // share of the texture, 0 to 1
 uniform usampler2D groups;  // the group of each cell
 uniform sampler2D colors;  // the color of each group
 uniform usampler2D regions;  // the region of each cell
@@ -12,6 +15,7 @@ out vec4 color;
 void main() {
   uint group = texelFetch(groups, place(cell), 0).r;
   vec3 base = group == NONE ? missing : texelFetch(colors, place(group), 0).rgb;
+  if (has_texture && blend > 0.0) base = mix(base, painted(triangle, at), blend);
   if (marked != NONE && texelFetch(regions, place(cell), 0).r == marked) base = mix(base, vec3(1.0), 0.45);
   color = vec4(min(base * light(), 1.0), 1.0);
 }`;

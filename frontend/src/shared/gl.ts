@@ -224,6 +224,33 @@ export class Table implements Lookup, Held {
   }
 }
 
+/** An image that shaders read, row 0 at the top. */
+export class Picture implements Lookup, Held {
+  readonly unit: number;
+  bytes = 0;
+  private image: ImageBitmap | null = null; // kept, for `restore`
+
+  constructor(private readonly gpu: Gpu) {
+    this.unit = gpu.nextUnit();
+    gpu.hold(this);
+  }
+
+  make(): void {
+    const { gl } = this.gpu;
+    this.gpu.texture(this.unit);
+    if (this.image) this.fill(this.image);
+    else gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
+  }
+
+  fill(image: ImageBitmap): void {
+    const { gl } = this.gpu;
+    this.image = this.gpu.isKept ? image : null;
+    this.bytes = 4 * image.width * image.height;
+    gl.activeTexture(gl.TEXTURE0 + this.unit);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
+  }
+}
+
 /** A framebuffer with a texture that shaders read. */
 export class Frame implements Held {
   readonly colors: Lookup[];

@@ -36,6 +36,7 @@ uniform bool has_sources;
 uniform bool is_cloud;
 uniform float point_size;  // size of a point at distance 1, in pixels
 flat out uint cell;
+flat out uint triangle;
 out vec3 at;
 out vec3 normal;  // (0, 0, 0) in a crease
 out float smoothness;  // 0 in a crease
@@ -47,6 +48,7 @@ vec3 unpacked(uint bits) {
 }
 void main() {
   uint piece = is_cloud ? vertex.x : vertex.y;
+  triangle = piece;
   cell = has_sources ? texelFetch(sources, place(piece), 0).r : piece;
   uvec4 texel = texelFetch(vertices, place(vertex.x), 0);
   at = seen(texel);

@@ -2,6 +2,7 @@
 
 import type { Arrays } from "./arrays";
 import type { View } from "./camera";
+import type { TextureFacts } from "./texture";
 import type { Vector } from "./vectors";
 
 export const NONE = 0xffffffff; // no cell, no region, no value
@@ -20,6 +21,7 @@ export interface ShapeFacts {
   axes: [right: Vector, up: Vector, front: Vector];
   view: View;
   point_size: number;
+  texture?: TextureFacts | null;
 }
 
 export interface Shape {

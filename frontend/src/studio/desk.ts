@@ -50,6 +50,7 @@ export class Desk {
     const { mesh } = this.session;
     this.lastObjects.clear();
     this.drawing.setMesh(mesh);
+    if (mesh.textureProblem) this.say(`The texture is not shown: ${mesh.textureProblem}.`);
     this.picker = new Picker(this.drawing, mesh);
   }
 

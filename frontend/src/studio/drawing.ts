@@ -2,10 +2,12 @@
 
 import { Camera } from "../shared/camera";
 import { Frame, Gpu, Program, Table } from "../shared/gl";
+import { part } from "../shared/dom";
 import { cellsIn } from "../shared/picking";
 import { SURFACE } from "../shared/shaders";
 import { NONE } from "../shared/shape";
 import { Surface } from "../shared/surface";
+import { Blend, Paint } from "../shared/texture";
 import type { Vector } from "../shared/vectors";
 import { CellTable } from "./celltable";
 import { parseColor, type Rgb } from "./colors";
@@ -30,7 +32,9 @@ export class Drawing {
   readonly cells: CellTable;
   readonly afterDraw: (() => void)[] = [];
   clip: Box | null = null; // what is outside is not drawn
+  readonly blend = new Blend(part("texture-row"), part<HTMLInputElement>("texture"), () => this.redraw());
   private readonly gpu: Gpu;
+  private readonly paint: Paint;
   private readonly surface: Surface;
   private readonly cellsProgram: Program;
   private readonly imageProgram: Program;
@@ -53,6 +57,7 @@ export class Drawing {
   constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
     const gpu = (this.gpu = new Gpu(canvas, true));
     this.surface = new Surface(gpu);
+    this.paint = new Paint(gpu);
     this.cells = new CellTable(gpu);
     [this.regions, this.regionColors, this.classColors] = Array.from({ length: 3 }, () => new Table(gpu));
     this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
@@ -98,11 +103,21 @@ export class Drawing {
     this.changeView();
   }
 
+  /** Show the texture of a mesh, once its image is decoded. */
+  private async showTexture(mesh: Mesh): Promise<void> {
+    const { texture, shape, textureArrays } = mesh;
+    this.paint.clear();
+    this.blend.begin(texture !== null, 0.5);
+    if (texture) await this.paint.show(shape, texture, textureArrays);
+    if (this.mesh === mesh) this.changeView();
+  }
+
   /** Show another mesh, without regions yet. */
   setMesh(mesh: Mesh): void {
     this.mesh = mesh;
     this.viewMs = 0;
     this.surface.show(mesh.shape);
+    void this.showTexture(mesh);
     this.cells.reset(mesh.nCells);
     this.setLabels(new Int32Array(mesh.nCells).fill(-1), []);
     this.mark({ hovered: -1, cursor: -1 });
@@ -216,6 +231,7 @@ export class Drawing {
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
       stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
+      blend: this.paint.isShown ? this.blend.share : 0,
       is_cloud: this.mesh.isCloud, height: this.canvas.height,
     });
     gl.disable(gl.DEPTH_TEST);
@@ -230,7 +246,7 @@ export class Drawing {
     const frame = (this.frame = this.frames[stride - 1]);
     frame.begin(stride * width, stride * height);
     this.surface.draw(this.cellsProgram, camera.eye, camera.pixelsOf(frame.height), {
-      cells: cells.table, has_hidden: cells.hasHidden, is_clipped: this.clip !== null,
+      ...this.paint.values, cells: cells.table, has_hidden: cells.hasHidden, is_clipped: this.clip !== null,
       clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
     });
     this.isStale = false;

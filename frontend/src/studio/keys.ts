@@ -51,11 +51,11 @@ export class Keys {
       Objects: this.objects(),
       Regions: this.regions(),
       Modes: this.modeKeys(),
-      View: this.view(views),
+      View: [...this.view(views), this.textureKey(comparison)],
       Sections: this.sections(clip),
       "Comparison of two works": [
         { names: ["d"], what: "next difference", run: () => comparison.next() },
-        { names: ["t"], what: "take theirs in the region", run: () => comparison.settle("theirs") },
+        { names: [], shown: "T", what: "take theirs in the region", run: () => undefined },
         { names: ["y"], what: "keep mine in the region", run: () => comparison.settle("mine") },
       ],
       Files: [
@@ -166,6 +166,11 @@ export class Keys {
       { names: ["Shift+i"], what: "farther", run: () => camera.zoomBy(0.8) },
       ...views.keys(),
     ];
+  }
+
+  private textureKey(comparison: Comparison): Key {
+    const run = (): void => (comparison.isOpen ? comparison.settle("theirs") : this.desk.drawing.blend.toggle());
+    return { names: ["t"], what: "the texture alone, or none of it", run };
   }
 
   private leave(): void {

@@ -2,6 +2,8 @@
 
 import { type Shape, type ShapeFacts, shapeOf } from "../shared/shape";
 import { cross, minus, plus, scaled, type Vector } from "../shared/vectors";
+import type { Arrays } from "../shared/arrays";
+import type { TextureFacts } from "../shared/texture";
 import { readPacket } from "./api";
 import type { Rgb } from "./colors";
 
@@ -12,6 +14,7 @@ interface Header extends ShapeFacts {
   n_cells: number;
   measure: "area" | "volume";
   palette: Rgb[]; // colors of regions
+  texture_problem: string; // why a texture is not shown
 }
 
 // Nouns for a cell, singular and plural.
@@ -24,6 +27,9 @@ const CELL_NAMES: Record<Kind, [string, string]> = {
 
 export class Mesh {
   readonly shape: Shape;
+  readonly texture: TextureFacts | null;
+  readonly textureArrays: Arrays;
+  readonly textureProblem: string;
   readonly nCells: number;
   readonly areas: Float32Array; // area of each cell; of a tetrahedron, its volume
   readonly measure: "area" | "volume";
@@ -35,6 +41,9 @@ export class Mesh {
   constructor(buffer: ArrayBuffer) {
     const { header, arrays } = readPacket<Header>(buffer);
     this.shape = shapeOf(header, arrays);
+    this.texture = header.texture ?? null;
+    this.textureArrays = arrays;
+    this.textureProblem = header.texture_problem;
     this.nCells = header.n_cells;
     this.measure = header.measure;
     this.palette = header.palette;

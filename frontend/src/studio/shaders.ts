@@ -3,19 +3,18 @@
 // While the user paints in one view, only the second is drawn.
 
 import { VARIANTS } from "./colors";
-import { CODE, HEAD, LIGHT } from "../shared/shaders";
+import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
+import { PAINT } from "../shared/texture";
 
-export const CELLS = `${HEAD}${LIGHT}${CODE}
+export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${PAINT}
+flat in uint triangle;
 uniform usampler2D cells;
 uniform bool has_hidden;
 uniform bool is_clipped;
 uniform vec3 clip_low;
 uniform vec3 clip_high;
-uniform mat3 turn;  // of the eye, as in EYE
-uniform vec3 target;
-uniform float distance_;
 layout(location = 0) out vec4 code;
-layout(location = 1) out vec4 brightness;
+layout(location = 1) out vec4 brightness;  // and color of the texture
 void main() {
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
   if (is_clipped) {
@@ -25,7 +24,7 @@ void main() {
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
   code = codeOf(cell);
-  brightness = vec4(light() / 1.5, 0.0, 0.0, 1.0);
+  brightness = vec4(light() / 1.5, has_texture ? painted(triangle, at) : vec3(0.0));
 }`;
 
 /** A triangle that covers the picture. */
@@ -48,6 +47,7 @@ uniform int line;  // width of borders, in pixels of the first pass
 uniform uint hovered;  // region under the pointer
 uniform uint cursor;
 uniform bool has_borders;
+uniform float blend;  // share of the texture, 0 to 1
 uniform bool is_cloud;
 uniform vec2 near_far;
 uniform vec3 high;  // color at the top of the background
@@ -91,6 +91,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
     float shift = float((region * 2654435761u) >> 29) / 7.0 - 0.5;
     base = variant(texelFetch(class_colors, place(id), 0).rgb, state.a) * (1.0 + 0.12 * shift);
   }
+  if (blend > 0.0) base = mix(base, texelFetch(lights, p, 0).gba, blend);
   if ((state.b & 1u) != 0u) base = vec3(0.85, 0.07, 0.12);
   if ((state.b & 2u) != 0u) base = vec3(0.08, 0.25, 0.9);
   float light = 1.5 * texelFetch(lights, p, 0).r;

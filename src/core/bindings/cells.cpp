@@ -18,6 +18,7 @@
 #include "cells/sub_surface.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/tet_graph.hpp"
+#include "cells/texels.hpp"
 #include "cells/triangle_surface.hpp"
 #include "cells/turning.hpp"
 #include "cells/weights.hpp"
@@ -159,31 +160,35 @@ SortedMesh mesh_in_curve_order(Points vertices, Integers representative, Integer
 }
 
 auto sorted_point_graph(Points positions, int n_neighbors, int n_around, double cutoff,
-                        bool has_normals, ThreadTeam& team) {
-  PointGraph graph = build_point_graph(positions,
-                                       {static_cast<std::size_t>(n_neighbors),
-                                        static_cast<std::size_t>(n_around), cutoff, has_normals},
-                                       team);
+                        bool has_normals, Points axes, ThreadTeam& team) {
+  PointGraph graph =
+      build_point_graph(positions,
+                        {static_cast<std::size_t>(n_neighbors), static_cast<std::size_t>(n_around),
+                         cutoff, has_normals, axes},
+                        team);
   return std::tuple(std::move(graph.positions), std::move(graph.offsets),
                     std::move(graph.neighbors), std::move(graph.measures), std::move(graph.normals),
                     std::move(graph.points));
 }
 
 auto point_graph(Points positions, int n_neighbors, int n_around, double cutoff, bool has_normals,
-                 ThreadTeam& team) {
-  PointGraph sorted = build_point_graph(positions,
-                                        {static_cast<std::size_t>(n_neighbors),
-                                         static_cast<std::size_t>(n_around), cutoff, has_normals},
-                                        team);
+                 Points axes, ThreadTeam& team) {
+  PointGraph sorted =
+      build_point_graph(positions,
+                        {static_cast<std::size_t>(n_neighbors), static_cast<std::size_t>(n_around),
+                         cutoff, has_normals, axes},
+                        team);
   PointGraph graph = in_input_order(sorted, team);
   return std::tuple(std::move(graph.offsets), std::move(graph.neighbors), std::move(graph.measures),
                     std::move(graph.normals), std::move(sorted.points));
 }
 
 Buffer<double> weights_of_points(const PointSurface& surface, double alpha, double eta_convex,
-                                 double crease_length, double diagonal, ThreadTeam& team) {
+                                 double crease_length, double diagonal, double ridges,
+                                 ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  point_weights(surface, {alpha, eta_convex, crease_length, diagonal}, team, weights.span());
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, ridges};
+  point_weights(surface, options, team, weights.span());
   return weights;
 }
 
@@ -435,9 +440,9 @@ void bind_graphs(nb::module_& module) {
   module.def("sort_mesh", threaded(&mesh_in_curve_order), "vertices"_a, "representative"_a,
              "corners"_a, "offsets"_a, "size"_a, "n_threads"_a);
   module.def("build_point_graph", threaded(&point_graph), "positions"_a, "n_neighbors"_a,
-             "n_around"_a, "cutoff"_a, "has_normals"_a, "n_threads"_a);
+             "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "n_threads"_a);
   module.def("build_sorted_point_graph", threaded(&sorted_point_graph), "positions"_a,
-             "n_neighbors"_a, "n_around"_a, "cutoff"_a, "has_normals"_a, "n_threads"_a);
+             "n_neighbors"_a, "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "n_threads"_a);
   module.def("weighted_majority", serial(&weighted_majority), "groups"_a, "labels"_a, "weights"_a,
              "n_groups"_a);
   module.def("find_components", serial(&components), "offsets"_a, "neighbors"_a, "labels"_a);
@@ -452,7 +457,7 @@ void bind_weights(nb::module_& module) {
              "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "evened"_a,
              "is_straight"_a, "all_sharp"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
   module.def("point_weights", threaded(&weights_of_points), "surface"_a, "alpha"_a, "eta_convex"_a,
-             "crease_length"_a, "diagonal"_a, "n_threads"_a);
+             "crease_length"_a, "diagonal"_a, "ridges"_a, "n_threads"_a);
   module.def("stk02_weights", threaded(&stk02_of_triangles), "surface"_a, "centroids"_a, "alpha"_a,
              "n_threads"_a);
   module.def("polygon_stk02_weights", threaded(&stk02_of_polygons), "surface"_a, "alpha"_a,
@@ -490,8 +495,8 @@ void bind_spatial(nb::module_& module) {
              "n_threads"_a);
   module.def("nearest_in_part", threaded(&nearest_in_part), "positions"_a, "is_wanted"_a,
              "n_nearest"_a, "n_threads"_a);
-  module.def("directions_around", threaded(&directions_around), "positions"_a, "centers"_a,
-             "rows"_a, "n_threads"_a);
+  module.def("directions_around", threaded(&directions_around), "positions"_a, "axes"_a,
+             "centers"_a, "rows"_a, "n_threads"_a);
   module.def("sorted_lists", serial(&sorted_lists), "n_cells"_a, "sources"_a, "targets"_a);
   module.def("nearest_triangles", threaded<kMinSearched>(&nearest_triangles), "vertices"_a,
              "faces"_a, "queries"_a, "max_distance"_a, "n_threads"_a);
@@ -511,6 +516,31 @@ void bind_spatial(nb::module_& module) {
       .def("roots", serial(&roots_of), "begin"_a, "end"_a);
 }
 
+TexelGrid grid_of(std::int64_t width, std::int64_t height, int wrap_u, int wrap_v) {
+  return {width, height, static_cast<Wrap>(wrap_u), static_cast<Wrap>(wrap_v)};
+}
+
+TexelColors colors_of_texels(Bytes pixels, std::int64_t width, std::int64_t height, int wrap_u,
+                             int wrap_v, Integers linear, Doubles coordinates, Integers corners,
+                             ThreadTeam& team) {
+  const TexelGrid grid = grid_of(width, height, wrap_u, wrap_v);
+  return texel_colors(pixels, grid, linear, {coordinates, corners}, team);
+}
+
+Buffer<std::int32_t> painted_ids(std::int64_t width, std::int64_t height, int wrap_u, int wrap_v,
+                                 Doubles coordinates, Integers corners, Integers ids, int bleed,
+                                 ThreadTeam& team) {
+  const TexelGrid grid = grid_of(width, height, wrap_u, wrap_v);
+  return paint_ids(grid, {coordinates, corners}, ids, bleed, team);
+}
+
+void bind_texels(nb::module_& module) {
+  module.def("texel_colors", threaded(&colors_of_texels), "pixels"_a, "width"_a, "height"_a,
+             "wrap_u"_a, "wrap_v"_a, "linear"_a, "coordinates"_a, "corners"_a, "n_threads"_a);
+  module.def("paint_ids", threaded(&painted_ids), "width"_a, "height"_a, "wrap_u"_a, "wrap_v"_a,
+             "coordinates"_a, "corners"_a, "ids"_a, "bleed"_a, "n_threads"_a);
+}
+
 }  // namespace
 
 void bind_cells(nb::module_& module) {
@@ -519,6 +549,7 @@ void bind_cells(nb::module_& module) {
   bind_weights(module);
   bind_spectral(module);
   bind_spatial(module);
+  bind_texels(module);
 }
 
 }  // namespace superfacets

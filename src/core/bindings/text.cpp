@@ -78,6 +78,8 @@ void bind_text(nb::module_& module) {
   define_parse<parse_integers<std::int64_t>>(module, "parse_long_integers");
   define_parse<parse_corners<std::int32_t>>(module, "parse_corners");
   define_parse<parse_corners<std::int64_t>>(module, "parse_long_corners");
+  define_parse<parse_second_indices<std::int32_t>>(module, "parse_second_indices");
+  define_parse<parse_second_indices<std::int64_t>>(module, "parse_long_second_indices");
   module.def("copy_rows", &copy_of_rows, "rows"_a.noconvert(), "n_threads"_a);
   module.def("copy_runs", threaded(&copy_runs), "bytes"_a, "starts"_a, "sizes"_a, "n_threads"_a);
   module.def("walk_rows", serial(&walked), "bytes"_a, "begin"_a, "n_rows"_a, "count_sizes"_a,

@@ -34,11 +34,13 @@ double area_around(double sum_of_squares, std::size_t n) {
   return 2.0 * std::numbers::pi * sum_of_squares / (count * (count + 1.0));
 }
 
-Point normal_around(const NeighborSearch& search, Place place, std::span<const Neighbor> nearest) {
-  Spread spread(search.position_at(place));
-  spread.include(search.position_at(place));
-  for (const Neighbor& neighbor : nearest) spread.include(search.position_at(neighbor.place));
-  return direction_of_least_spread(spread);
+Point normal_around(const NeighborSearch& search, std::span<const Point> axes, Place place,
+                    std::span<const Neighbor> nearest) {
+  NormalFit fit(axes, search.position_at(place));
+  const auto include = [&](Place at) { fit.include(search.position_at(at), search.point_at(at)); };
+  include(place);
+  for (const Neighbor& neighbor : nearest) include(neighbor.place);
+  return fit.normal();
 }
 
 Found find_neighbors(const NeighborSearch& search, const PointGraphOptions& options,
@@ -57,7 +59,8 @@ Found find_neighbors(const NeighborSearch& search, const PointGraphOptions& opti
     }
     std::fill_n(row, n_columns - joined.size(), kNoPlace);
     found.areas[place] = area_around(sum_of_squares, joined.size());
-    if (!options.has_normals) found.normals[place] = normal_around(search, place, nearest);
+    if (options.has_normals) return;
+    found.normals[place] = normal_around(search, options.axes, place, nearest);
   };
   search.for_each_point(options.has_normals ? n_columns : options.n_around, take, team);
   return found;

@@ -12,6 +12,8 @@ struct PointGraphOptions {
   std::size_t n_around = 12;    // nearest neighbors that a normal is estimated from; >= n_neighbors
   double cutoff = 4.0;          // longest arc, in square roots of the smaller area at its ends; > 0
   bool has_normals = false;     // normals are known: none are estimated
+  // Normals of unknown sign, (N,) or empty. Normals are those that the axes around are closest to.
+  std::span<const Point> axes;
 };
 
 // Cells are points, in the order of a space-filling curve or of the input.

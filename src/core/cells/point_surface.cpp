@@ -40,7 +40,11 @@ void point_weights(const PointSurface& surface, const WeightOptions& options, Th
                    std::span<double> weights) {
   SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
   const bool is_priced = options.alpha > 0.0;
-  const Bends bends = is_priced ? surface.find_bends(options.eta_convex > 0.0, team) : Bends{};
+  const bool has_ridges = options.has_ridges();
+  const bool has_convex = has_ridges || options.eta_convex > 0.0;
+  const Bends bends = is_priced ? surface.find_bends(has_convex, team) : Bends{};
+  const Buffer<std::uint8_t> is_ridge =
+      has_ridges ? surface.find_ridges(bends, options.crease_length, team) : Buffer<std::uint8_t>();
   // The smaller of the turns at both ends, at most pi.
   const auto turn = [](const Buffer<Bend>& of, Cell from, Cell to, const Point& step) {
     return std::min({of[from].turn(step), of[to].turn(step), std::numbers::pi});
@@ -49,9 +53,9 @@ void point_weights(const PointSurface& surface, const WeightOptions& options, Th
     const Cell to = surface.arcs().targets[arc];
     const Point step = surface.position(to) - surface.position(from);
     double angle = turn(bends.concave, from, to, step);
-    if (options.eta_convex > 0.0) {
-      angle += options.eta_convex * turn(bends.convex, from, to, step);
-    }
+    const bool crosses = has_ridges && (is_ridge[from] != 0 || is_ridge[to] != 0);
+    const double eta = crosses ? options.ridges : options.eta_convex;
+    if (eta > 0.0) angle += eta * turn(bends.convex, from, to, step);
     const double length = options.crease_length;
     return kCertainty * options.alpha * (length > 0.0 ? length : surface.border_length(from, arc)) *
            angle / std::numbers::pi;  // eq. 2

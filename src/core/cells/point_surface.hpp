@@ -5,7 +5,7 @@
 
 #include "base/assert.hpp"
 #include "base/threads.hpp"
-#include "cells/bending.hpp"
+#include "cells/point_ridges.hpp"
 #include "cells/surface.hpp"
 #include "cells/weights.hpp"
 
@@ -42,6 +42,10 @@ class PointSurface final : public Surface {
     return superfacets::find_bends(positions_, normals_, arcs(), order_, wants_convex, team);
   }
 
+  Buffer<std::uint8_t> find_ridges(const Bends& bends, double radius, ThreadTeam& team) const {
+    return find_point_ridges(positions_, normals_, arcs(), order_, bends, radius, team);
+  }
+
   // The mean of pi a / (sum of arc lengths) at both points, with the area a around a point: the
   // borders of the arcs that cross a line then add up to the length of the line, averaged over its
   // directions (Cauchy and Crofton).
@@ -67,8 +71,8 @@ class PointSurface final : public Surface {
 };
 
 // Weights by eq. 1-3 (weights.hpp). The distance of the points is eq. 1; theta in eq. 2 is the turn
-// of the surface by its curvature, at the end where that is smaller. Symmetric in the two points,
-// bit for bit.
+// of the surface by its curvature, at the end where that is smaller. Convex turns count more on
+// ridges (point_ridges.hpp). Symmetric in the two points, bit for bit.
 void point_weights(const PointSurface& surface, const WeightOptions& options, ThreadTeam& team,
                    std::span<double> weights);
 

@@ -8,10 +8,10 @@
 
 namespace superfacets {
 
-// A component of a graph is large if it has at least half of the measure expected of a region, or if
-// all larger components together have fewer than n_seeds cells. The n_seeds largest of these get
-// seeds; among equals the component of `first` precedes, then the one with the lowest cell. All other
-// components are islands. Components ignore the direction of arcs.
+// A component of a graph is large if it has at least half of the measure expected of a region, or
+// if all larger components together have fewer than n_seeds cells. The n_seeds largest of these get
+// seeds; among equals the component of `first` precedes, then the one with the lowest cell. All
+// other components are islands. Components ignore the direction of arcs.
 
 // The cell nearest to the measure-weighted mean of all positions, lowest index among equals.
 Cell central_cell(const OrderedGraph& graph, ThreadTeam& team);

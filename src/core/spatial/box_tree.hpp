@@ -72,7 +72,10 @@ class BoxTree {
     for (std::span<const Value> below = of_places; nodes.size() < n_levels();) {
       const std::size_t fan_out = nodes.empty() ? leaf_size_ : kFanOut;
       std::vector<Value>& level = nodes.emplace_back(levels_[nodes.size()].size(), empty);
-      for (std::size_t i = 0; i < below.size(); ++i) combine(level[i / fan_out], below[i]);
+      for (std::size_t node = 0; node < level.size(); ++node) {
+        const std::size_t end = std::min((node + 1) * fan_out, below.size());
+        for (std::size_t i = node * fan_out; i < end; ++i) combine(level[node], below[i]);
+      }
       below = level;
     }
     return nodes;

@@ -56,10 +56,8 @@ double smallest_eigenvalue(const Symmetric& c) {
   return x;
 }
 
-}  // namespace
-
-Point direction_of_least_spread(const Spread& spread) {
-  const Symmetric c = covariance_of(spread);
+// The unit eigenvector of the smallest eigenvalue of a matrix with trace 1; zero if there are two.
+Point least_direction(const Symmetric& c) {
   const double least = smallest_eigenvalue(c);
   // The eigenvector is orthogonal to the rows of the matrix minus the eigenvalue: it is along their
   // cross products.
@@ -74,6 +72,21 @@ Point direction_of_least_spread(const Spread& spread) {
   const double length = norm(*longest);
   if (!(length > kLeastDifference)) return {0.0, 0.0, 0.0};
   return (1.0 / length) * *longest;
+}
+
+}  // namespace
+
+Point direction_of_least_spread(const Spread& spread) {
+  return least_direction(covariance_of(spread));
+}
+
+Point common_axis(const AxisSpread& spread) {
+  if (!(spread.n > 0.0)) return {0.0, 0.0, 0.0};
+  // The sum of products has trace n: 1 minus their mean, divided by 2, has trace 1, and its
+  // smallest eigenvalue has the eigenvector of the largest one of the sum.
+  const double scale = 0.5 / spread.n;
+  return least_direction({0.5 - scale * spread.xx, -scale * spread.xy, -scale * spread.xz,
+                          0.5 - scale * spread.yy, -scale * spread.yz, 0.5 - scale * spread.zz});
 }
 
 }  // namespace superfacets

@@ -47,19 +47,20 @@ NearestRows nearest_in_part(std::span<const Point> positions,
   return found;
 }
 
-Buffer<Point> directions_around(std::span<const Point> positions, std::span<const Cell> centers,
-                                std::span<const Cell> rows, ThreadTeam& team) {
+Buffer<Point> directions_around(std::span<const Point> positions, std::span<const Point> axes,
+                                std::span<const Cell> centers, std::span<const Cell> rows,
+                                ThreadTeam& team) {
   SUPERFACETS_ASSERT(all_below(centers, static_cast<Cell>(positions.size())));
   Buffer<Point> directions(centers.size());
   const std::size_t n_columns = centers.empty() ? 0 : rows.size() / centers.size();
   team.for_each_index(std::ssize(centers), [&](std::int64_t i) {
-    Spread spread(positions[centers[i]]);
-    spread.include(positions[centers[i]]);
+    NormalFit fit(axes, positions[centers[i]]);
+    fit.include(positions[centers[i]], centers[i]);
     for (const Cell near : rows.subspan(n_columns * i, n_columns)) {
       if (near == kNoCell) break;
-      spread.include(positions[near]);
+      fit.include(positions[near], near);
     }
-    directions[i] = direction_of_least_spread(spread);
+    directions[i] = fit.normal();
   });
   return directions;
 }

@@ -21,11 +21,12 @@ NearestRows nearest_in_part(std::span<const Point> positions,
                             std::span<const std::uint8_t> is_wanted, std::size_t n_nearest,
                             ThreadTeam& team);
 
-// For each center, the direction of least variance, of either sign, of the center and its
-// neighbors. `centers` and `rows` are indices of points; there is one row of neighbors per center,
-// and it ends at the first -1.
-Buffer<Point> directions_around(std::span<const Point> positions, std::span<const Cell> centers,
-                                std::span<const Cell> rows, ThreadTeam& team);
+// For each center, the normal by NormalFit, of either sign, of the center and its neighbors.
+// `centers` and `rows` are indices of points; there is one row of neighbors per center, and it ends
+// at the first -1.
+Buffer<Point> directions_around(std::span<const Point> positions, std::span<const Point> axes,
+                                std::span<const Cell> centers, std::span<const Cell> rows,
+                                ThreadTeam& team);
 
 // Targets of each of n cells, ascending, without duplicates, from pairs (sources[i], targets[i]) in
 // any order.

@@ -1,6 +1,7 @@
 #include "text/parse_numbers.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <numeric>
 #include <system_error>
@@ -89,15 +90,34 @@ const char* parse_integer(const char* begin, const char* end, Integer& value) {
   return error == std::errc() ? stop : nullptr;
 }
 
+// Sets `values` to the first integers of the token; to 0 where they are missing.
+template <typename Integer, std::size_t kSize>
+const char* parse_indices(const char* begin, const char* end, std::array<Integer, kSize>& values) {
+  values.fill(0);
+  const char* place = parse_integer(begin, end, values[0]);
+  for (std::size_t i = 1; place != nullptr && place < end && *place == '/'; ++i) {
+    ++place;
+    Integer index = 0;  // of a texture coordinate or a normal
+    const bool is_absent = place == end || *place == '/' || is_blank(*place);
+    if (!is_absent) place = parse_integer(place, end, index);
+    if (i < kSize) values[i] = index;
+  }
+  return place;
+}
+
 template <typename Integer>
 const char* parse_corner(const char* begin, const char* end, Integer& value) {
-  const char* place = parse_integer(begin, end, value);
-  while (place != nullptr && place < end && *place == '/') {
-    ++place;
-    Integer skipped = 0;  // index of a texture coordinate or a normal
-    const bool is_absent = place == end || *place == '/' || is_blank(*place);
-    if (!is_absent) place = parse_integer(place, end, skipped);
-  }
+  std::array<Integer, 1> values;
+  const char* place = parse_indices(begin, end, values);
+  value = values[0];
+  return place;
+}
+
+template <typename Integer>
+const char* parse_second_index(const char* begin, const char* end, Integer& value) {
+  std::array<Integer, 2> values;
+  const char* place = parse_indices(begin, end, values);
+  value = values[1];
   return place;
 }
 
@@ -170,9 +190,16 @@ ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team) {
   return parse_lines<Integer>(lines, team, parse_corner<Integer>);
 }
 
+template <typename Integer>
+ParsedLines<Integer> parse_second_indices(const LineSpans& lines, ThreadTeam& team) {
+  return parse_lines<Integer>(lines, team, parse_second_index<Integer>);
+}
+
 template ParsedLines<std::int32_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
 template ParsedLines<std::int64_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
 template ParsedLines<std::int32_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
 template ParsedLines<std::int64_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
+template ParsedLines<std::int32_t> parse_second_indices(const LineSpans& lines, ThreadTeam& team);
+template ParsedLines<std::int64_t> parse_second_indices(const LineSpans& lines, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -42,9 +42,17 @@ ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team);
 template <typename Integer>
 ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team);
 
+// Parses the second integer of each token of parse_corners; 0 where it is missing.
+template <typename Integer>
+ParsedLines<Integer> parse_second_indices(const LineSpans& lines, ThreadTeam& team);
+
 extern template ParsedLines<std::int32_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
 extern template ParsedLines<std::int64_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
 extern template ParsedLines<std::int32_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
 extern template ParsedLines<std::int64_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
+extern template ParsedLines<std::int32_t> parse_second_indices(const LineSpans& lines,
+                                                               ThreadTeam& team);
+extern template ParsedLines<std::int64_t> parse_second_indices(const LineSpans& lines,
+                                                               ThreadTeam& team);
 
 }  // namespace superfacets

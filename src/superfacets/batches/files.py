@@ -24,14 +24,16 @@ from ..adapters.convert import as_mesh
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions
 from ..cells.kinds import kind_of
 from ..cells.named_features import features_of
-from ..cells.point_graph import checked_viewpoint, estimate_normals
+from ..cells.point_graph import checked_viewpoint
 from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
+from ..cells.texels import texture_of_parts
 from ..cells.weights import WeightOptions
 from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
+from ..io.readers.ply_texture import OF_TEXTURE
 from ..mesh.cells import Cells
 from ..mesh.denoising import checked_denoise
 from ..mesh.point_cloud import PointCloud
@@ -200,7 +202,7 @@ def segment_file(
     with timed(timings, "mesh", on_stage):
         mesh, attributes = load(keeps or bool(options.features) or options.min_opacity > 0)
         threads = checked_threads(options.keywords.get("n_threads"))
-        of_cells = {} if constraints is None else constraints(mesh)
+        of_cells: dict[str, Any] = {} if constraints is None else constraints(mesh)
         if options.min_opacity > 0:
             is_opaque = _opacities(attributes) >= options.min_opacity
             of_cells["mask"] = is_opaque & of_cells.get("mask", True)
@@ -214,8 +216,8 @@ def segment_file(
             parts = _subdivided(mesh, options)
         mesh = parts.mesh
         of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
-        attributes = None if attributes is None else attributes_of_parts(attributes, parts)
-    seen = mesh if options.viewpoint is None else _seen_from(options.viewpoint, mesh, threads)
+        attributes = None if attributes is None else attributes_of_parts(attributes, given, parts)
+    seen = mesh if options.viewpoint is None else _seen_from(options.viewpoint, mesh)
     result = replace(_segmented(seen, of_cells, options, progress, on_stage), cells=mesh)
     if parts is None:
         return Outcome(mesh, attributes, result)
@@ -231,12 +233,11 @@ def _opacities(attributes: MeshAttributes | None) -> npt.NDArray[np.float64]:
         return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
 
 
-def _seen_from(viewpoint: tuple[float, float, float], cells: Any, n_threads: int) -> PointCloud:
-    """Return a cloud with normals that face a place; a MeshError if cells know their sides."""
+def _seen_from(viewpoint: tuple[float, float, float], cells: Any) -> PointCloud:
+    """Return a cloud with this viewpoint; a MeshError if cells know their sides."""
     if not kind_of(cells).are_points or cells.normals is not None:
         raise MeshError("a viewpoint is for point clouds without normals")
-    normals = estimate_normals(cells, viewpoint=viewpoint, n_threads=n_threads)
-    return PointCloud(cells.points, normals, cells.colors)
+    return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
@@ -271,11 +272,20 @@ def _n_kept(mesh: Cells, of_cells: Mapping[str, npt.NDArray[Any]]) -> int:
     return int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
 
 
-def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:
-    """Attributes of a subdivided mesh: the properties of its source's faces, and comments."""
+def attributes_of_parts(
+    attributes: MeshAttributes, source: Cells, parts: Subdivision
+) -> MeshAttributes:
+    """Attributes of a subdivided mesh: properties of its source's faces, texture, and comments."""
     left_out = [
         *attributes.left_out,
         *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),
     ]
     face = {name: values[parts.sources] for name, values in attributes.face.items()}
-    return MeshAttributes({}, face, attributes.comments, tuple(left_out))
+    texture = attributes.texture
+    if texture is not None:
+        face = {name: values for name, values in face.items() if name not in OF_TEXTURE}
+        texture = texture_of_parts(texture, as_mesh(source), parts.mesh, parts.sources)
+        if texture is None:
+            left_out.append("the texture of polygons, which are subdivided as triangles")
+    return MeshAttributes(face=face, comments=attributes.comments, left_out=tuple(left_out),
+                          texture=texture)  # fmt: skip

@@ -20,6 +20,18 @@ FEATURE_WEIGHT = 5.0
 smoothed color photographs, 200 regions find 70 % of the edges at 5, and 71 % at 20."""
 
 
+@dataclass(frozen=True, eq=False)
+class FeatureTable:
+    """Features whose columns are scaled in groups, such as the coordinates of a color."""
+
+    values: Floats  # (N, F)
+    groups: tuple[tuple[int, float], ...]
+    """Number of columns, and the smallest standard deviation by which they are divided."""
+
+    def __getitem__(self, rows: Any) -> FeatureTable:
+        return FeatureTable(self.values[rows], self.groups)
+
+
 @dataclass(frozen=True)
 class FeatureOptions:
     """The arguments of `segment` for features: the features and their weight."""
@@ -75,11 +87,14 @@ class FeatureOptions:
         """Return features of the cells of a source, (N, F), scaled if asked for; as `steps`."""
         if self.given is None:
             return None
-        table = _checked_table(self.given, len(measures), source)
+        given, groups = self.given, None
+        if isinstance(self.given, FeatureTable):
+            given, groups = self.given.values, self.given.groups
+        table = _checked_table(given, len(measures), source)
         if order is not None:
             table = table[order]
         if self.is_scaled:
-            table = table * _scales(table, measures)
+            table = table * _scales(table, measures, groups or ((1, 0.0),) * table.shape[1])
         return np.ascontiguousarray(table)
 
 
@@ -126,10 +141,11 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
     raise ValueError(f"there are {len(table)} features for {n_cells} cells{vertices}")
 
 
-def _scales(table: Floats, measures: Floats) -> Floats:
-    """Inverse standard deviation of each feature, weighted by area; 0 for a constant.
+def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ...]) -> Floats:
+    """Inverse standard deviation of each group of columns, weighted by area; 0 for a constant.
 
-    If no cell has an area, all cells have the same weight.
+    The deviation of a group is the root mean square of those of its columns. If no cell has an
+    area, all cells have the same weight.
     """
     total = float(measures.sum())
     shares = measures / total if total > 0 else np.full(len(measures), 1 / len(measures))
@@ -139,4 +155,12 @@ def _scales(table: Floats, measures: Floats) -> Floats:
     variance = shares @ (part - shares @ part) ** 2
     is_spread = variance > (1e-12) ** 2  # rounding errors of a constant are less
     deviation = np.sqrt(np.where(is_spread, variance, 1.0)) * unit
-    return np.asarray(np.where(is_spread, 1.0 / deviation, 0.0))
+    scales = np.where(is_spread, 1.0 / deviation, 0.0)
+    begin = 0
+    for width, least in groups:
+        columns = slice(begin, begin + width)
+        begin += width
+        if (width > 1 or least) and is_spread[columns].any():
+            squares = np.where(is_spread[columns], deviation[columns] ** 2, 0.0)
+            scales[columns] = 1.0 / max(float(np.sqrt(squares.mean())), least)
+    return scales

@@ -109,8 +109,12 @@ class CloudInfo:
     has_normals: bool
     """Whether the cloud has normals."""
     knows_turns: bool
-    """Whether concave creases can be told from convex ones: by the normals of the cloud, or because
-    it is closed, so that estimated normals point outwards."""
+    """Whether concave creases can be told from convex ones: by the normals or the viewpoints of the
+    cloud, or because it is closed, so that estimated normals point outwards."""
+    has_axes: bool
+    """Whether the cloud has axes: normals of unknown sign."""
+    has_viewpoints: bool
+    """Whether the cloud knows where its points were seen from."""
     has_colors: bool
     """Whether the cloud has colors."""
     spacing: float
@@ -235,6 +239,8 @@ def _cloud_info(cloud: PointCloud, weld: bool = True) -> CloudInfo:
         n_isolated=int(np.count_nonzero(np.diff(graph.offsets) == 0)),
         has_normals=cloud.normals is not None,
         knows_turns=graph.knows_turns,
+        has_axes=cloud.axes is not None,
+        has_viewpoints=cloud.viewpoints is not None,
         has_colors=cloud.colors is not None,
         spacing=float(np.sqrt(np.median(graph.measures))),
         area=_core.sum_of(graph.measures, threads),

@@ -11,10 +11,18 @@ import numpy.typing as npt
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..mesh.faces import area_vectors
+from .features import FeatureTable
 from .kinds import kind_of
 from .point_graph import estimate_normals
+from .texels import FaceTexels, check_texture, colors_of_texture
 
 _COLORS = ("red", "green", "blue")
+
+JUST_VISIBLE = 0.02
+"""A difference of colors in OKLab that is just visible. Deviations below count as that much: else
+the noise of a compressed image of one color would cut regions."""
+
+_FROM_TEXTURE = ("texture", "texture_spread")
 
 
 def features_of(
@@ -22,17 +30,53 @@ def features_of(
     cells: Any,
     attributes: MeshAttributes | None,
     n_threads: int,
-) -> npt.NDArray[np.float64] | None:
-    """Return the named features as columns of one array, one row per cell; None without names.
+) -> FeatureTable | None:
+    """Return the named features as columns of one table, one row per cell; None without names.
 
-    ``color`` is red, green and blue in the file; ``normals`` and ``height`` (z) are computed; any
-    other name is a property of the faces, points or vertices in the file. Raises a MeshError that
-    lists all names if there is no such property.
+    ``color`` is red, green and blue in the file or, where there are none, ``texture``: the mean
+    color of the texels of a face in OKLab. ``texture_spread`` is their deviation. ``normals`` and
+    ``height`` (z) are computed; any other name is a property of the faces, points or vertices in
+    the file. Raises a MeshError that lists all names if there is no such property.
     """
     if not names:
         return None
-    columns = [_columns_of(name, cells, attributes, n_threads) for name in names]
-    return np.concatenate(columns, axis=1)
+    columns, groups = [], []
+    for name in names:
+        has_texels = attributes is not None and attributes.texture is not None
+        is_texture = name in _FROM_TEXTURE or (
+            name == "color" and has_texels and not _has_color(cells, attributes)
+        )
+        if is_texture:
+            texels = _texels_of(name, cells, attributes, n_threads)
+            is_spread = name == "texture_spread"
+            columns.append(texels.spread[:, np.newaxis] if is_spread else texels.oklab)
+            groups.append((columns[-1].shape[1], JUST_VISIBLE))
+        else:
+            columns.append(_columns_of(name, cells, attributes, n_threads))
+            groups += [(1, 0.0)] * columns[-1].shape[1]
+    return FeatureTable(np.concatenate(columns, axis=1), tuple(groups))
+
+
+def _texels_of(
+    name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
+) -> FaceTexels:
+    """Colors of the faces from the texture; a MeshError if there is none."""
+    if attributes is None or attributes.texture is None:
+        reasons = () if attributes is None else attributes.left_out
+        why = "".join(f" ({reason})" for reason in reasons if reason.startswith("texture: "))
+        raise MeshError(f"features {name}: there is no texture{why}")
+    check_texture(attributes.texture, cells)
+    try:
+        return colors_of_texture(cells, attributes.texture, n_threads)
+    except MeshError as error:
+        raise MeshError(f"features {name}: {error}") from None
+
+
+def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
+    """Whether cells have colors of their own, or their file stores those of faces or vertices."""
+    if kind_of(cells).are_points and cells.colors is not None:
+        return True
+    return any({*_COLORS} <= {*stored} for stored in _stored(attributes))
 
 
 def _columns_of(

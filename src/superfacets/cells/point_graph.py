@@ -9,7 +9,13 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Array, Floats, Ints, Longs, Viewpoint
-from .._validate import check_spread, checked_count, checked_number, checked_threads
+from .._validate import (
+    check_spread,
+    checked_count,
+    checked_normals,
+    checked_number,
+    checked_threads,
+)
 from ..adapters.convert import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import ArcMeasures, Arcs, CellGraph
@@ -64,17 +70,31 @@ def find_point_graph(
         max(n_neighbors, n_around),
         cutoff,
         cloud.normals is not None,
+        _axes_of(cloud),
         n_threads,
     )
-    knows_turns = True
-    if cloud.normals is None:
-        knows_turns = not is_open(np.einsum("i,ij->j", measures, normals), measures.sum())
-    else:
-        normals = cloud.normals
-    return PointGraph(
-        cloud.points, measures, normals, offsets, neighbors, order, cloud.bounds,
-        knows_turns=knows_turns,
-    )  # fmt: skip
+    graph = PointGraph(cloud.points, measures, normals, offsets, neighbors, order, cloud.bounds)
+    return _with_normals_of(cloud, graph)
+
+
+def _axes_of(cloud: PointCloud) -> Floats:
+    """Return the axes of a cloud that has any, for the core."""
+    return NO_NORMALS if cloud.axes is None else cloud.axes
+
+
+def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
+    """Return the graph with the normals of the cloud, or estimated ones that face the viewpoint."""
+    if cloud.normals is not None:
+        given = cloud.normals if graph.points is None else cloud.normals[graph.points]
+        return replace(graph, normals=given)
+    if cloud.viewpoints is not None:
+        places = cloud.viewpoints
+        if places.ndim == 2 and graph.points is not None:
+            places = places[graph.points]
+        normals = _turned_to(places, graph)
+        return replace(graph, normals=checked_normals(normals, len(normals)))
+    normal_sum = np.einsum("i,ij->j", graph.measures, graph.normals)
+    return replace(graph, knows_turns=not is_open(normal_sum, graph.measures.sum()))
 
 
 def is_open(normal_sum: Floats, area: float) -> bool:
@@ -95,17 +115,13 @@ def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
     check_spread(cloud.bounds)
     has_normals = cloud.normals is not None
     positions, offsets, neighbors, measures, normals, points = _core.build_sorted_point_graph(
-        cloud.points, N_NEIGHBORS, N_AROUND, CUTOFF, has_normals, n_threads
+        cloud.points, N_NEIGHBORS, N_AROUND, CUTOFF, has_normals, _axes_of(cloud), n_threads
     )
-    knows_turns = True
-    if cloud.normals is None:
-        knows_turns = not is_open(np.einsum("i,ij->j", measures, normals), measures.sum())
-    else:
-        normals = cloud.normals[points]
     order = np.arange(len(points), dtype=np.int32)
-    return PointGraph(
-        positions, measures, normals, offsets, neighbors, order, cloud.bounds, points, knows_turns
+    graph = PointGraph(
+        positions, measures, normals, offsets, neighbors, order, cloud.bounds, points
     )
+    return _with_normals_of(cloud, graph)
 
 
 def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
@@ -129,6 +145,7 @@ def build_point_graph(
     expected_radius: float = 0.0,
     alpha: float = WEIGHTS["creases"].defaults["alpha"],
     eta_convex: float = WEIGHTS["creases"].defaults["eta_convex"],
+    ridges: float = WEIGHTS["creases"].defaults["ridges"],
     n_threads: int | None = None,
 ) -> CellGraph:
     r"""Return the points of a cloud as cells, with arcs between near ones.
@@ -153,6 +170,11 @@ def build_point_graph(
         meshes. With 0, weights are distances.
     alpha, eta_convex
         As for `crease_weights`.
+    ridges : float, default 0.35
+        Weight of ridges relative to concave edges, >= 0, where that is more than `eta_convex`: of
+        convex edges between two sides that are flat and meet at 40 degrees or more, whichever
+        side of them is the outside. Where estimated normals spread an edge over more than the
+        expected radius, there are none.
     n_threads : int, optional
         As for `segment`.
 
@@ -194,11 +216,12 @@ def build_point_graph(
     radius = checked_number(expected_radius, "expected_radius", zero=True)
     alpha = checked_number(alpha, "alpha", zero=True)
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
+    ridges = checked_number(ridges, "ridges", zero=True)
     n_neighbors = min(n_neighbors, checked.n_points - 1)
     graph = find_point_graph(checked, threads, n_neighbors=n_neighbors, cutoff=cutoff)
     surface = point_surface(checked, graph, threads)
     cells = (graph.positions, graph.measures, NO_NORMALS)
-    factors = EdgeFactors.of_radius(radius, alpha, eta_convex)
+    factors = EdgeFactors.of_radius(radius, alpha, eta_convex, ridges)
     return CellGraph(
         graph.positions,
         graph.measures,
@@ -229,12 +252,13 @@ def estimate_normals(
     Parameters
     ----------
     cloud : PointCloud or cloud-like
-        As for `segment`. Normals that it has are not used.
+        As for `segment`. Normals that it has are not used; its axes are, in place of positions.
     n_neighbors : int, default 12
         Nearest neighbors that a normal is estimated from. More of them smooth noise, and edges.
     viewpoint : array_like, shape (3,), optional
         A place from which all points were seen: the normals of each component are flipped so that
-        most, by area, face it. For terrain, a place far above.
+        most, by area, face it. For terrain, a place far above. By default the viewpoints of the
+        cloud, if it has any.
     n_threads : int, optional
         As for `segment`.
 
@@ -264,13 +288,12 @@ def estimate_normals(
     checked = as_cloud(cloud)
     threads = checked_threads(n_threads)
     n_neighbors = min(checked_count(n_neighbors, "n_neighbors"), checked.n_points - 1)
-    bare = PointCloud(checked.points)
+    views = checked.viewpoints if viewpoint is None else np.array(checked_viewpoint(viewpoint))
+    bare = PointCloud(checked.points, axes=checked.axes)
     graph = find_point_graph(
         bare, threads, n_neighbors=min(n_neighbors, N_NEIGHBORS), n_around=n_neighbors
     )
-    if viewpoint is None:
-        return graph.normals
-    return _turned_to(checked_viewpoint(viewpoint), graph)
+    return graph.normals if views is None else _turned_to(views, graph)
 
 
 def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
@@ -282,18 +305,23 @@ def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
     return x, y, z
 
 
-def _turned_to(place: Viewpoint, graph: PointGraph) -> Floats:
-    """Return normals, flipped in each component so that most of its area faces a place."""
+def _turned_to(places: Floats, graph: PointGraph) -> Floats:
+    """Return normals, flipped in each component so that most of its area faces its viewpoints."""
     labels = np.zeros(len(graph.positions), np.int32)
     components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
-    facing = facing_areas(place, graph.positions, graph.normals, graph.measures)
+    facing = facing_areas(places, graph.positions, graph.normals, graph.measures)
     sums: Array = np.bincount(components, weights=facing, minlength=n_components)
     return np.where(sums[components] < 0, -1.0, 1.0)[:, None] * graph.normals
 
 
-def facing_areas(place: Viewpoint, positions: Floats, normals: Floats, measures: Floats) -> Floats:
-    """Return the area of each point as it is seen from a place, negative if seen from behind."""
-    toward = np.array(place) - positions
+def facing_areas(
+    places: npt.ArrayLike, positions: Floats, normals: Floats, measures: Floats
+) -> Floats:
+    """Return the area of each point as it is seen from a place, negative if seen from behind.
+
+    There is one place for all points, or one for each.
+    """
+    toward = np.asarray(places) - positions
     facing = measures * np.einsum("ij,ij->i", normals, toward)
     lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
     np.divide(facing, lengths, out=facing, where=lengths > 0)

@@ -502,9 +502,9 @@ def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> 
 
 
 def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
-    """Weights by eq. 1 to 3; points have no edges and so no ridges."""
+    """Weights by eq. 1 to 3."""
     if isinstance(surface.handle, _core.PointSurface):
-        numbers = (*factors[:3], surface.diagonal)
+        numbers = (*factors[:3], surface.diagonal, factors.ridges)
         return _core.point_weights(surface.handle, *numbers, surface.n_threads)
     return weights_and_sums(surface, cells, factors, None)[0]
 

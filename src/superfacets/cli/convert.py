@@ -198,9 +198,8 @@ class _Found:
         """Notes on attributes that the outputs lack."""
         if self.attributes is None:
             return []
-        is_cloud = kind_of(self.cells).are_points
         return notes_on_attributes(
-            self.attributes, endings, of_points=is_cloud, are_replaced=self.are_named
+            self.attributes, endings, self.cells, are_replaced=self.are_named
         )
 
 

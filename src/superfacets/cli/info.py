@@ -115,4 +115,7 @@ def _normals_of(info: CloudInfo) -> str:
     """Whether a cloud has normals, or what is estimated in their place."""
     if info.has_normals:
         return "yes"
-    return "no: estimated, outwards" if info.knows_turns else "no: estimated, sides guessed"
+    source = "shortest axes of splats" if info.has_axes else "no: estimated"
+    if info.has_viewpoints:
+        return f"{source}, toward the viewpoints"
+    return f"{source}, outwards" if info.knows_turns else f"{source}, sides guessed"

@@ -135,8 +135,7 @@ def levels_command(
     cells, attributes, nested = run_in_background(compute)
     _write(plan, cells, attributes, nested)
     if attributes is not None and not is_quiet:
-        is_cloud = kind_of(cells).are_points
-        for note in notes_on_attributes(attributes, job.endings, of_points=is_cloud):
+        for note in notes_on_attributes(attributes, job.endings, cells):
             print_note(note)
     _report(job, cells, nested, as_json=as_json, is_quiet=is_quiet)
 
@@ -226,7 +225,7 @@ def _computed(
         given, _ = ranked_labels(read_labels(source.labels, n_cells, name=source.labels_named))
     check_fit(cells, given, endings - {ARRAYS}, FormatOptions())
     constraints = constraints_of(source.mask, source.barriers, n_cells, source.labels_named)
-    table = features_of(features, cells, attributes, checked_threads(n_threads))
+    table: Any = features_of(features, cells, attributes, checked_threads(n_threads))
     with warnings.catch_warnings():  # levels have exact numbers of regions
         warnings.simplefilter("ignore", IslandWarning)
         warnings.simplefilter("ignore", SliverWarning)

@@ -15,6 +15,7 @@ from ..cells.size import sliver_note
 from ..clustering.segmentation import Segmentation
 from ..export.ids import VERTEX_OUTPUTS
 from ..export.ply import names_replaced
+from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..mesh.cells import Cells
@@ -60,7 +61,7 @@ def notes_of(
         notes += _notes_on_listed(result, listed)
     notes += notes_on_vertices(n_lost, endings)
     if outcome.attributes is not None:
-        notes += notes_on_attributes(outcome.attributes, endings, of_points=kind.are_points)
+        notes += notes_on_attributes(outcome.attributes, endings, mesh)
     return notes
 
 
@@ -131,7 +132,7 @@ def notes_on_written(
     """Notes on data that files with these endings lack; `n_lost` is as for `notes_on_vertices`."""
     notes = notes_on_vertices(n_lost, endings)
     if attributes is not None:
-        notes += notes_on_attributes(attributes, endings, of_points=kind_of(cells).are_points)
+        notes += notes_on_attributes(attributes, endings, cells)
     return notes
 
 
@@ -147,23 +148,30 @@ def notes_on_vertices(n_lost: int, endings: Iterable[str]) -> list[str]:
 def notes_on_attributes(
     attributes: MeshAttributes,
     endings: Collection[str],
+    cells: Cells,
     *,
-    of_points: bool = False,
     are_replaced: bool = True,
 ) -> list[str]:
-    """Notes on data of the input that outputs with these endings do not hold.
+    """Notes on data of the input that outputs of these cells with these endings do not hold.
 
     Without `are_replaced`, the labels come from the input itself, so none of its properties are
     replaced.
     """
+    of_points = kind_of(cells).are_points
     notes = []
     if attributes.left_out:
         notes.append(f"not kept of the input: {', '.join(attributes.left_out)}")
     replaced = names_replaced(attributes, of_points=of_points)
     if of_points and ".ply" not in endings:  # LAS keeps colors
         replaced = [name for name in replaced if name.endswith(" label")]
+    if not of_points and {".ply", ".vtp"}.isdisjoint(endings):
+        replaced = []
     if replaced and are_replaced:
         notes.append(f"replaced by those of the labels: {', '.join(replaced)}")
+    if attributes.texture is not None:
+        corners = kind_of(cells).corners(cells)
+        has_polygons = corners is not None and corners.size != 3
+        notes += notes_on_texture(attributes.texture, endings, has_polygons=has_polygons)
     return notes
 
 

@@ -187,8 +187,8 @@ _OF_SEGMENT = (
         "--features",
         metavar="NAME",
         multiple=True,
-        help="What borders follow besides creases: color, normals, height (z), or a property of the"
-        " faces, points or vertices in IN; may be given several times.",
+        help="What borders follow besides creases: color, texture, normals, height (z), or a"
+        " property of the faces, points or vertices in IN; may be given several times.",
     ),
     click.option(
         "--viewpoint",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import webbrowser
+from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
@@ -10,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy.typing as npt
 
-from ..errors import MeshError
+from ..errors import MeshError, MissingExtraError
 from ..io.guards import read_content
 from ..io.readers.labels import read_labels
 from ..io.readers.npy import npz_array
-from ..io.readers.read import read_cells
+from ..io.readers.read import read_cells_and_attributes
 from .failures import print_note
 from .inputs import labels_beside, read_values
 from .options import FILE, camera_options, labels_named_option
@@ -61,8 +62,8 @@ def view_command(
 ) -> None:  # fmt: skip
     """Show a mesh or point cloud with its regions in a browser.
 
-    The page is one file, which opens in any browser from disk, offline. Without --html, it is a
-    temporary file, and the browser opens it.
+    The page shows the texture, too, if there is one. It is one file, which opens in any browser
+    from disk, offline. Without --html, it is a temporary file, and the browser opens it.
     """
     from ..pictures.camera import View
     from ..pictures.page.document import checked_page_path, view
@@ -74,7 +75,8 @@ def view_command(
     names = [path.stem for path in features]
     if len(set(names)) < len(names):
         raise click.UsageError("two features have the same name, that of their files")
-    cells = read_cells(mesh)
+    cells, attributes = read_cells_and_attributes(mesh)
+    texture = None if attributes is None else attributes.texture
     n_cells = cells.n_cells
     shown = _levels_of(mesh, labels, n_cells, labels_named)
     if shown is None:
@@ -83,10 +85,17 @@ def view_command(
     values = {path.stem: read_values(path) for path in features}
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
     name = mesh.name if title is None else title
+    page = None
+    show = partial(
+        view, cells, shown, ground_truth=truth, features=values, title=name, camera=camera
+    )
+    if texture is not None:
+        try:
+            page = show(texture=texture)
+        except (MeshError, MissingExtraError) as error:
+            print_note(f"no texture is shown: {error}")
     try:
-        page = view(
-            cells, shown, ground_truth=truth, features=values, title=name, camera=camera
-        )  # fmt: skip
+        page = page or show()
     except (ValueError, TypeError) as error:  # all remaining errors are faults of files
         raise MeshError(f"{mesh}: {error}") from None
     if target is not None:

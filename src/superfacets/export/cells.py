@@ -13,6 +13,7 @@ import numpy as np
 from .._types import Array, Bytes, Ints
 from .._validate import refuse_mask
 from ..cells.kinds import Kind, kind_of
+from ..cells.texels import check_texture
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
@@ -21,6 +22,7 @@ from .content import Content
 from .glb import write_glb
 from .obj import write_obj, write_off
 from .ply import write_cloud_ply, write_ply
+from .textures import write_ids
 from .vtk import write_vtk, write_vtp, write_vtu
 
 Writers: TypeAlias = Mapping[str, Callable[[IO[bytes], Content], None]]
@@ -31,6 +33,7 @@ FACE_WRITERS: Writers = {
     ".obj": write_obj,
     ".off": write_off,
     ".glb": write_glb,
+    ".ids.png": write_ids,
 }
 
 TET_WRITERS: Writers = {".vtu": write_vtu, ".vtk": write_vtk}
@@ -54,15 +57,15 @@ MESH_OUTPUTS = (*FACE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".las", ".laz")
 """Endings of files that hold only point clouds."""
 
-ATTRIBUTE_OUTPUTS = (".ply", ".vtp", ".las", ".laz")
-"""Endings of files that can store attributes of vertices or faces."""
+ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".las", ".laz")
+"""Endings of files for which attributes are read: to store them, or to note what is not stored."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Endings of files whose array of labels may have any name."""
 
 CLASS_OUTPUTS = (".glb", ".aggregation.json")
 
-COLORLESS_OUTPUTS = (".obj", ".csv", *TET_WRITERS)
+COLORLESS_OUTPUTS = (".obj", ".csv", ".ids.png", *TET_WRITERS)
 """Endings of files without colors, for which no colors are computed."""
 
 
@@ -167,16 +170,20 @@ class CellWriter:
 
             assert self.labels is not None
             of_vertices = vertex_labels(self.cells, self.labels)
+        texture = None if self.attributes is None else self.attributes.texture
+        # Viewers multiply colors and texture.
+        is_plain = ending in COLORLESS_OUTPUTS or (ending == ".glb" and texture is not None)
         content = Content(
             self.cells,
             ending,
             self.labels,
-            self.given_colors if ending in COLORLESS_OUTPUTS else self._colors,
+            self.given_colors if is_plain else self._colors,
             self.attributes,
             of_vertices,
             options.classes,
             options.label_name,
             options.ascii,
+            path,
         )
         WRITERS[kind_of(self.cells).name][ending](file, content)
 
@@ -244,3 +251,7 @@ def _check_attributes(attributes: Any, cells: Any) -> None:
                 raise ValueError(
                     f"the {owner} property {name} has {len(array)} values for {n_rows} in the mesh"
                 )
+    if attributes.texture is not None:
+        if not kind_of(cells).has_faces:
+            raise ValueError(f"{kind_of(cells).plural} have no texture")
+        check_texture(attributes.texture, cells)

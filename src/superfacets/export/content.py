@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from .._types import Bytes, Ints
 from ..io.attributes import MeshAttributes
+from ..io.textures import Texture
 
 
 @dataclass(frozen=True)
@@ -23,3 +25,9 @@ class Content:
     classes: Sequence[str] | None = None
     label_name: str = "label"
     ascii: bool = False
+    path: Path | None = None  # of the file; None: a stream
+
+    @property
+    def texture(self) -> Texture | None:
+        """The texture of the attributes, if there is one."""
+        return None if self.attributes is None else self.attributes.texture

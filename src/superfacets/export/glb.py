@@ -1,4 +1,4 @@
-"""GLB with the region of each vertex, and a table of the regions.
+"""GLB with the region of each vertex, textures, and a table of the regions.
 
 Viewers show the colors. `EXT_mesh_features` gives each vertex the id of its region, and
 `EXT_structural_metadata` a table with a row per id. Ids in glTF belong to vertices, so vertices are
@@ -18,9 +18,11 @@ import numpy.typing as npt
 
 from ..cells.region_adjacency import region_graph
 from ..errors import MeshError
-from ..mesh.faces import FaceMesh, cut_into_triangles
+from ..io.textures import Texture
+from ..mesh.faces import FaceMesh, corner_triangles, corners_of
 from .content import Content
 from .text import fits_single
+from .textures import GltfMaterials
 
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
 VERTICES, INDICES = 34962, 34963
@@ -41,20 +43,45 @@ def write_glb(file: IO[bytes], content: Content) -> None:
     """Write GLB. Polygons become triangles; unused vertices are left out.
 
     Coordinates are float32. If that is not exact, they are relative to the middle of the bounding
-    box.
+    box. Each material has a primitive of its own.
     """
-    mesh, labels, colors = content.cells, content.labels, content.colors
+    mesh, labels, texture = content.cells, content.labels, content.texture
     scene = _Scene()
-    corners, key_of_corner, triangles = _split_vertices(mesh, labels, colors)
-    primitive: dict[str, Any] = {
-        "attributes": {"POSITION": scene.positions(mesh.vertices, corners)},
-        "indices": scene.accessor(triangles.ravel().astype("<u4"), "SCALAR", INDICES),
-    }
-    if colors is not None:
-        shades = np.full((len(corners), 4), 255, np.uint8)
-        shades[:, :3] = colors[key_of_corner]
-        primitive["attributes"]["COLOR_0"] = scene.accessor(shades, "VEC4", VERTICES)
-    if labels is not None:
+    split = _split_vertices(mesh, labels, content.colors, texture)
+    scene.place(mesh.vertices[split.vertices])
+    regions = None if labels is None else _Regions.of(labels)
+    if texture is None:
+        primitives = [_add_primitive(scene, split, content, regions)]
+    else:
+        materials = GltfMaterials(scene.view)
+        primitives = []
+        of_triangles = texture.face_materials[split.faces]
+        for number in np.unique(of_triangles).tolist():
+            part = split.part(of_triangles == number)
+            primitive = _add_primitive(scene, part, content, regions)
+            if number >= 0:
+                primitive["material"] = materials.add(texture.materials[number])
+            primitives.append(primitive)
+        scene.document |= {name: found for name, found in materials.lists.items() if found}
+        scene.used |= materials.extensions
+    if regions is not None and regions.count:
+        assert labels is not None
+        columns = _region_columns(mesh, labels, regions.names[-regions.count :], regions.ids)
+        scene.add_table(columns, content.classes)
+    scene.document["meshes"] = [{"primitives": primitives}]
+    scene.write(file)
+
+
+@dataclass(frozen=True, eq=False)
+class _Regions:
+    """The regions that occur, with ids from 0 on, and `count` as the id of no region."""
+
+    names: npt.NDArray[np.int32]  # labels that occur, perhaps with -1
+    ids: npt.NDArray[np.int64]  # of the faces
+    count: int
+
+    @classmethod
+    def of(cls, labels: npt.NDArray[np.int32]) -> _Regions:
         names, ids = np.unique(labels, return_inverse=True)
         n_regions = len(names) - int(names[0] < 0)
         if len(names) > MAX_IDS:
@@ -62,30 +89,65 @@ def write_glb(file: IO[bytes], content: Content) -> None:
                 f"GLB holds the ids of up to {MAX_IDS} regions, and there are {n_regions}: write"
                 " .ply or .npy"
             )
-        ids = np.where(labels < 0, n_regions, ids - int(names[0] < 0))
-        ids_of_corners = ids[key_of_corner].astype("<f4")
-        primitive["attributes"]["_FEATURE_ID_0"] = scene.accessor(
-            ids_of_corners, "SCALAR", VERTICES
-        )
-        primitive["extensions"] = {
-            "EXT_mesh_features": {"featureIds": [_feature_ids(n_regions, labels)]}
-        }
-        if n_regions:
-            scene.add_table(_region_columns(mesh, labels, names[-n_regions:], ids), content.classes)
-    scene.document["meshes"] = [{"primitives": [primitive]}]
-    scene.write(file)
+        return cls(names, np.where(labels < 0, n_regions, ids - int(names[0] < 0)), n_regions)
+
+
+def _add_primitive(
+    scene: _Scene, split: _Split, content: Content, regions: _Regions | None
+) -> dict[str, Any]:
+    """Append the arrays of triangles, and return their primitive."""
+    attributes = {"POSITION": scene.positions(content.cells.vertices, split.vertices)}
+    indices = scene.accessor(split.triangles.ravel().astype("<u4"), "SCALAR", INDICES)
+    primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
+    if content.texture is not None and np.any(split.pairs >= 0):
+        given = content.texture.coordinates[np.maximum(split.pairs, 0)]
+        pairs = np.where(split.pairs[:, np.newaxis] >= 0, given, 0.0)
+        pairs = np.nan_to_num(np.stack([pairs[:, 0], 1.0 - pairs[:, 1]], axis=1))
+        attributes["TEXCOORD_0"] = scene.accessor(pairs.astype("<f4"), "VEC2", VERTICES)
+    if content.colors is not None:
+        shades = np.full((len(split.vertices), 4), 255, np.uint8)
+        shades[:, :3] = content.colors[split.face_of_vertex]
+        attributes["COLOR_0"] = scene.accessor(shades, "VEC4", VERTICES)
+    if regions is not None:
+        assert content.labels is not None
+        ids = regions.ids[split.face_of_vertex].astype("<f4")
+        attributes["_FEATURE_ID_0"] = scene.accessor(ids, "SCALAR", VERTICES)
+        of_ids = _feature_ids(regions.count, content.labels)
+        primitive["extensions"] = {"EXT_mesh_features": {"featureIds": [of_ids]}}
+        scene.used.add("EXT_mesh_features")
+    return primitive
+
+
+@dataclass(frozen=True, eq=False)
+class _Split:
+    """Vertices of a file, and their triangles.
+
+    The faces around a vertex of the file have the same label, color and material.
+    """
+
+    vertices: npt.NDArray[np.int64]  # of the mesh
+    face_of_vertex: npt.NDArray[np.int64]  # one of the faces around
+    pairs: npt.NDArray[np.int64]  # texture coordinates of the vertices; -1: none
+    triangles: npt.NDArray[np.int64]  # (T, 3)
+    faces: npt.NDArray[Any]  # of the mesh, one for each triangle
+
+    def part(self, is_here: npt.NDArray[np.bool_]) -> _Split:
+        """Some of the triangles, with the vertices that they use."""
+        used, triangles = np.unique(self.triangles[is_here], return_inverse=True)
+        return _Split(
+            self.vertices[used], self.face_of_vertex[used], self.pairs[used],
+            triangles.reshape(-1, 3), self.faces[is_here],
+        )  # fmt: skip
 
 
 def _split_vertices(
     mesh: FaceMesh,
     labels: npt.NDArray[np.int32] | None,
     colors: npt.NDArray[np.uint8] | None,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """For each vertex of the file, its vertex in the mesh and one of its faces; and the triangles.
-
-    The faces around a vertex of the file have the same label and color.
-    """
-    triangles, sources = cut_into_triangles(mesh)
+    texture: Texture | None,
+) -> _Split:
+    """Double the vertices at which faces differ, or have different texture coordinates."""
+    places, sources = corner_triangles(mesh)
     keys = np.zeros(mesh.n_faces, np.int64)
     if labels is not None:
         keys = np.unique(labels, return_inverse=True)[1].astype(np.int64)
@@ -93,10 +155,25 @@ def _split_vertices(
         red, green, blue = colors.T.astype(np.int64)
         packed = keys << 24 | red << 16 | green << 8 | blue
         keys = np.unique(packed, return_inverse=True)[1].astype(np.int64)
+    if texture is not None:
+        packed = keys * (len(texture.materials) + 1) + texture.face_materials + 1
+        keys = np.unique(packed, return_inverse=True)[1].astype(np.int64)
     faces = np.arange(mesh.n_faces) if sources is None else sources
-    pairs = (keys[faces][:, np.newaxis] * mesh.n_vertices + triangles).ravel()
-    found, firsts, places = np.unique(pairs, return_index=True, return_inverse=True)
-    return found % mesh.n_vertices, faces[firsts // 3], places.reshape(-1, 3)
+    vertices = corners_of(mesh).vertices[places]
+    corners = (keys[faces][:, np.newaxis] * mesh.n_vertices + vertices).ravel()
+    pairs = np.full(len(corners), -1)
+    if texture is not None:
+        pairs = texture.corners[places].ravel().astype(np.int64)
+        vertex_keys = np.unique(corners, return_inverse=True)[1].astype(np.int64)
+        corners = vertex_keys * (len(texture.coordinates) + 1) + pairs + 1
+    _, firsts, numbers = np.unique(corners, return_index=True, return_inverse=True)
+    return _Split(
+        vertices.ravel()[firsts].astype(np.int64),
+        faces[firsts // 3],
+        pairs[firsts],
+        numbers.reshape(-1, 3),
+        faces,
+    )
 
 
 def _feature_ids(n_regions: int, labels: npt.NDArray[np.int32]) -> dict[str, Any]:
@@ -153,6 +230,9 @@ class _Scene:
     parts: list[bytes] = field(default_factory=list)
     n_bytes: int = 0
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
+    used: set[str] = field(default_factory=set)
+    """Names of extensions besides those of the document."""
+    middle: npt.NDArray[np.float64] | None = None
 
     def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
         """Append an array to the buffer, and return the index of its view."""
@@ -178,13 +258,17 @@ class _Scene:
         self.accessors.append(accessor)
         return len(self.accessors) - 1
 
+    def place(self, points: npt.NDArray[np.float64]) -> None:
+        """Move the node to the middle of these points if float32 cannot hold their coordinates."""
+        if not fits_single(points):
+            self.middle = (points.min(axis=0) + points.max(axis=0)) / 2
+            self.node["translation"] = self.middle.tolist()
+
     def positions(self, vertices: npt.NDArray[np.float64], corners: npt.NDArray[np.int64]) -> int:
         """Append the positions of vertices, and return the index of their accessor."""
         points = vertices[corners]
-        if not fits_single(points):
-            middle = (points.min(axis=0) + points.max(axis=0)) / 2
-            self.node["translation"] = middle.tolist()
-            points = points - middle
+        if self.middle is not None:
+            points = points - self.middle
         single = points.astype("<f4")
         place = self.accessor(single, "VEC3", VERTICES)
         self.accessors[place]["min"] = single.min(axis=0).tolist()
@@ -210,8 +294,7 @@ class _Scene:
 
     def write(self, file: IO[bytes]) -> None:
         """Write the header and the two chunks."""
-        used = ["EXT_mesh_features"] if "extensions" in self._primitive else []
-        used += sorted(self.document.get("extensions", {}))
+        used = sorted({*self.used, *self.document.get("extensions", {})})
         if used:
             self.document["extensionsUsed"] = used
         self.document |= {
@@ -232,8 +315,3 @@ class _Scene:
         file.write(struct.pack("<2I", self.n_bytes, 0x004E4942))
         for part in self.parts:
             file.write(part)
-
-    @property
-    def _primitive(self) -> dict[str, Any]:
-        primitive: dict[str, Any] = self.document["meshes"][0]["primitives"][0]
-        return primitive

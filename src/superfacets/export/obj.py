@@ -3,37 +3,71 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import IO
 
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Array
+from .._types import Array, Ints, Longs
+from ..io.textures import Texture
 from ..mesh.faces import FaceMesh, corners_of
 from .content import Content
 from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
+from .textures import library_lines, material_names
+
+NO_MATERIAL = "no_material"
+"""Material of faces that have none, behind faces that have one."""
 
 
 def write_obj(file: IO[bytes], content: Content) -> None:
     """Write OBJ, with the faces of each region in a group, in their order.
 
-    The format has no place for colors and attributes of faces.
+    A texture is written with the names of its materials, of which the MTL file is beside the
+    output. The format has no place for colors and attributes of faces.
     """
-    mesh, labels = content.cells, content.labels
+    mesh, labels, texture = content.cells, content.labels, content.texture
+    lines_of = partial(face_lines, mesh, begin="f ", first=1)
+    if texture is not None:
+        file.write(library_lines(texture, content.path))
+        lines_of = partial(_textured_lines, mesh, texture)
     row = " ".join(["v", *[coordinate_format(mesh.vertices)] * 3]) + "\n"
     write_rows(file, row, list(mesh.vertices.T))
+    if texture is not None and len(texture.coordinates):
+        pairs = np.nan_to_num(texture.coordinates)
+        write_rows(file, f"vt {coordinate_format(pairs)} {coordinate_format(pairs)}\n", [*pairs.T])
     if labels is None:
-        for lines in face_lines(mesh, np.arange(mesh.n_faces), "f ", first=1):
+        for lines in lines_of(faces=np.arange(mesh.n_faces)):
             file.write(b"".join(lines))
         return
     order = np.argsort(labels, kind="stable")
     begin, last = 0, -2  # no label is below -1
-    for lines in face_lines(mesh, order, "f ", first=1):
+    for lines in lines_of(faces=order):
         regions = labels[order[begin : begin + len(lines)]]
         for place in np.flatnonzero(np.diff(regions, prepend=last)).tolist():
             lines[place] = _group_line(int(regions[place])) + lines[place]
         file.write(b"".join(lines))
         begin, last = begin + len(lines), regions[-1]
+
+
+def _textured_lines(
+    mesh: FaceMesh, texture: Texture, faces: npt.NDArray[np.intp]
+) -> Iterator[list[bytes]]:
+    """Yield lines of faces with texture coordinates, and of their materials where these change."""
+    names = material_names(texture)
+    offsets = corners_of(mesh).offsets
+    firsts = 3 * np.arange(mesh.n_faces) if offsets is None else offsets[:-1]
+    last = -1
+    for begin in range(0, len(faces), ROWS_AT_ONCE):
+        some = faces[begin : begin + ROWS_AT_ONCE]
+        lines = _lines_of(mesh, some, "f ", 1, (), (texture.corners, firsts))
+        materials = texture.face_materials[some]
+        for place in np.flatnonzero(np.diff(materials, prepend=last)).tolist():
+            material = int(materials[place])
+            name = names[material] if material >= 0 else NO_MATERIAL
+            lines[place] = f"usemtl {name}\n".encode("utf-8", "surrogateescape") + lines[place]
+        last = int(materials[-1])
+        yield lines
 
 
 def _group_line(region: int) -> bytes:
@@ -58,16 +92,35 @@ def face_lines(
 
 
 def _lines_of(
-    mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int, ends: tuple[Array, ...]
-) -> list[bytes]:
+    mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int,
+    ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None = None,
+) -> list[bytes]:  # fmt: skip
+    """Lines of faces; `pairs` are texture coordinates of all corners, and first corners of faces.
+
+    A face that lacks a coordinate is written without any.
+    """
     lines = np.empty(len(faces), dtype=object)
     corners, offsets = corners_of(mesh).of(faces)
     sizes = np.diff(offsets)
-    for size in np.unique(sizes).tolist():
-        alike = np.flatnonzero(sizes == size)
-        columns = [corners[offsets[alike] + place] + first for place in range(size)]
+    kinds = sizes
+    if pairs is not None:
+        of_corners = pairs[0][
+            np.repeat(pairs[1][faces] - offsets[:-1], sizes) + np.arange(len(corners))
+        ]
+        is_whole = np.minimum.reduceat(of_corners, offsets[:-1]) >= 0
+        kinds = np.where(is_whole, sizes, -sizes)
+    for kind in np.unique(kinds).tolist():
+        alike = np.flatnonzero(kinds == kind)
+        places = [offsets[alike] + place for place in range(abs(kind))]
+        columns = [corners[place] + first for place in places]
+        words = ["%d"] * len(columns)
+        if pairs is not None and kind > 0:
+            words = ["%d/%d"] * len(columns)
+            columns = [column for place, vertex in zip(places, columns, strict=True)
+                       for column in (vertex, of_corners[place] + first)]  # fmt: skip
         columns += [values[faces[alike]] for values in ends]
-        row = begin.replace("#", str(size)) + " ".join(["%d"] * len(columns)) + "\n"
+        words += ["%d"] * len(ends)
+        row = begin.replace("#", str(abs(kind))) + " ".join(words) + "\n"
         lines[alike] = text_rows(row, columns).splitlines(keepends=True)
     return lines.tolist()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import IO, Any
 
@@ -11,10 +11,12 @@ import numpy.typing as npt
 
 from ..io.attributes import PLY_TYPES, MeshAttributes
 from ..io.readers.ply_header import INDEX_NAMES
+from ..io.readers.ply_texture import is_image
 from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.point_cloud import PointCloud
 from .content import Content
 from .text import ROWS_AT_ONCE, fits_single, text_rows
+from .textures import Placer, ply_texture
 
 OWN_NAMES = {
     "vertex": ("x", "y", "z", "label"),
@@ -45,7 +47,13 @@ def write_ply(file: IO[bytes], content: Content) -> None:
         left_out = ("label",) if _has_other_labels(attributes, content.labels) else ()
         vertices.add(attributes.vertex, left_out)
         faces.add(attributes.face)
-    _write_elements(file, [vertices, faces], content)
+    comments = () if attributes is None else attributes.comments
+    if content.texture is not None:
+        is_cut = corners_of(mesh).size == 3
+        lines, fields = ply_texture(content.texture, Placer(content.path), has_triangles=is_cut)
+        comments = (*(line for line in comments if not is_image(line)), *lines)
+        faces.add(fields)
+    _write_elements(file, [vertices, faces], comments, ascii=content.ascii)
 
 
 def write_cloud_ply(file: IO[bytes], content: Content) -> None:
@@ -54,15 +62,15 @@ def write_cloud_ply(file: IO[bytes], content: Content) -> None:
     points = _Element("vertex", cloud.n_points, _point_columns(cloud, content))
     if content.attributes is not None:
         points.add(content.attributes.vertex)
-    _write_elements(file, [points], content)
+    comments = () if content.attributes is None else content.attributes.comments
+    _write_elements(file, [points], comments, ascii=content.ascii)
 
 
-def _write_elements(file: IO[bytes], elements: list[_Element], content: Content) -> None:
+def _write_elements(
+    file: IO[bytes], elements: list[_Element], comments: Sequence[str], *, ascii: bool
+) -> None:
     """Write the header and the rows of all elements."""
-    ascii = content.ascii
-    lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0"]
-    if content.attributes is not None:
-        lines += content.attributes.comments
+    lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0", *comments]
     for element in elements:
         lines += [f"element {element.name} {element.n_rows}"]
         lines += map(_declaration, element.columns)

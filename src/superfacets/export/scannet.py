@@ -13,7 +13,7 @@ import numpy as np
 import numpy.lib.format as npy_format
 import numpy.typing as npt
 
-from ..errors import MeshError
+from ..errors import MeshError, MissingExtraError
 from ..io.atomic import StrPath
 from .text import write_list
 
@@ -142,9 +142,9 @@ def write_superpoints(file: IO[bytes], ids: npt.NDArray[np.integer], ending: str
 
 
 def check_torch() -> None:
-    """Raise an ImportError if torch is not installed."""
+    """Raise a MissingExtraError if torch is not installed."""
     if importlib.util.find_spec("torch") is None:
-        raise ImportError("a .pth file needs torch: pip install torch")
+        raise MissingExtraError("a .pth file", "torch")
 
 
 def write_tensor(file: IO[bytes], ids: npt.NDArray[np.integer]) -> None:

@@ -1,4 +1,4 @@
-"""Attributes of vertices and faces, besides positions and corners, as a PLY file stores them."""
+"""Attributes of vertices and faces, besides positions and corners, and textures."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from .._types import Array
 from .._validate import owned, refuse_mask
+from .textures import Texture
 
 PLY_TYPES = {
     "i1": "char",
@@ -38,7 +39,7 @@ class LasFrame(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MeshAttributes:
-    """Colors, normals, texture coordinates and whatever else a PLY file stores with a mesh.
+    """Colors, normals and whatever else a PLY file stores with a mesh; textures of any file.
 
     `read_attributes` reads them from a file, `write_mesh` writes them. They can be made by hand,
     to store numbers of one's own with vertices or faces.
@@ -59,6 +60,8 @@ class MeshAttributes:
         is not one word of ASCII.
     las : LasFrame, optional
         How the LAS file that was read stores its points; written to LAS files again.
+    texture : Texture, optional
+        Texture coordinates and materials.
 
     Raises
     ------
@@ -83,6 +86,7 @@ class MeshAttributes:
     comments: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     las: LasFrame | None = None
+    texture: Texture | None = None
 
     def __post_init__(self) -> None:
         for owner in ("vertex", "face"):
@@ -93,15 +97,20 @@ class MeshAttributes:
             object.__setattr__(self, owner, MappingProxyType(checked))
         object.__setattr__(self, "comments", tuple(map(_checked_comment, self.comments)))
         object.__setattr__(self, "left_out", tuple(self.left_out))
+        if not isinstance(self.texture, Texture | None):
+            raise TypeError(f"texture must be a Texture, got {type(self.texture).__name__}")
 
     def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
         """Rebuild copies and pickles by the constructor, which checks the values again."""
         vertex, face = dict(self.vertex), dict(self.face)
-        return MeshAttributes, (vertex, face, self.comments, self.left_out, self.las)
+        others = self.comments, self.left_out, self.las, self.texture
+        return MeshAttributes, (vertex, face, *others)
 
     def __repr__(self) -> str:
         vertex, face = (", ".join(names) or "none" for names in (self.vertex, self.face))
-        return f"MeshAttributes(vertex: {vertex}; face: {face}; {len(self.comments)} comments)"
+        texture = "" if self.texture is None else f"; {self.texture}"
+        comments = f"{len(self.comments)} comments"
+        return f"MeshAttributes(vertex: {vertex}; face: {face}; {comments}{texture})"
 
 
 def _checked(values: Any, name: str, owner: str) -> Array:

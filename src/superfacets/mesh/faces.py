@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Array, Bytes, Floats, Ints, Longs
-from .._validate import freeze
+from .._validate import checked_threads, freeze
 from ..errors import MeshError
 from .polygon_mesh import PolygonMesh
 from .tet_mesh import TetMesh, sides_of_tets
@@ -117,6 +117,17 @@ def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
         return mesh.faces, None
     triangulation = mesh.triangulate()
     return triangulation.mesh.faces, triangulation.sources
+
+
+def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
+    """Like `cut_into_triangles`, with the place of each corner among all corners for its vertex."""
+    corners = corners_of(mesh)
+    places = np.arange(len(corners.vertices), dtype=np.int32)
+    if corners.offsets is None:
+        return places.reshape(-1, 3), None
+    at_corners = mesh.vertices[corners.vertices]  # each corner with a vertex of its own
+    triangles = _core.triangulate(at_corners, corners.offsets, places, checked_threads(None))
+    return triangles, np.repeat(np.arange(mesh.n_faces, dtype=np.int32), corners.sizes - 2)
 
 
 def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:

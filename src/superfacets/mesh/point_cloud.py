@@ -9,7 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Floats, Singles
-from .._validate import checked_colors, checked_normals, checked_points, freeze, restored
+from .._validate import (
+    checked_colors,
+    checked_normals,
+    checked_points,
+    checked_viewpoints,
+    freeze,
+    restored,
+)
 from .cells import Cells
 
 
@@ -33,6 +40,15 @@ class PointCloud(Cells):
     colors : array_like, shape (N, 3) or (N, 4), optional
         Red, green and blue, from 0 to 1 if they are floats, or of the full range of an unsigned
         integer type (uint8: 0 to 255). Kept as float32 from 0 to 1, without a fourth column.
+    axes : array_like, shape (N, 3), optional
+        Normals of unknown sign, such as the shortest axes of Gaussian splats: vectors at right
+        angles to the surface, on either side of it; zero where there is none. If there are no
+        normals, they are estimated from the axes of neighbors, or from positions where no neighbor
+        has an axis.
+    viewpoints : array_like, shape (3,) or (N, 3), optional
+        Place from which all points were seen, or one for each point. Estimated normals then face
+        it; normals that are given stay as they are. `read_cloud` takes them from the poses of scans
+        in E57. For terrain, a place far above.
 
     Attributes
     ----------
@@ -54,6 +70,8 @@ class PointCloud(Cells):
     points: Floats
     normals: Floats | None = None
     colors: Singles | None = None
+    axes: Floats | None = None
+    viewpoints: Floats | None = None
     bounds: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -63,10 +81,16 @@ class PointCloud(Cells):
             freeze(self, normals=checked_normals(self.normals, len(points)))
         if self.colors is not None:
             freeze(self, colors=checked_colors(self.colors, len(points)))
+        if self.axes is not None:
+            freeze(self, axes=checked_normals(self.axes, len(points), name="axes"))
+        if self.viewpoints is not None:
+            freeze(self, viewpoints=checked_viewpoints(self.viewpoints, len(points)))
 
     def __setstate__(self, state: Any) -> None:
         """Restore a copy or a pickle with the checks of a new object."""
-        PointCloud.__init__(self, *restored(state, ("points", "normals", "colors")))
+        PointCloud.__init__(
+            self, *restored(state, ("points", "normals", "colors", "axes", "viewpoints"))
+        )
 
     @property
     def n_cells(self) -> int:
@@ -79,11 +103,20 @@ class PointCloud(Cells):
         return len(self.points)
 
     def taken(self, chosen: npt.NDArray[np.integer[Any]]) -> PointCloud:
-        """Return the chosen points as a cloud, with their normals and colors."""
-        normals = None if self.normals is None else self.normals[chosen]
-        colors = None if self.colors is None else self.colors[chosen]
-        return PointCloud(self.points[chosen], normals, colors)
+        """Return the chosen points as a cloud, with all that the cloud has of them."""
+        views = self.viewpoints
+        return PointCloud(
+            self.points[chosen],
+            None if self.normals is None else self.normals[chosen],
+            None if self.colors is None else self.colors[chosen],
+            None if self.axes is None else self.axes[chosen],
+            views if views is None or views.ndim == 1 else views[chosen],
+        )
 
     def __repr__(self) -> str:
-        also = [name for name in ("normals", "colors") if getattr(self, name) is not None]
+        also = [
+            name
+            for name in ("normals", "colors", "axes", "viewpoints")
+            if getattr(self, name) is not None
+        ]
         return f"PointCloud({', '.join([f'{self.n_points} points', *also])})"

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from ..errors import MissingExtraError, RenderError
+from ..io import textures
 
 # Silences Mesa's EGL, which otherwise reports on stderr why a device does not start.
 _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
@@ -173,7 +174,4 @@ def import_vtk() -> Any:
 
 def import_pillow(module: str, task: str = "rendering") -> Any:
     """Return a module of Pillow, or raise a MissingExtraError if Pillow is not installed."""
-    try:
-        return importlib.import_module(f"PIL.{module}")
-    except ModuleNotFoundError:
-        raise MissingExtraError(task, "viz") from None
+    return textures.import_pillow(module, task, "viz")

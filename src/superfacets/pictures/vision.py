@@ -7,25 +7,11 @@ from typing import Literal, get_args
 import numpy as np
 
 from .._types import Array, Bytes, Floats
+from ..io.light import linear_of_oklab, linear_of_srgb, oklab_of_linear, srgb_of_linear
 
 Vision = Literal["normal", "protanopia", "deuteranopia", "tritanopia"]
 VISIONS: tuple[Vision, ...] = get_args(Vision)
 """Normal vision, and vision without cones for long, middle or short wavelengths."""
-
-_LINEAR_TO_CONES = np.array(
-    [
-        [0.4122214708, 0.5363325363, 0.0514459929],
-        [0.2119034982, 0.6806995451, 0.1073969566],
-        [0.0883024619, 0.2817188376, 0.6299787005],
-    ]
-)
-_CONES_TO_OKLAB = np.array(
-    [
-        [0.2104542553, 0.7936177850, -0.0040720468],
-        [1.9779984951, -2.4285922050, 0.4505937099],
-        [0.0259040371, 0.7827717662, -0.8086757660],
-    ]
-)
 
 # Matrices for linear sRGB at severity 1: Machado, Oliveira and Fernandes, "A physiologically-based
 # model for simulation of color vision deficiency", 2009, table 1.
@@ -57,10 +43,9 @@ _SIMULATIONS = {
 def oklab(colors: Array) -> Floats:
     """Return sRGB colors, (N, 3), 0 to 255, in OKLab: lightness 0 to 1, green-red, blue-yellow.
 
-    Euclidean distances are close to perceived ones. Matrices: Ottosson, "A perceptual color space
-    for image processing", 2020.
+    Euclidean distances are close to perceived ones.
     """
-    return _oklab_of_linear(_linear(colors))
+    return oklab_of_linear(_linear(colors))
 
 
 def seen_as(colors: Array, vision: Vision) -> Floats:
@@ -68,7 +53,7 @@ def seen_as(colors: Array, vision: Vision) -> Floats:
     linear = _linear(colors)
     if vision != "normal":
         linear = np.clip(linear @ _SIMULATIONS[vision].T, 0, 1)
-    return _oklab_of_linear(linear)
+    return oklab_of_linear(linear)
 
 
 def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = VISIONS) -> Floats:
@@ -79,20 +64,12 @@ def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = 
 
 def from_oklab(places: Floats) -> Bytes:
     """Return OKLab colors, (N, 3), in sRGB, clipped to its range."""
-    linear = (places @ np.linalg.inv(_CONES_TO_OKLAB).T) ** 3 @ np.linalg.inv(_LINEAR_TO_CONES).T
-    linear = np.clip(linear, 0, 1)
-    shares = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.asarray(np.rint(shares * 255), np.uint8)
+    return srgb_of_linear(linear_of_oklab(places))
 
 
 def _linear(colors: Array) -> Floats:
     """Convert sRGB colors, 0 to 255, to linear sRGB, 0 to 1."""
-    scaled = np.asarray(colors, dtype=np.float64) / 255.0
-    return np.where(scaled <= 0.04045, scaled / 12.92, ((scaled + 0.055) / 1.055) ** 2.4)
-
-
-def _oklab_of_linear(linear: Floats) -> Floats:
-    return np.asarray(np.cbrt(linear @ _LINEAR_TO_CONES.T) @ _CONES_TO_OKLAB.T)
+    return linear_of_srgb(np.asarray(colors, dtype=np.float64) / 255.0)
 
 
 def _distances(places: Floats, others: Floats) -> Floats:

@@ -44,6 +44,7 @@ from .spatial import (
     ray_thickness,
     subdivide,
 )
+from .texels import texel_colors
 from .vertices import count_segments, mean_normals, spread_labels
 from .views import join_by_masks, see_surface
 from .weights import quantize_weights, smallest_eigenpairs, superfacet_weights
@@ -90,5 +91,6 @@ __all__ = [
     "spread_labels",
     "subdivide",
     "superfacet_weights",
+    "texel_colors",
     "update_centers",
 ]

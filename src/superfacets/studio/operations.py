@@ -10,10 +10,13 @@ import numpy as np
 from starlette.responses import Response
 
 from .._validate import checked_choice, checked_flag
+from ..adapters.convert import as_mesh
 from ..cells.kinds import kind_of
+from ..errors import MeshError, MissingExtraError
 from ..pictures.camera import View
 from ..pictures.colors import PALETTE
 from ..pictures.page.shape import shape_of, view_facts
+from ..pictures.page.texture import texture_parts
 from .agreement import Side
 from .classes import checked_object
 from .coding import base64_of, bytes_from, cells_from, packet
@@ -110,8 +113,18 @@ def _read_mesh(document: Document, query: Body) -> bytes:
         "step": [1, 1, 1],
         "point_size": shape.point_size * shape.diagonal,
         "palette": PALETTE.tolist(),
+        "texture": None,
+        "texture_problem": "",
     }
     arrays: dict[str, Any] = {"areas": document.areas.astype(np.float32)}
+    if document.source.texture is not None:
+        try:
+            header["texture"], parts = texture_parts(
+                as_mesh(document.cells), document.source.texture
+            )
+            arrays |= {name: array for name, (array, _) in parts.items()}
+        except (MeshError, MissingExtraError) as error:
+            header["texture_problem"] = str(error)
     for name, (array, _) in shape.parts((shape.points - center).astype(np.float32)).items():
         arrays[name] = array
     return packet(header, arrays)

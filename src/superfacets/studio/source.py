@@ -10,7 +10,8 @@ from typing import Any
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.guards import read_content
-from ..io.readers.read import cell_ending, parse_cells
+from ..io.readers.read import cell_ending, parse_cells_and_attributes
+from ..io.textures import Texture
 from ..mesh.cells import Cells
 from .journal import Journal, JournalError
 
@@ -28,6 +29,7 @@ class Source:
     size: int  # bytes of the file
     digest: str  # SHA-256 of the file
     _seen: tuple[int, int] | None  # time and size of the file when it was read, see `_stamp`
+    texture: Texture | None = None
 
     @classmethod
     def read(cls, path: Path) -> Source:
@@ -35,10 +37,11 @@ class Source:
         seen = _stamp(path)
         content = read_content(path)
         try:
-            cells = parse_cells(content, cell_ending(path), path.parent)
+            cells, attributes = parse_cells_and_attributes(content, cell_ending(path), path.parent)
         except MeshError as error:
             raise MeshError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
-        return cls(path, cells, len(content), hashlib.sha256(content).hexdigest(), seen)
+        texture = None if attributes is None else attributes.texture
+        return cls(path, cells, len(content), hashlib.sha256(content).hexdigest(), seen, texture)
 
     @property
     def n_cells(self) -> int:

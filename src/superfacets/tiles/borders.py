@@ -55,10 +55,8 @@ class BorderRule:
         surface = surface_of(store, part, self.n_threads)
         lengths = part.lists["arcs"].entries.pop("lengths")
         if self.parts is not None:
-            parts, cells = self.parts, part.columns["cells"]
-            if self.firsts is not None:
-                firsts = self.firsts[store.tiles_of(part.columns["places"])]
-                cells = firsts + part.columns["coarse"]
+            parts = self.parts
+            cells = part.columns["cells" if self.firsts is None else "coarse"]
             if len(parts.group_of):
                 parts = replace(parts, group_of=parts.group_of[cells])
             else:
@@ -228,7 +226,9 @@ def _spread(
     return steps[n_own:]
 
 
-def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
+def _write_band(
+    store: TileStore, tile: int, lengths: str, firsts: Longs | None
+) -> tuple[Ints, Ints]:
     """Write the marked cells of a tile with their arcs; return their places and cell numbers."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
@@ -238,6 +238,8 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
     around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
     entries["targets"] = around[entries["targets"]]
     entries["lengths"] = entries.pop(lengths)
+    if firsts is not None:  # number coarse cells as in their graph
+        part.columns["coarse"] = part.columns["coarse"] + np.int32(firsts[tile])
     part.save(store.scratch, f"tile{tile}/band")
     return part.columns["places"], part.columns["cells"]
 
@@ -279,7 +281,7 @@ class _Band:
     @classmethod
     def gathered(cls, store: TileStore, rule: BorderRule, run: Run) -> _Band:
         """Collect the cells of all tiles."""
-        found = run.all(_write_band, store, store.n_tiles, rule.lengths)
+        found = run.all(_write_band, store, store.n_tiles, rule.lengths, rule.firsts)
         places, cells = (np.concatenate(column) for column in zip(*found, strict=True))
         ranks = np.empty(len(cells), np.int32)
         ranks[np.argsort(cells)] = np.arange(len(cells))

@@ -21,8 +21,9 @@ from .store import RANGE, TileStore, tile_starts
 NOT_COPIED = -1
 """``lowest`` of a point that is not a copy."""
 
-COLUMNS = ("numbers", "lowest", "cells", "positions", "normals")
-"""Arrays of the points of a run, a block or a tile; ``normals`` only where the input has them."""
+COLUMNS = ("numbers", "lowest", "cells", "positions", "normals", "axes")
+"""Arrays of the points of a run, a block or a tile; ``normals`` and ``axes`` only where the
+input has them."""
 
 
 class _Ordered(NamedTuple):
@@ -100,6 +101,8 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) ->
     columns = {"numbers": numbers, "lowest": lowest, "cells": ranks, "positions": positions}
     if chunks.pieces.normals is not None:
         columns["normals"] = chunks.pieces.normals.read(begin, end)
+    if chunks.pieces.axes is not None:
+        columns["axes"] = chunks.pieces.axes.read(begin, end)
     counts = chunks.save_run(scratch, chunk, Part(columns), positions, bounds)
     return counts, int(np.count_nonzero(is_copy))
 

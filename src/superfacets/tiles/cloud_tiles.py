@@ -10,6 +10,7 @@ from .. import _core
 from .._types import Bools, Floats, Ints, Longs
 from ..batches.mapping import Run
 from ..cells.point_graph import CUTOFF, N_AROUND, N_NEIGHBORS
+from ..cells.weights import NO_NORMALS
 from ..io.readers.pieces import Pieces
 from ..workers.scratch import Scratch
 from ..workers.threads import Job
@@ -19,7 +20,7 @@ from .cloud_order import NOT_COPIED, sort_cloud
 from .part import Part
 from .store import RANGE, TileStore
 
-LEFTOVERS = ("near", "areas", "shared", "estimated", "lowest", "out_sources", "out_targets")
+LEFTOVERS = ("axes", "near", "areas", "shared", "estimated", "lowest", "out_sources", "out_targets")
 """Arrays that only this stage needs."""
 
 
@@ -184,7 +185,10 @@ def _write_directions(
     positions = np.concatenate([store.read(tile, "positions"), foreign.columns["positions"]])
     at = own.columns["places"] - np.int32(store.starts[tile])
     normals = np.zeros((store.size(tile), 3))
-    normals[at] = _core.directions_around(positions, at, rows.reshape(-1), n_threads)
+    axes = NO_NORMALS
+    if store.has(tile, "axes"):
+        axes = np.concatenate([store.read(tile, "axes"), store.read_at("axes", ghosts)])
+    normals[at] = _core.directions_around(positions, axes, at, rows.reshape(-1), n_threads)
     store.write(tile, "estimated", normals)
 
 

@@ -14,10 +14,11 @@ from .store import TileStore
 VERTICES_AT_ONCE = 1 << 22
 """Range of vertex numbers that is searched for shared vertices at a time, to bound memory."""
 
-STEPS = 3
+STEPS = 12
 """Steps from a point to all points that the weights of its arcs depend on. One leads to the other
-end of the arc, one to the neighbors whose normals its curvature is fitted to, and one to the
-neighbors that each of these normals is averaged with."""
+end of the arc, one to its neighbors that may be on a ridge, eight to the sides of that ridge, one
+to the neighbors whose normals their curvature is fitted to, and one to the neighbors that each of
+these normals is averaged with."""
 
 OF_FACES = ("cells", "corners", "corners/vertices")
 OF_POINTS = ("cells", "positions", "measures", "normals", "neighbors/targets")

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .._types import Array
 from ..adapters.convert import as_cells, as_mesh
 from ..cells.kinds import kind_of
+from ..cells.point_graph import estimate_normals
 from ..errors import MeshError
 from ..io.readers.obj import read_file_blocks
 from ..io.readers.pieces import Pieces, as_doubles, files_of, joined_pieces, pieces_of_file
@@ -82,8 +83,14 @@ def _opened(path: Path, scratch: Scratch) -> Pieces:
 def _pieces_of_cells(cells: Any, where: str = "") -> Pieces:
     kind = kind_of(cells)
     if kind.are_points:
-        normals = None if cells.normals is None else ArrayRows(cells.normals)
-        return Pieces(ArrayRows(cells.points), normals=normals)
+        normals, axes = cells.normals, cells.axes
+        if normals is None and cells.viewpoints is not None:
+            normals, axes = estimate_normals(cells), None
+        return Pieces(
+            ArrayRows(cells.points),
+            normals=None if normals is None else ArrayRows(normals),
+            axes=None if axes is None else ArrayRows(axes),
+        )
     if not kind.has_faces:
         raise MeshError(f"{where}tiles are of faces or points, and this holds {kind.plural}")
     vertices, corners = ArrayRows(cells.vertices), corners_of(cells)

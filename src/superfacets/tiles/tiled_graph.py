@@ -171,10 +171,11 @@ class TiledCoarseGraph:
         del self.graph
         store, waiting = self.fine.store, {}
         for tile, (begin, end) in enumerate(itertools.pairwise(self.firsts.tolist())):
-            at = np.flatnonzero(labels[begin:end] >= 0)
-            places = store.starts[tile] + store.read(tile, "coarse_centers")[at].astype(np.int64)
-            reached = begin + at
-            waiting[tile] = [_proposals(places, lengths[reached], labels[reached])]
+            places = store.starts[tile] + store.read(tile, "coarse_centers").astype(np.int64)
+            every = _proposals(places, lengths[begin:end], labels[begin:end])
+            is_reached = labels[begin:end] >= 0
+            chosen = every if is_reached.all() else every.take(np.flatnonzero(is_reached))
+            waiting[tile] = [chosen]
         return lengths[:0], TiledRegions(self.fine, centers, waiting).labels()
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:

@@ -20,6 +20,10 @@ export class Comparison {
     desk.session.events.on("state", ({ is_reviewed }) => (reviewed.checked = is_reviewed));
   }
 
+  get isOpen(): boolean {
+    return !this.box.hidden;
+  }
+
   private async read(field: HTMLInputElement): Promise<void> {
     const [file] = field.files ?? [];
     if (!file) return;

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..._types import Array, Floats
+from ..._types import Array, Bools, Floats
 from ...errors import MeshError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes, is_word
@@ -29,6 +29,11 @@ _SPLAT_COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
 _SPLAT_COLOR = 0.5 / math.sqrt(math.pi)
 """Colors of Gaussian splats are 0.5 plus this times their coefficients: the spherical harmonic of
 degree 0."""
+
+SCALES = ("scale_0", "scale_1", "scale_2")
+TURNS = ("rot_0", "rot_1", "rot_2", "rot_3")
+_FLAT = math.log(2.0)
+"""Scales of splats are logarithms. A splat less flat than one half has no axis."""
 
 _UNIT = 0.01
 """Tolerance for the length of a unit normal in a file: it may differ from 1 by about this much."""
@@ -172,7 +177,41 @@ def _cloud_of(columns: dict[str, Array], attributes: MeshAttributes) -> CloudFil
     elif {*_SPLAT_COLORS} <= columns.keys():
         shades = 0.5 + _SPLAT_COLOR * rows(_SPLAT_COLORS, np.float64)
         colors = np.clip(shades, 0.0, 1.0) if np.isfinite(shades).all() else None
-    return CloudFile(PointCloud(points, normals, colors), attributes)
+    axes = splat_axes(columns) if normals is None else None
+    return CloudFile(PointCloud(points, normals, colors, axes), attributes)
+
+
+def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
+    """Return the shortest axis of each Gaussian splat, zero where it is hardly shorter than others.
+
+    None without rotations (w, x, y, z) and scales. Flat splats have two scales; their axis is z.
+    """
+    names = [name for name in SCALES if name in columns]
+    if len(names) < 2 or not {*TURNS} <= columns.keys():
+        return None
+    scales = np.stack([np.asarray(columns[name], np.float64) for name in names], axis=1)
+    turns = np.stack([np.asarray(columns[name], np.float64) for name in TURNS], axis=1)
+    shortest = np.full(len(scales), 2)
+    is_known: Bools = np.asarray(np.isfinite(turns).all(axis=1))
+    if len(names) == 3:
+        ordered = np.sort(scales, axis=1)
+        shortest = scales.argmin(axis=1)
+        is_known &= np.isfinite(scales).all(axis=1)
+        is_known[is_known] = ordered[is_known, 1] - ordered[is_known, 0] >= _FLAT
+    lengths = np.sqrt(np.einsum("ij,ij->i", turns, turns))
+    is_known &= (lengths > 0) & np.isfinite(lengths)
+    axes = np.zeros((len(scales), 3))
+    axes[is_known] = _columns_of_rotations(turns[is_known], shortest[is_known])
+    return axes
+
+
+def _columns_of_rotations(turns: Floats, places: npt.NDArray[np.integer[Any]]) -> Floats:
+    """Return one column of the rotation matrix of each quaternion (w, x, y, z), of any length."""
+    w, axis = turns[:, :1], turns[:, 1:]
+    unit = np.eye(3)[places]
+    crossed = np.cross(axis, unit)
+    squared = np.einsum("ij,ij->i", turns, turns)[:, None]
+    return np.asarray(unit + 2.0 * (w * crossed + np.cross(axis, crossed)) / squared)
 
 
 CLOUD_READERS: dict[str, Callable[[Content], CloudFile]] = {

@@ -31,6 +31,9 @@ _KINDS = {
 """Type that each field of a point is converted to; other fields are not read."""
 
 
+_AT_REST = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+"""The scanner and its unit steps, before they are moved."""
+
 _PAGE = 1024
 _CHECKSUM = 4
 """Bytes of a page of the file, and of the checksum at the end of each page."""
@@ -43,6 +46,7 @@ class _Scan(NamedTuple):
     colors: Singles | None  # (n, 3), 0 to 1
     intensity: Singles | None  # (n,)
     records: Ints  # (n,) index of each point's record in the scan, from 0
+    frame: Floats | None  # (4, 3) the scanner, and its unit steps, in their pose; None without pose
 
 
 def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
@@ -50,7 +54,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
 
     An invalid point has no position; most scans on a grid have some. The attributes ``scan`` and
     ``record`` are the index of a point's scan and of its record in that scan. Colors and
-    intensities are kept only if all scans have them.
+    intensities are kept only if all scans have them, viewpoints only if all have poses.
     """
     try:
         import pye57
@@ -120,7 +124,20 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
     shades = [scan.colors for scan in scans if scan.colors is not None]
     colors = np.concatenate(shades) if len(shades) == len(scans) else None
     points = np.concatenate([scan.points for scan in scans])
-    return PointCloud(points, colors=colors), MeshAttributes(vertex=stored)
+    cloud = PointCloud(points, colors=colors, viewpoints=_viewpoints_of(scans))
+    return cloud, MeshAttributes(vertex=stored)
+
+
+def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
+    """Position of the scanner (3,), or (N, 3) of each point; None if any is unknown."""
+    found = [scan.frame for scan in scans if scan.frame is not None]
+    # Merged clouds often have a pose that moves nothing: the origin is then no scanner.
+    if len(found) < len(scans) or np.array_equal(found, [_AT_REST] * len(scans)):
+        return None
+    if len(found) == 1:
+        return np.asarray(found[0][0])
+    places = [frame[0] for frame in found]
+    return np.repeat(places, [len(scan.points) for scan in scans], axis=0)
 
 
 def _read_scan(pye57: Any, file: Any, place: int, n_bytes: int) -> _Scan:
@@ -138,7 +155,9 @@ def _read_scan(pye57: Any, file: Any, place: int, n_bytes: int) -> _Scan:
     if axes == _SPHERICAL:
         points = _from_spherical(points)
     colors = _colors_of(pye57, header, columns) if _has(header, _COLORS) else None
-    return _Scan(_moved(points, header, place), colors, columns.get("intensity"), records)
+    moved = _moved(points, header, place)
+    frame = _moved(_AT_REST, header, place) if header.has_pose() else None
+    return _Scan(moved, colors, columns.get("intensity"), records, frame)
 
 
 def _has(header: Any, names: tuple[str, ...]) -> bool:

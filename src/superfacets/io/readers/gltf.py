@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +27,26 @@ def read_gltf(data: Content, folder: Path | None) -> TriangleArrays:
     use the same positions share vertices. Lines and points are skipped. If `folder` is None,
     buffers in other files are refused.
     """
+    return read_scene(open_scene(data, folder))
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A glTF document, and the meshes that its default scene shows, in their order."""
+
+    gltf: Gltf
+    visits: list[tuple[int, Floats]]  # mesh and global matrix of each node
+
+
+def open_scene(data: Content, folder: Path | None) -> Scene:
+    """Parse a file, and find the nodes of its scene."""
     gltf = open_gltf(data, folder)
-    visits = sorted(_visit_nodes(gltf), key=lambda visit: visit[0])
+    return Scene(gltf, sorted(_visit_nodes(gltf), key=lambda visit: visit[0]))
+
+
+def read_scene(scene: Scene) -> TriangleArrays:
+    """Vertices and faces of a scene; see `read_gltf`."""
+    gltf, visits = scene.gltf, scene.visits
     shown = sorted({index for index, _ in visits})
     sizes = {index: _mesh_size(gltf, index) for index in shown}
     _check_size(gltf, [sizes[index] for index, _ in visits])
@@ -39,8 +58,8 @@ def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
     """Numbers of vertices and faces of a mesh, found without copying arrays."""
     n_vertices = {}  # by accessor of the positions
     n_corners = 0
-    for primitive in _triangle_primitives(gltf, index):
-        accessor = _positions_of(primitive, index)
+    for primitive in triangle_primitives(gltf, index):
+        accessor = positions_of(primitive, index)
         n_vertices[accessor] = len(read_accessor(gltf, accessor, "VEC3"))
         n_corners += (
             len(read_accessor(gltf, primitive["indices"], "SCALAR"))
@@ -158,26 +177,27 @@ def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
     faces: list[Array] = []
     first_vertices: dict[int, int] = {}
     n_vertices = 0
-    for primitive in _triangle_primitives(gltf, index):
-        accessor = _positions_of(primitive, index)
+    for primitive in triangle_primitives(gltf, index):
+        accessor = positions_of(primitive, index)
         if accessor not in positions:
             positions[accessor] = _read_positions(gltf, accessor)
             first_vertices[accessor] = n_vertices
             n_vertices += len(positions[accessor])
-        corners = _read_corners(gltf, primitive, len(positions[accessor]))
+        corners = read_corners(gltf, primitive, len(positions[accessor]))
         faces.append(_moved_on(corners.reshape(-1, 3), first_vertices[accessor]))
     if not faces:
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
     return _concatenated(list(positions.values())), _concatenated(faces)
 
 
-def _triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
+def triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
     """The primitives of a mesh, without lines and points; a MeshError for strips and fans."""
     primitives = items(gltf.item("meshes", index), "primitives")
     return [primitive for primitive in primitives if _has_triangles(primitive)]
 
 
-def _positions_of(primitive: dict[str, Any], index: int) -> int:
+def positions_of(primitive: dict[str, Any], index: int) -> int:
+    """The accessor of the positions of a primitive of mesh `index`."""
     attributes = primitive.get("attributes")
     accessor = attributes.get("POSITION") if isinstance(attributes, dict) else None
     if type(accessor) is not int:
@@ -201,7 +221,7 @@ def _read_positions(gltf: Gltf, index: int) -> Floats:
     return np.maximum(positions / np.iinfo(stored.dtype).max, -1.0)
 
 
-def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Array:
+def read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Array:
     """Vertex index of each corner, flat; 0, 1, 2, ... if the primitive has no indices."""
     if "indices" in primitive:
         stored = read_accessor(gltf, primitive["indices"], "SCALAR")
@@ -224,8 +244,13 @@ def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
     """Move a mesh by a matrix; if the matrix mirrors, faces are flipped to keep facing outward."""
     if np.array_equal(matrix, np.eye(4)):
         return positions, faces
-    axes = matrix[:3, :3]
     with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses the result
-        moved = (positions[:, np.newaxis, :] * axes).sum(axis=2) + matrix[:3, 3]
-        volume = float((np.cross(axes[0], axes[1]) * axes[2]).sum())
-    return moved, faces[:, [0, 2, 1]] if volume < 0 else faces
+        moved = (positions[:, np.newaxis, :] * matrix[:3, :3]).sum(axis=2) + matrix[:3, 3]
+    return moved, faces[:, [0, 2, 1]] if is_mirrored(matrix) else faces
+
+
+def is_mirrored(matrix: Floats) -> bool:
+    """Whether a matrix turns the outside of a surface in."""
+    axes = matrix[:3, :3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float((np.cross(axes[0], axes[1]) * axes[2]).sum()) < 0

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
-import re
 import reprlib
 import struct
 import sys
@@ -23,11 +21,12 @@ import numpy as np
 from ..._types import Array, Floats
 from ...errors import MeshError
 from ..guards import Content, read_content
+from ..textures import file_beside
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
-WIDTHS = {"SCALAR": 1, "VEC3": 3}
-"""Numbers per row, by accessor type: SCALAR for vertex indices, VEC3 for positions."""
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
+"""Numbers per row, by accessor type: for vertex indices, texture coordinates and positions."""
 
 LARGEST = sys.float_info.max
 
@@ -148,7 +147,7 @@ def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
     dtype = np.dtype(COMPONENTS[accessor["componentType"]])
     n_rows = whole(accessor, "count")
     view = gltf.item("bufferViews", accessor["bufferView"])
-    content = _view_content(gltf, view)
+    content = view_content(gltf, view)
     begin = whole(accessor, "byteOffset", 0)
     row_size = dtype.itemsize * WIDTHS[kind]
     stride = whole(view, "byteStride", row_size)
@@ -163,15 +162,15 @@ def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
     return np.ndarray(shape, dtype=dtype, buffer=content, offset=begin, strides=strides)
 
 
-def _view_content(gltf: Gltf, view: dict[str, Any]) -> memoryview:
+def view_content(gltf: Gltf, view: dict[str, Any]) -> memoryview:
     """The bytes of a buffer view."""
     gltf.item("buffers", view.get("buffer"))
     buffer = gltf.buffers[view["buffer"]]
     begin, size = whole(view, "byteOffset", 0), whole(view, "byteLength")
     if begin + size > len(buffer):
         raise MeshError("broken glTF: a buffer view is longer than its buffer: is the file cut?")
-    view_content: memoryview = buffer[begin : begin + size]
-    return view_content
+    content: memoryview = buffer[begin : begin + size]
+    return content
 
 
 def _read_buffers(
@@ -201,13 +200,9 @@ def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> 
     """Bytes of a data URI, or of a file beside the document; `files` caches files by path."""
     shown = reprlib.repr(address)
     if address.startswith("data:"):
-        _, marker, encoded = address.partition(";base64,")
-        try:
-            return memoryview(base64.b64decode(encoded if marker else "*", validate=True))
-        except ValueError:
-            raise MeshError(f"broken glTF: {shown} is not base64") from None
+        return memoryview(decoded(address))
     try:
-        path = _resolve(address, folder)
+        path = file_at(address, folder)
         if path is None:
             raise MeshError(f"the buffer {shown} is not a file beside the glTF file")
         if path not in files:
@@ -217,14 +212,15 @@ def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> 
     return files[path]
 
 
-def _resolve(address: str, folder: Path | None) -> Path | None:
-    """The file that a relative URI names; None if it is not in the folder or below it.
+def decoded(address: str) -> bytes:
+    """The bytes of a data URI."""
+    _, marker, encoded = address.partition(";base64,")
+    try:
+        return base64.b64decode(encoded if marker else "*", validate=True)
+    except ValueError:
+        raise MeshError(f"broken glTF: {reprlib.repr(address)} is not base64") from None
 
-    A document must not be able to read files from elsewhere on the machine: escapes are decoded,
-    ``..`` is applied and symbolic links are followed before the path is compared with the folder.
-    """
-    name = unquote(address, errors="strict")
-    if folder is None or re.match(r"[\w+.-]*:|[/\\]", address) or "\0" in name:
-        return None
-    path = Path(os.path.realpath(folder / name))
-    return path if path.is_relative_to(os.path.realpath(folder)) else None
+
+def file_at(address: str, folder: Path | None) -> Path | None:
+    """The file that a relative URI names; None if it is not in the folder or below it."""
+    return file_beside(unquote(address, errors="strict"), folder)

@@ -14,7 +14,7 @@ from ..._validate import checked_normals, exact_doubles
 from ...errors import MeshError
 from ..guards import check_regular
 from ..tables import ConvertedRows, JoinedRows, RecordRows, Rows
-from .clouds import holds_cloud
+from .clouds import SCALES, TURNS, holds_cloud, splat_axes
 from .npy import MAX_NPY_HEADER, npy_header
 from .ply_header import INDEX_NAMES, Element, read_header
 from .read import CELL_ENDINGS, cell_ending
@@ -24,6 +24,7 @@ FOLDER_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".npy
 
 AXES = ("x", "y", "z")
 NORMALS = ("nx", "ny", "nz")
+AXES_OF_SPLATS = ((*TURNS, *SCALES), (*TURNS, *SCALES[:2]))
 
 
 _ROWS_AT_ONCE = 1 << 16
@@ -38,6 +39,7 @@ class Pieces:
     corners: Rows | None = None  # (F, 3) vertices of each triangle; with offsets, (C,)
     offsets: Rows | None = None  # (F + 1,) first corner of each polygon, and the end of the last
     normals: Rows | None = None  # (N, 3) of points, of length 1 or 0
+    axes: Rows | None = None  # (N, 3) normals of unknown sign, of length 1 or 0
     viewpoint: Viewpoint | None = None  # place that estimated normals face
 
     @property
@@ -101,6 +103,7 @@ def joined_pieces(pieces: Sequence[Pieces]) -> Pieces:
         raise MeshError("the folder holds meshes and point clouds: take one kind at a time")
     if 0 < len(normals) < len(pieces):
         raise MeshError("some point clouds of the folder have normals, and others have none")
+    axes = [part.axes for part in pieces if part.axes is not None]
     if any(part.offsets is not None for part in pieces):
         raise MeshError("a folder of several files has to hold triangles alone")
     points = JoinedRows(tuple(part.points for part in pieces))
@@ -108,6 +111,7 @@ def joined_pieces(pieces: Sequence[Pieces]) -> Pieces:
         points,
         JoinedRows(tuple(corners), points.starts[:-1]) if corners else None,
         normals=JoinedRows(tuple(normals)) if normals else None,
+        axes=JoinedRows(tuple(axes)) if len(axes) == len(pieces) else None,
     )
 
 
@@ -127,6 +131,13 @@ def _are_zero(rows: RecordRows) -> bool:
 def _as_normals(rows: Array, begin: int) -> Array:
     """Vectors of length 1, or 0; a MeshError names the first that is not finite."""
     return checked_normals(rows, len(rows), begin)
+
+
+def _as_axes(rows: Array, begin: int) -> Array:
+    """The axes of splats, from their rotations and scales."""
+    axes = splat_axes(dict(zip((*TURNS, *SCALES), rows.T, strict=False)))
+    assert axes is not None
+    return checked_normals(axes, len(axes), begin)
 
 
 def _ply_pieces(path: Path) -> Pieces | None:
@@ -165,9 +176,12 @@ def _ply_pieces(path: Path) -> Pieces | None:
         normals = rows("vertex", NORMALS)
         if normals is not None and _are_zero(normals):  # as `read_cloud`
             normals = None
+        tables = [rows("vertex", names) for names in AXES_OF_SPLATS]
+        axes = next((table for table in tables if table is not None), None)
         return Pieces(
             ConvertedRows(points, as_doubles),
             normals=None if normals is None else ConvertedRows(normals, _as_normals),
+            axes=None if axes is None or normals is not None else ConvertedRows(axes, _as_axes),
         )
     tables = [rows("face", (name,), f"number of {name}") for name in INDEX_NAMES]
     corners = next((table for table in tables if table is not None), None)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from ..._types import Array, Longs
@@ -10,6 +12,7 @@ from ..attributes import MeshAttributes, is_word
 from ..guards import Arrays, Content, as_rows, checked_faces, side_by_side
 from .ply_body import Column, read_tables
 from .ply_header import INDEX_NAMES, STRIPS, Element, Header, Property, parse_header
+from .ply_texture import with_texture
 from .text import as_integers
 
 RESTART = -1
@@ -21,11 +24,16 @@ def read_ply(data: Content) -> Arrays:
     return _read_arrays(parse_header(data), data)[0]
 
 
-def read_ply_with_attributes(data: Content) -> tuple[Arrays, MeshAttributes]:
-    """Vertices and faces, and copies of all other properties; the file is read once."""
+def read_ply_with_attributes(
+    data: Content, folder: Path | None = None
+) -> tuple[Arrays, MeshAttributes]:
+    """Vertices and faces, and copies of all other properties; the file is read once.
+
+    Images that ``comment TextureFile`` names must be in `folder` or below it.
+    """
     header = parse_header(data)
     arrays, tables = _read_arrays(header, data)
-    return arrays, attributes_of(header, tables)
+    return arrays, with_texture(attributes_of(header, tables), header, tables, arrays[1], folder)
 
 
 def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Column]]]:
@@ -166,5 +174,8 @@ def _as_stored(values: Array, stored: Property) -> Array:
 
 def _one_line(line: str) -> str:
     """Decode a comment, and replace line breaks of another kind than the header's by blanks."""
-    text = line.encode("latin-1").decode("utf-8", "surrogateescape")
+    try:
+        text = line.encode("latin-1").decode("utf-8")
+    except UnicodeDecodeError:  # some programs write Latin-1
+        text = line
     return text.replace("\r", " ").replace("\n", " ").rstrip()

@@ -18,7 +18,9 @@ from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS, holds_cloud
 from .gltf import read_gltf
+from .gltf_texture import read_gltf_with_attributes
 from .obj import read_obj
+from .obj_texture import read_obj_with_attributes
 from .off import MAGIC as OFF_MAGIC
 from .off import read_off, read_tri
 from .ply import read_ply, read_ply_with_attributes
@@ -36,6 +38,14 @@ _READERS: dict[str, Callable[[Content], Arrays]] = {
 }
 
 _GLTF_ENDINGS = (".glb", ".gltf")
+
+_ATTRIBUTE_READERS: dict[str, Callable[[Content, Path | None], tuple[Arrays, MeshAttributes]]] = {
+    ".ply": read_ply_with_attributes,
+    ".obj": read_obj_with_attributes,
+    ".glb": read_gltf_with_attributes,
+    ".gltf": read_gltf_with_attributes,
+}
+ATTRIBUTE_ENDINGS = tuple(_ATTRIBUTE_READERS)
 
 MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
@@ -170,7 +180,7 @@ def read_cells(path: str | os.PathLike[str]) -> Cells:
 def read_cells_and_attributes(
     path: str | os.PathLike[str],
 ) -> tuple[Cells, MeshAttributes | None]:
-    """Like `read_cells`; also the attributes of a cloud, or of a mesh in PLY."""
+    """Like `read_cells`; also the attributes of a cloud, or of a mesh in PLY, OBJ or glTF."""
     path = Path(path)
     ending = cell_ending(path)
     data = read_content(path)
@@ -179,26 +189,29 @@ def read_cells_and_attributes(
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
-    """Return the attributes that a PLY file stores with the mesh that `read_mesh` returns.
+    """Return what a file stores with the mesh that `read_mesh` returns.
 
-    Attributes are vertex colors, normals, texture coordinates and all other properties except
-    positions and corners. ``write_mesh(..., attributes=...)`` writes them to a file again.
+    ``write_mesh(..., attributes=...)`` writes it to a file again.
 
     Parameters
     ----------
     path : path-like
-        Ends in ``.ply``.
+        Ends in ``.ply``: vertex colors, normals and all other properties except positions and
+        corners, and the texture if comments ``TextureFile`` name its images. Or in ``.obj``,
+        ``.glb`` or ``.gltf``: the texture. Files of materials and images must be in the folder of
+        the mesh or below it. Images are not read yet.
 
     Returns
     -------
     MeshAttributes
         Arrays of the types that the file declares, in the order of the file. An integer in a text
-        file that its declared type cannot hold makes the property float64.
+        file that its declared type cannot hold makes the property float64. `left_out` names
+        missing images, and says what is wrong with a texture that cannot be read.
 
     Raises
     ------
     MeshError
-        As for `read_mesh`, or if the path does not end in ``.ply``.
+        As for `read_mesh`, or if the path has another ending.
     OSError
         If there is no such file, or it cannot be read.
 
@@ -221,12 +234,12 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     array([1., 1., 1.])
     """
     path = Path(path)
-    known_ending(path, (".ply",))
+    ending = known_ending(path, ATTRIBUTE_ENDINGS)
     data = read_content(path)
     with named_errors(path):
-        if holds_cloud(data, ".ply"):
-            return CLOUD_READERS[".ply"](data).attributes
-        return read_ply_with_attributes(data)[1]
+        attributes = parse_cells_and_attributes(data, ending, path.parent)[1]
+    assert attributes is not None  # the endings have readers of attributes
+    return attributes
 
 
 def cell_ending(path: Path) -> str:
@@ -259,12 +272,12 @@ def parse_cells(data: Content, ending: str, folder: Path | None) -> Cells:
 def parse_cells_and_attributes(
     data: Content, ending: str, folder: Path | None, *, keep: bool = True
 ) -> tuple[Cells, MeshAttributes | None]:
-    """Like `parse_cells`; with `keep`, also the attributes of a cloud or of a mesh in PLY."""
+    """Like `parse_cells`; with `keep`, also the attributes of a cloud or mesh, if there are any."""
     if holds_cloud(data, ending):
         cloud, attributes = CLOUD_READERS[ending](data)
         return cloud, attributes if keep else None
-    if keep and ending == ".ply":
-        arrays, attributes = read_ply_with_attributes(data)
+    if keep and ending in _ATTRIBUTE_READERS:
+        arrays, attributes = _ATTRIBUTE_READERS[ending](data, folder)
         return _mesh_of(arrays), attributes
     return parse_mesh(data, ending, folder), None
 

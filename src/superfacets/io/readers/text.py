@@ -98,6 +98,12 @@ class Lines:
         """
         return self._parse([_core.parse_corners, _core.parse_long_corners], _read_corner)
 
+    def parse_second_indices(self) -> Array:
+        """The second index of each corner, flat: the 2 in ``7/2`` and ``7/2/3``; 0 if missing."""
+        return self._parse(
+            [_core.parse_second_indices, _core.parse_long_second_indices], _read_second_index
+        )
+
     def parse_integers_or_floats(self) -> Array:
         """All numbers, flat: integers if all are written as integers, else float64."""
         if len(self) and b"." in self.content(0):
@@ -151,6 +157,12 @@ def _read_corner(token: bytes) -> int:
         if other:
             _read_integer(other)
     return _read_integer(index)
+
+
+def _read_second_index(token: bytes) -> int:
+    _read_corner(token)
+    _, *others = token.split(b"/")
+    return _read_integer(others[0]) if others and others[0] else 0
 
 
 def as_count(token: bytes | str, what: str) -> int:

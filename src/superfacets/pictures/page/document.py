@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy.typing as npt
 
-from ...adapters.convert import CloudLike, MeshLike, as_cells
+from ...adapters.convert import CloudLike, MeshLike, as_cells, as_mesh
 from ...cells.kinds import kind_of
 from ...io.atomic import atomic_outputs, checked_targets
+from ...io.textures import Texture
 from ..camera import View
 from ..colors import scale_colors
 from .coding import Arrays
@@ -28,6 +29,7 @@ from .groups import (
     checked_truth,
 )
 from .shape import STEPS, Shape, shape_of, view_facts
+from .texture import texture_parts
 
 _MAX_TITLE = 200
 
@@ -81,6 +83,7 @@ def view(
     *,
     ground_truth: npt.ArrayLike | None = None,
     features: Mapping[str, npt.ArrayLike] | None = None,
+    texture: Texture | None = None,
     title: str = "superfacets",
     camera: View | None = None,
 ) -> Page:
@@ -106,6 +109,9 @@ def view(
     features : mapping of str to array_like of numbers, shape (N,) or (K,), optional
         Values by name: one per cell, or one per region of the first level, in ascending order of
         their labels. NaN marks a missing value.
+    texture : Texture, optional
+        From `read_attributes`. A slider, and the key T, blend it with the colors of regions. All
+        images together are scaled down to 2048 x 2048 pixels. This needs the extra ``texture``.
     title : str, default "superfacets"
         Title of the page, of which the first 200 characters are used.
     camera : View, optional
@@ -119,7 +125,9 @@ def view(
     Raises
     ------
     MeshError
-        If the mesh is not valid.
+        If the mesh is not valid, the texture does not fit it, or an image is missing or damaged.
+    MissingExtraError
+        If there is a texture, and Pillow is not installed.
     ValueError, TypeError
         If another argument is not as described.
 
@@ -139,6 +147,11 @@ def view(
         raise TypeError(f"camera must be a superfacets.View, got {camera!r}")
     shape = shape_of(cells)
     arrays = _arrays(shape, levels, truth, values)
+    paint = None
+    if texture is not None:
+        paint, parts = texture_parts(as_mesh(cells), texture)
+        for name, (array, coding) in parts.items():
+            arrays.add(name, array, coding)
     facts = {
         **_facts_of_shape(shape, camera or View()),
         "noun": kind.noun,
@@ -147,6 +160,7 @@ def view(
         "levels": [level.facts(shape) for level in levels],
         "truth": None if truth is None else truth.facts(shape),
         "features": [feature.facts() for feature in values],
+        "texture": paint,
         "arrays": arrays.entries,
     }
     size = f"{n_cells:,} {kind.noun}s"

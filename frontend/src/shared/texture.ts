@@ -1,0 +1,138 @@
+// The texture of a mesh: an image, and the coordinates of the corners of triangles in it.
+
+import type { Arrays } from "./arrays";
+import { type Gpu, Picture, Table, type Values } from "./gl";
+import type { Shape } from "./shape";
+
+/** Left, top, width and height in the image (no width: none), ways to repeat, and color. */
+type Tile = [number, number, number, number, number, number, number, number, number];
+
+/** Description of a texture, written by superfacets.pictures.page.texture. */
+export interface TextureFacts {
+  low: [number, number];
+  step: [number, number];
+  tiles: Tile[];
+}
+
+/** Color of the texture at a place of a triangle, seen by the eye. For fragments, behind EYE. */
+export const PAINT = `
+uniform bool has_texture;
+uniform usampler2D texture_corners;  // per triangle: vertices, tile
+uniform usampler2D texture_pairs;  // per triangle: two texels with bits of u, v of the corners
+uniform usampler2D texture_tiles;  // per tile: rectangle; ways to repeat; color
+uniform sampler2D texture_image;
+int along(int i, int size, uint wrap) {
+  if (wrap == 1u) return clamp(i, 0, size - 1);
+  int period = wrap == 0u ? size : 2 * size;
+  int rest = ((i % period) + period) % period;
+  return rest < size ? rest : period - 1 - rest;
+}
+vec3 painted(uint piece, vec3 at) {
+  uvec4 corners = texelFetch(texture_corners, place(piece), 0);
+  uvec4 box = texelFetch(texture_tiles, place(3u * corners.w), 0);
+  uvec4 wraps = texelFetch(texture_tiles, place(3u * corners.w + 1u), 0);
+  vec3 tint = vec3(texelFetch(texture_tiles, place(3u * corners.w + 2u), 0).rgb) / 255.0;
+  if (box.z == 0u) return tint;
+  vec3 a = seen(texelFetch(vertices, place(corners.x), 0));
+  vec3 b = seen(texelFetch(vertices, place(corners.y), 0)) - a;
+  vec3 c = seen(texelFetch(vertices, place(corners.z), 0)) - a;
+  vec3 across = cross(b, c);
+  float scale = max(dot(across, across), 1e-30);
+  float s = dot(cross(at - a, c), across) / scale;
+  float t = dot(cross(b, at - a), across) / scale;
+  uvec4 first = texelFetch(texture_pairs, place(2u * piece), 0);
+  uvec4 second = texelFetch(texture_pairs, place(2u * piece + 1u), 0);
+  vec2 uv = (1.0 - s - t) * uintBitsToFloat(first.xy) + s * uintBitsToFloat(first.zw)
+    + t * uintBitsToFloat(second.xy);
+  vec2 texel = vec2(uv.x, 1.0 - uv.y) * vec2(box.zw) - 0.5;
+  ivec2 corner = ivec2(floor(texel));
+  vec2 share = texel - floor(texel);
+  vec3 rows[2];
+  for (int y = 0; y < 2; y++) {
+    vec3 pixels[2];
+    for (int x = 0; x < 2; x++) {
+      ivec2 inside = ivec2(along(corner.x + x, int(box.z), wraps.x), along(corner.y + y, int(box.w), wraps.y));
+      pixels[x] = texelFetch(texture_image, ivec2(box.xy) + inside, 0).rgb;
+    }
+    rows[y] = mix(pixels[0], pixels[1], share.x);
+  }
+  return tint * mix(rows[0], rows[1], share.y);
+}
+`;
+
+/** The slider that blends the texture with other colors. */
+export class Blend {
+  share = 0; // of the texture, 0 to 1
+
+  constructor(private readonly row: HTMLElement, private readonly slider: HTMLInputElement, private readonly changed: () => void) {
+    slider.addEventListener("input", () => this.set(Number(slider.value)));
+  }
+
+  set(share: number): void {
+    this.share = share;
+    this.slider.value = String(share);
+    this.changed();
+  }
+
+  /** Show the slider if there is a texture. */
+  begin(hasTexture: boolean, share: number): void {
+    this.row.hidden = !hasTexture;
+    this.set(hasTexture ? share : 0);
+  }
+
+  /** The texture alone or, if that is shown, none of it. */
+  toggle(): void {
+    if (!this.row.hidden) this.set(this.share === 1 ? 0 : 1);
+  }
+}
+
+export class Paint {
+  private readonly corners: Table;
+  private readonly pairs: Table;
+  private readonly tiles: Table;
+  private readonly image: Picture;
+  isShown = false;
+
+  constructor(gpu: Gpu) {
+    [this.corners, this.pairs, this.tiles] = Array.from({ length: 3 }, () => new Table(gpu));
+    for (const table of [this.corners, this.pairs, this.tiles]) table.fill("rgba32", [0]);
+    this.image = new Picture(gpu);
+  }
+
+  get bytes(): number {
+    return this.corners.bytes + this.pairs.bytes + this.tiles.bytes + this.image.bytes;
+  }
+
+  /** Remove the texture of the mesh before. */
+  clear(): void {
+    this.isShown = false;
+  }
+
+  /** Upload the texture of a shape of triangles. */
+  async show({ triangles }: Shape, facts: TextureFacts, arrays: Arrays): Promise<void> {
+    const [tileOf, steps, bytes] = [arrays.tile_of!, arrays.pairs!, arrays.atlas as Uint8Array<ArrayBuffer>];
+    const image = await createImageBitmap(new Blob([bytes], { type: "image/jpeg" }), { colorSpaceConversion: "none" });
+    const n = tileOf.length;
+    const corners = new Uint32Array(4 * n);
+    const pairs = new Float32Array(8 * n);
+    for (let i = 0; i < n; i++) {
+      corners.set(triangles!.subarray(3 * i, 3 * i + 3), 4 * i);
+      corners[4 * i + 3] = tileOf[i];
+      for (let k = 0; k < 6; k++) pairs[8 * i + k] = facts.low[k % 2] + facts.step[k % 2] * steps[6 * i + k];
+    }
+    const tiles = facts.tiles.flatMap((tile) => [...tile.slice(0, 4), tile[4], tile[5], 0, 0, ...tile.slice(6), 0]);
+    this.corners.fill("rgba32", corners);
+    this.pairs.fill("rgba32", new Uint32Array(pairs.buffer));
+    this.tiles.fill("rgba32", tiles);
+    this.image.fill(image);
+    this.isShown = true;
+  }
+
+  /** Uniforms of PAINT. */
+  get values(): Values {
+    const { corners, pairs, tiles, image, isShown } = this;
+    return {
+      has_texture: isShown, texture_corners: corners, texture_pairs: pairs, texture_tiles: tiles, texture_image: image,
+    };
+  }
+}

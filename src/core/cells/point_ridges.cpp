@@ -1,0 +1,159 @@
+#include "cells/point_ridges.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "base/assert.hpp"
+#include "cells/weights.hpp"
+
+namespace superfacets {
+namespace {
+
+// Least turn per arc on a ridge, in radians. Estimated normals spread an edge over about five arcs:
+// the sharpest of these turns by more, even where the whole edge turns by just kSharpAngle.
+constexpr double kLeastTurn = 0.06;
+
+// Distance to the two sides, in mean lengths of arcs: half the width over which estimated normals
+// and averaged bends spread an edge. Walks that end before kReached of it found no side.
+constexpr double kAway = 4.5;
+constexpr double kReached = 0.8 * kAway;
+
+// A side is flat if it bends by at most this fraction of the ridge, as beside ridges of meshes.
+constexpr double kFlatter = 0.3;
+
+// Hops of a walk, of up to two arcs each. A hop covers about 1.5 mean lengths of an arc.
+constexpr int kMaxHops = 4;
+
+// Cost of a step sideways, compared with the gain of a step forward.
+constexpr double kSideways = 0.25;
+
+// The largest eigenvalue of a bend whose eigenvalues along the normal and below are zero or more,
+// from its trace and the sum of its squared entries.
+double largest_turn(const Bend& bend, double* other = nullptr) {
+  const double trace = double{bend.xx} + bend.yy + bend.zz;
+  const double squares =
+      double{bend.xx} * bend.xx + double{bend.yy} * bend.yy + double{bend.zz} * bend.zz +
+      2.0 * (double{bend.xy} * bend.xy + double{bend.xz} * bend.xz + double{bend.yz} * bend.yz);
+  const double apart = std::sqrt(std::max(2.0 * squares - trace * trace, 0.0));
+  if (other != nullptr) *other = 0.5 * (trace - apart);
+  return 0.5 * (trace + apart);
+}
+
+// The tangent direction in which a bend is largest: the rows of the bend minus its smaller
+// eigenvalue times the tangent projection are multiples of it. Zero if it is the same in all.
+Point direction_of(const Bend& bend, const Point& normal, double smaller) {
+  const auto row = [&](double x, double y, double z, double along, double at_x, double at_y,
+                       double at_z) {
+    return Point{x - smaller * (at_x - along * normal.x), y - smaller * (at_y - along * normal.y),
+                 z - smaller * (at_z - along * normal.z)};
+  };
+  const std::array rows{row(bend.xx, bend.xy, bend.xz, normal.x, 1.0, 0.0, 0.0),
+                        row(bend.xy, bend.yy, bend.yz, normal.y, 0.0, 1.0, 0.0),
+                        row(bend.xz, bend.yz, bend.zz, normal.z, 0.0, 0.0, 1.0)};
+  const Point longest = *std::ranges::max_element(rows, {}, squared_norm);
+  const double length = norm(longest);
+  return length > 0.0 ? (1.0 / length) * longest : Point{0.0, 0.0, 0.0};
+}
+
+class RidgeFinder {
+ public:
+  RidgeFinder(std::span<const Point> positions, std::span<const Point> normals, const Arcs& arcs,
+              const Bends& bends, double radius)
+      : positions_(positions), normals_(normals), arcs_(arcs), bends_(bends), radius_(radius) {}
+
+  bool is_on_ridge(Cell point) const {
+    const auto neighbors = arcs_.neighbors(point);
+    if (neighbors.size() < 2) return false;  // the end of a thread, or a duplicate
+    double sum = 0.0;
+    for (const Cell neighbor : neighbors) sum += norm(positions_[neighbor] - positions_[point]);
+    const double spacing = sum / static_cast<double>(neighbors.size());
+    if (kAway * spacing > radius_) return false;
+    double smaller = 0.0;
+    const double turn = largest_turn(bends_.convex[point], &smaller);
+    if (!(turn * spacing >= kLeastTurn)) return false;
+    const Point across = direction_of(bends_.convex[point], normals_[point], smaller);
+    const auto one = flat_side(point, across, spacing, kFlatter * turn);
+    if (!one) return false;
+    const auto other = flat_side(point, -1.0 * across, spacing, kFlatter * turn);
+    if (!other) return false;
+    return dot(normals_[*one], normals_[*other]) <= std::cos(kSharpAngle);
+  }
+
+ private:
+  // The point kAway in a direction, if the surface bends by at most `most` there.
+  std::optional<Cell> flat_side(Cell from, Point along, double spacing, double most) const {
+    Cell at = from;
+    double walked = 0.0;
+    for (int hop = 0; hop < kMaxHops && walked < kAway * spacing; ++hop) {
+      const Cell next = farthest(at, along);
+      if (next == at) break;
+      walked += norm(positions_[next] - positions_[at]);
+      at = next;
+      const Point flat = along - dot(along, normals_[at]) * normals_[at];  // follows the surface
+      const double length = norm(flat);
+      if (!(length > 0.0)) break;
+      along = (1.0 / length) * flat;
+    }
+    if (!(walked >= kReached * spacing)) return std::nullopt;
+    const double bend = std::max(largest_turn(bends_.concave[at]), largest_turn(bends_.convex[at]));
+    return bend <= most ? std::optional(at) : std::nullopt;
+  }
+
+  // Of the points within two arcs the one that is farthest ahead; the point itself if none is.
+  Cell farthest(Cell from, const Point& along) const {
+    const Point side = cross(normals_[from], along);
+    Cell best = from;
+    double most = 0.0;
+    const auto consider = [&](Cell to) {
+      const Point step = positions_[to] - positions_[from];
+      const double gain = dot(step, along) - kSideways * std::abs(dot(step, side));
+      if (!(gain > most) || squared_norm(normals_[to]) == 0.0) return;
+      most = gain;
+      best = to;
+    };
+    for (const Cell near : arcs_.neighbors(from)) {
+      consider(near);
+      for (const Cell next : arcs_.neighbors(near)) consider(next);
+    }
+    return best;
+  }
+
+  const std::span<const Point> positions_;
+  const std::span<const Point> normals_;
+  const Arcs& arcs_;
+  const Bends& bends_;
+  const double radius_;
+};
+
+}  // namespace
+
+Buffer<std::uint8_t> find_point_ridges(std::span<const Point> positions,
+                                       std::span<const Point> normals, const Arcs& arcs,
+                                       std::span<const Cell> order, const Bends& bends,
+                                       double radius, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(bends.convex.size() == positions.size());
+  const RidgeFinder finder(positions, normals, arcs, bends, radius);
+  Buffer<std::uint8_t> is_on(positions.size());
+  const auto n_points = std::ssize(order);
+  team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
+    for (const Cell point : order.subspan(begin, end - begin)) {
+      is_on[point] = static_cast<std::uint8_t>(finder.is_on_ridge(point));
+    }
+  });
+  // Noise leaves gaps in a ridge, through which regions would leak: neighbors close them.
+  Buffer<std::uint8_t> is_near(positions.size());
+  team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
+    for (const Cell point : order.subspan(begin, end - begin)) {
+      const auto neighbors = arcs.neighbors(point);
+      const bool is_beside = std::any_of(neighbors.begin(), neighbors.end(),
+                                         [&](Cell neighbor) { return is_on[neighbor] != 0; });
+      is_near[point] = static_cast<std::uint8_t>(is_on[point] != 0 || is_beside);
+    }
+  });
+  return is_near;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,409 @@
+#include "cells/texels.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/assert.hpp"
+
+namespace superfacets {
+namespace {
+
+constexpr double kMaxTiles = 1 << 20;     // farther away, doubles no longer tell texels apart
+constexpr double kMaxTexels = 1 << 14;    // of a triangle; more would change its mean by little
+constexpr double kMaxRows = 1 << 14;      // and columns of a triangle that are visited
+constexpr int kMaxSplits = 16;            // of the sides of a triangle that covers no center
+constexpr double kMaxPaintedTiles = 4.0;  // per direction
+constexpr std::int64_t kTrianglesAtOnce = 256;  // their sizes differ, so units of work are small
+constexpr std::int64_t kTile = 128;             // texels; a tile of an image fits in the cache
+constexpr double kWhite = 65535.0;
+
+struct Place {
+  double x;  // in texels, from the left
+  double y;  // in texels, from the upper side
+};
+using Corners = std::array<Place, 3>;
+using Color = std::array<double, 3>;
+
+std::int64_t wrapped(std::int64_t i, std::int64_t size, Wrap wrap) {
+  if (i >= 0 && i < size) return i;
+  if (wrap == Wrap::kClamp) return std::clamp<std::int64_t>(i, 0, size - 1);
+  const std::int64_t period = wrap == Wrap::kRepeat ? size : 2 * size;
+  const std::int64_t rest = (i % period + period) % period;
+  return rest < size ? rest : period - 1 - rest;
+}
+
+// Moves coordinates of a triangle by whole periods to near 0, where doubles are finer.
+void move_near(double& a, double& b, double& c, Wrap wrap) {
+  if (wrap == Wrap::kClamp) return;
+  const double shift = 2.0 * std::floor(std::min({a, b, c}) / 2.0);
+  a -= shift;
+  b -= shift;
+  c -= shift;
+}
+
+// The corners of a triangle in texels; nothing if a coordinate is missing or too far away.
+std::optional<Corners> corners_of(const TexelGrid& grid, const TexturedTriangles& triangles,
+                                  std::int64_t triangle) {
+  std::array<double, 3> u;
+  std::array<double, 3> v;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::int64_t corner = triangles.corners[3 * triangle + static_cast<std::int64_t>(i)];
+    if (corner < 0) return std::nullopt;
+    u[i] = triangles.coordinates[2 * corner];
+    v[i] = 1.0 - triangles.coordinates[2 * corner + 1];
+    const bool is_near = std::abs(u[i]) <= kMaxTiles && std::abs(v[i]) <= kMaxTiles;  // not NaN
+    if (!is_near) return std::nullopt;
+  }
+  move_near(u[0], u[1], u[2], grid.wrap_u);
+  move_near(v[0], v[1], v[2], grid.wrap_v);
+  const auto width = static_cast<double>(grid.width);
+  const auto height = static_cast<double>(grid.height);
+  return Corners{Place{u[0] * width, v[0] * height}, Place{u[1] * width, v[1] * height},
+                 Place{u[2] * width, v[2] * height}};
+}
+
+double area_of(const Corners& corners) {
+  const auto& [a, b, c] = corners;
+  return 0.5 * std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
+}
+
+// The part of a triangle on a line y, from left to right; empty (left > right) beside it.
+std::pair<double, double> cut_at(const Corners& corners, double y) {
+  double left = std::numeric_limits<double>::infinity();
+  double right = -left;
+  for (std::size_t i = 0; i < 3; ++i) {
+    Place a = corners[i];
+    Place b = corners[(i + 1) % 3];
+    if (b.y < a.y) std::swap(a, b);  // both triangles at a side find the same place
+    if (a.y == b.y || y < a.y || y > b.y) continue;
+    const double x = a.x + (y - a.y) * ((b.x - a.x) / (b.y - a.y));
+    left = std::min(left, x);
+    right = std::max(right, x);
+  }
+  return {left, right};
+}
+
+// The lowest multiple of `step` that is at least i.
+std::int64_t next_multiple(std::int64_t i, std::int64_t step) {
+  const std::int64_t rest = (i % step + step) % step;
+  return rest == 0 ? i : i + step - rest;
+}
+
+// Calls visit(y, first, last) for the texels whose centers the triangle covers, in every `step`-th
+// row.
+template <typename Visit>
+void for_each_row(const Corners& corners, std::int64_t step, const Visit& visit) {
+  const auto& [a, b, c] = corners;
+  const auto first = static_cast<std::int64_t>(std::ceil(std::min({a.y, b.y, c.y}) - 0.5));
+  const auto last = static_cast<std::int64_t>(std::floor(std::max({a.y, b.y, c.y}) - 0.5));
+  for (std::int64_t y = next_multiple(first, step); y <= last; y += step) {
+    const auto [left, right] = cut_at(corners, static_cast<double>(y) + 0.5);
+    if (!(left <= right)) continue;
+    const auto begin = static_cast<std::int64_t>(std::ceil(left - 0.5));
+    const auto end = static_cast<std::int64_t>(std::floor(right - 0.5));
+    if (begin <= end) visit(y, begin, end);
+  }
+}
+
+// Distance of the rows and columns that are visited: 1 for most triangles. It is odd, as the
+// periods of patterns rarely are.
+std::int64_t step_of(const Corners& corners) {
+  const auto& [a, b, c] = corners;
+  const double height = std::max({a.y, b.y, c.y}) - std::min({a.y, b.y, c.y});
+  const double width = std::max({a.x, b.x, c.x}) - std::min({a.x, b.x, c.x});
+  const double step =
+      std::max(std::sqrt(area_of(corners) / kMaxTexels), std::max(width, height) / kMaxRows);
+  return static_cast<std::int64_t>(std::ceil(std::max(step, 1.0))) | 1;
+}
+
+// Sums of differences to the first texel, which are whole numbers: a single color has no spread.
+struct WholeSums {
+  std::array<std::int64_t, 3> first{};
+  std::array<std::int64_t, 3> sums{};
+  std::int64_t squares = 0;
+  std::int64_t count = 0;
+};
+
+class Image {
+ public:
+  Image(std::span<const std::uint8_t> pixels, const TexelGrid& grid,
+        std::span<const std::int32_t> linear)
+      : pixels_(pixels), grid_(grid), linear_(linear) {}
+
+  // Adds a run of texels in a row.
+  void add_run(std::int64_t y, std::int64_t begin, std::int64_t end, std::int64_t step,
+               WholeSums& sums) const {
+    const std::uint8_t* row = row_at(y);
+    if (sums.count == 0) sums.first = light_at(row, begin);
+    WholeSums run = sums;  // a local copy, so the compiler knows that nothing aliases it
+    if (step == 1 && begin >= 0 && end < grid_.width) {
+      for (std::int64_t x = begin; x <= end; ++x) add(row + 3 * x, run);
+    } else {
+      for (std::int64_t x = next_multiple(begin, step); x <= end; x += step) {
+        add(row + 3 * wrapped(x, grid_.width, grid_.wrap_u), run);
+      }
+    }
+    sums = run;
+  }
+
+  // The light between four texels.
+  Color between(const Place& place) const {
+    const double left = std::floor(place.x - 0.5);
+    const double upper = std::floor(place.y - 0.5);
+    const auto x = static_cast<std::int64_t>(left);
+    const auto y = static_cast<std::int64_t>(upper);
+    const double right_share = place.x - 0.5 - left;
+    const double lower_share = place.y - 0.5 - upper;
+    const std::array rows{row_at(y), row_at(y + 1)};
+    std::array<Color, 2> mixed;
+    for (std::size_t i = 0; i < 2; ++i) {
+      mixed[i] = mix(light_at(rows[i], x), light_at(rows[i], x + 1), right_share);
+    }
+    return mix(mixed[0], mixed[1], lower_share);
+  }
+
+ private:
+  const std::uint8_t* row_at(std::int64_t y) const {
+    return pixels_.data() + 3 * grid_.width * wrapped(y, grid_.height, grid_.wrap_v);
+  }
+
+  std::array<std::int64_t, 3> light_at(const std::uint8_t* row, std::int64_t x) const {
+    const std::uint8_t* texel = row + 3 * wrapped(x, grid_.width, grid_.wrap_u);
+    return {linear_[texel[0]], linear_[texel[1]], linear_[texel[2]]};
+  }
+
+  void add(const std::uint8_t* texel, WholeSums& run) const {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::int64_t difference = linear_[texel[i]] - run.first[i];
+      run.sums[i] += difference;
+      run.squares += difference * difference;
+    }
+    ++run.count;
+  }
+
+  // Exact where both are equal.
+  template <typename Number>
+  static Color mix(const std::array<Number, 3>& a, const std::array<Number, 3>& b, double share) {
+    Color mixed;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto from = static_cast<double>(a[i]);
+      mixed[i] = from + share * (static_cast<double>(b[i]) - from);
+    }
+    return mixed;
+  }
+
+  std::span<const std::uint8_t> pixels_;
+  TexelGrid grid_;
+  std::span<const std::int32_t> linear_;
+};
+
+struct Found {
+  Point mean;
+  double spread;
+};
+
+// Mean and spread from sums of differences to `first`, and of their squares.
+Found found_of(const Color& first, const Color& sums, double squares, double count) {
+  Color mean;
+  double variance = squares / count;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double difference = sums[i] / count;
+    variance -= difference * difference;
+    mean[i] = (first[i] + difference) / kWhite;
+  }
+  return {{mean[0], mean[1], mean[2]}, std::sqrt(std::max(variance, 0.0)) / kWhite};
+}
+
+Color as_color(const std::array<std::int64_t, 3>& whole) {
+  return {static_cast<double>(whole[0]), static_cast<double>(whole[1]),
+          static_cast<double>(whole[2])};
+}
+
+double longest_side(const Corners& corners) {
+  double longest = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Place& a = corners[i];
+    const Place& b = corners[(i + 1) % 3];
+    longest = std::max(longest, std::hypot(b.x - a.x, b.y - a.y));
+  }
+  return longest;
+}
+
+// Samples a triangle in the middle of each of n^2 equal parts.
+Found sampled(const Image& image, const Corners& corners) {
+  const auto& [a, b, c] = corners;
+  const double sides = std::ceil(std::clamp(longest_side(corners), 1.0, double{kMaxSplits}));
+  const int n = static_cast<int>(sides);
+  Color first{};
+  Color sums{};
+  double squares = 0.0;
+  int count = 0;
+  const auto add = [&](double s, double t) {
+    const Color light = image.between(
+        {a.x + s * (b.x - a.x) + t * (c.x - a.x), a.y + s * (b.y - a.y) + t * (c.y - a.y)});
+    if (count == 0) first = light;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double difference = light[i] - first[i];
+      sums[i] += difference;
+      squares += difference * difference;
+    }
+    ++count;
+  };
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; i + j < n; ++j) {
+      add((i + 1.0 / 3.0) / n, (j + 1.0 / 3.0) / n);
+      if (i + j + 1 < n) add((i + 2.0 / 3.0) / n, (j + 2.0 / 3.0) / n);
+    }
+  }
+  return found_of(first, sums, squares, count);
+}
+
+Found color_of(const Image& image, const Corners& corners) {
+  const std::int64_t step = step_of(corners);
+  WholeSums sums;
+  for_each_row(corners, step, [&](std::int64_t y, std::int64_t begin, std::int64_t end) {
+    image.add_run(y, begin, end, step, sums);
+  });
+  if (sums.count == 0) return sampled(image, corners);
+  return found_of(as_color(sums.first), as_color(sums.sums), static_cast<double>(sums.squares),
+                  static_cast<double>(sums.count));
+}
+
+// Keeps at most kMaxPaintedTiles of the grid.
+Corners cut_to_tiles(const TexelGrid& grid, Corners corners) {
+  const auto& [a, b, c] = corners;
+  const double left = std::min({a.x, b.x, c.x});
+  const double upper = std::min({a.y, b.y, c.y});
+  for (Place& place : corners) {
+    place.x = std::min(place.x, left + kMaxPaintedTiles * static_cast<double>(grid.width));
+    place.y = std::min(place.y, upper + kMaxPaintedTiles * static_cast<double>(grid.height));
+  }
+  return corners;
+}
+
+class IdPainter {
+ public:
+  explicit IdPainter(const TexelGrid& grid) : grid_(grid), ids_(grid.width * grid.height) {
+    std::fill(ids_.begin(), ids_.end(), -1);
+  }
+
+  void paint(const Corners& corners, std::int32_t id) {
+    bool is_seen = false;
+    for_each_row(corners, 1, [&](std::int64_t y, std::int64_t begin, std::int64_t end) {
+      is_seen = true;
+      for (std::int64_t x = begin; x <= end; ++x) at(x, y) = id;
+    });
+    const auto& [a, b, c] = corners;
+    if (!is_seen) {
+      const auto x = static_cast<std::int64_t>(std::floor((a.x + b.x + c.x) / 3.0));
+      const auto y = static_cast<std::int64_t>(std::floor((a.y + b.y + c.y) / 3.0));
+      if (at(x, y) < 0) at(x, y) = id;
+    }
+  }
+
+  // Gives each free texel the id of its first neighbor that has one.
+  void grow(ThreadTeam& team) {
+    Buffer<std::int32_t> grown(ids_.size());
+    team.for_each_index(grid_.height, [&](std::int64_t y) {
+      for (std::int64_t x = 0; x < grid_.width; ++x) {
+        const std::int32_t id = ids_[y * grid_.width + x];
+        grown[y * grid_.width + x] = id >= 0 ? id : neighbor_of(x, y);
+      }
+    });
+    ids_ = std::move(grown);
+  }
+
+  Buffer<std::int32_t> take() && { return std::move(ids_); }
+
+ private:
+  std::int32_t& at(std::int64_t x, std::int64_t y) {
+    return ids_[wrapped(y, grid_.height, grid_.wrap_v) * grid_.width +
+                wrapped(x, grid_.width, grid_.wrap_u)];
+  }
+
+  std::int32_t neighbor_of(std::int64_t x, std::int64_t y) const {
+    constexpr std::array<std::pair<int, int>, 8> kSteps{
+        {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
+    for (const auto& [dx, dy] : kSteps) {
+      const std::int64_t to_x = x + dx;
+      const std::int64_t to_y = y + dy;
+      if (to_x < 0 || to_y < 0 || to_x >= grid_.width || to_y >= grid_.height) continue;
+      const std::int32_t id = ids_[to_y * grid_.width + to_x];
+      if (id >= 0) return id;
+    }
+    return -1;
+  }
+
+  TexelGrid grid_;
+  Buffer<std::int32_t> ids_;
+};
+
+// The triangles, sorted by the tile of the image in which their first corner is: in an arbitrary
+// order, nearly every row of texels would be read from memory anew.
+std::vector<std::int32_t> order_by_tile(const TexelGrid& grid, const TexturedTriangles& triangles) {
+  const std::int64_t n_columns = (grid.width + kTile - 1) / kTile;
+  const std::int64_t n_rows = (grid.height + kTile - 1) / kTile;
+  const std::size_t n = triangles.corners.size() / 3;
+  std::vector<std::int32_t> tiles(n);
+  std::vector<std::int64_t> begins(n_rows * n_columns + 1, 0);
+  for (std::size_t triangle = 0; triangle < n; ++triangle) {
+    const auto corners = corners_of(grid, triangles, static_cast<std::int64_t>(triangle));
+    if (!corners) continue;  // in any tile
+    const auto& [x, y] = corners->front();
+    const std::int64_t column = wrapped(static_cast<std::int64_t>(x), grid.width, grid.wrap_u);
+    const std::int64_t row = wrapped(static_cast<std::int64_t>(y), grid.height, grid.wrap_v);
+    tiles[triangle] = static_cast<std::int32_t>(row / kTile * n_columns + column / kTile);
+  }
+  for (const std::int32_t tile : tiles) ++begins[tile + 1];
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  std::vector<std::int32_t> order(n);
+  for (std::size_t triangle = 0; triangle < n; ++triangle) {
+    order[begins[tiles[triangle]]++] = static_cast<std::int32_t>(triangle);
+  }
+  return order;
+}
+
+}  // namespace
+
+TexelColors texel_colors(std::span<const std::uint8_t> pixels, const TexelGrid& grid,
+                         std::span<const std::int32_t> linear, const TexturedTriangles& triangles,
+                         ThreadTeam& team) {
+  SUPERFACETS_ASSERT(static_cast<std::int64_t>(pixels.size()) == 3 * grid.width * grid.height);
+  SUPERFACETS_ASSERT(linear.size() == 256);
+  const auto n = static_cast<std::int64_t>(triangles.corners.size() / 3);
+  TexelColors colors{Buffer<Point>(n), Buffer<double>(n)};
+  const Image image(pixels, grid, linear);
+  const std::vector<std::int32_t> order = order_by_tile(grid, triangles);
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const auto find = [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t place = begin; place < end; ++place) {
+      const std::int32_t triangle = order[place];
+      const std::optional<Corners> corners = corners_of(grid, triangles, triangle);
+      const Found found = corners ? color_of(image, *corners) : Found{{kNone, kNone, kNone}, kNone};
+      colors.means[triangle] = found.mean;
+      colors.spreads[triangle] = found.spread;
+    }
+  };
+  team.for_each_block(n, find, kTrianglesAtOnce);
+  return colors;
+}
+
+Buffer<std::int32_t> paint_ids(const TexelGrid& grid, const TexturedTriangles& triangles,
+                               std::span<const std::int32_t> ids, int bleed, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(3 * ids.size() == triangles.corners.size());
+  IdPainter painter(grid);
+  for (auto triangle = static_cast<std::int64_t>(ids.size()); triangle-- > 0;) {
+    const std::optional<Corners> corners = corners_of(grid, triangles, triangle);
+    if (corners) painter.paint(cut_to_tiles(grid, *corners), ids[triangle]);
+  }
+  for (int step = 0; step < bleed; ++step) painter.grow(team);
+  return std::move(painter).take();
+}
+
+}  // namespace superfacets

@@ -1,0 +1,245 @@
+"""Colors of faces from the texels that they cover, and images of ids in the same layout."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from .._types import Array, Bools, Bytes, Floats, Ints
+from .._validate import checked_threads
+from ..adapters.convert import MeshLike, as_mesh
+from ..errors import MeshError
+from ..io.light import linear_of_srgb, oklab_of_linear, srgb_of_linear
+from ..io.readers.read import read_cells_and_attributes
+from ..io.textures import WRAPS, Texture, TextureImage
+from ..mesh.faces import FaceMesh, corner_triangles, corners_of
+
+LINEAR = np.rint(65535 * linear_of_srgb(np.arange(256) / 255)).astype(np.int32)
+"""Linear light of each value of sRGB, as the core takes it."""
+
+BLEED = 2
+"""Texels by which ids grow over the borders of charts, for viewers that sample beyond them."""
+
+
+@dataclass(frozen=True, eq=False)
+class FaceTexels:
+    """Colors of the texels of faces.
+
+    Parameters
+    ----------
+    linear : ndarray of float64, shape (F, 3)
+        Mean red, green and blue in linear light, 0 to 1.
+    spread : ndarray of float64, shape (F,)
+        Standard deviation of the color within the face, in linear light, 0 to 1; 0 where one
+        material has one color.
+    is_textured : ndarray of bool, shape (F,)
+        Whether the color is from an image.
+    """
+
+    linear: Floats
+    spread: Floats
+    is_textured: Bools
+
+    @property
+    def oklab(self) -> Floats:
+        """The mean colors in OKLab, (F, 3): Euclidean distances are close to perceived ones."""
+        return oklab_of_linear(self.linear)
+
+    @property
+    def srgb(self) -> Bytes:
+        """The mean colors in sRGB, (F, 3), 0 to 255."""
+        return srgb_of_linear(self.linear)
+
+
+def texture_colors(
+    mesh: MeshLike, texture: Texture | None = None, *, n_threads: int | None = None
+) -> FaceTexels:
+    """Return the color of each face: the mean of the texels that it covers.
+
+    Faces that cover the center of no texel are sampled between texels. Of faces with more than
+    16,384 texels, every n-th row and column is used. Coordinates outside of [0, 1] repeat, clamp or
+    mirror the image as the material says. Faces without an image, or with coordinates that are
+    missing, not finite or more than 2**20 images away, have the color of their material; white
+    without a material.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh or mesh-like
+        As for `segment`.
+    texture : Texture, optional
+        From `read_attributes`. May be left out if `mesh` is a path.
+    n_threads : int, optional
+        Colors do not depend on it.
+
+    Returns
+    -------
+    FaceTexels
+
+    Raises
+    ------
+    MeshError
+        If there is no texture, it does not fit the mesh, or an image that faces need is missing or
+        damaged, or too large.
+    MissingExtraError
+        If Pillow is not installed: the extra ``texture``.
+
+    Notes
+    -----
+    One image is in memory at a time. A million faces that cover an image of 8192 x 8192 take about
+    half a second on two cores, once the image is decoded.
+
+    Examples
+    --------
+    >>> from superfacets import Material, Mesh, Texture
+    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> red, blue = Material(color=(1, 0, 0)), Material(color=(0, 0, 1))
+    >>> texture = Texture(np.empty((0, 2)), [-1] * 6, [red, blue], [0, 1])
+    >>> texture_colors(square, texture).srgb.tolist()
+    [[255, 0, 0], [0, 0, 255]]
+    """
+    source: Any = mesh
+    if texture is None and isinstance(mesh, (str, os.PathLike)):
+        source, attributes = read_cells_and_attributes(mesh)
+        texture = None if attributes is None else attributes.texture
+    cells = as_mesh(source)
+    if texture is None:
+        raise MeshError("there is no texture")
+    check_texture(texture, cells)
+    return colors_of_texture(cells, texture, checked_threads(n_threads))
+
+
+def check_texture(texture: Texture, mesh: FaceMesh) -> None:
+    """Raise a MeshError if a texture does not fit the faces and corners of a mesh."""
+    n_corners = len(corners_of(mesh).vertices)
+    if len(texture.corners) != n_corners or len(texture.face_materials) != mesh.n_faces:
+        raise MeshError(
+            f"the texture is for {len(texture.corners)} corners of {len(texture.face_materials)}"
+            f" faces, and the mesh has {n_corners} of {mesh.n_faces}"
+        )
+
+
+def colors_of_texture(mesh: FaceMesh, texture: Texture, n_threads: int) -> FaceTexels:
+    """Return the colors of all faces; see `texture_colors`."""
+    places, sources = corner_triangles(mesh)
+    faces = np.arange(mesh.n_faces, dtype=np.int32) if sources is None else sources
+    factors = np.array([material.color for material in texture.materials] + [(1.0, 1.0, 1.0)])
+    linear = factors[texture.face_materials]
+    means = np.full((len(places), 3), np.nan)
+    spreads = np.zeros(len(places))
+    for image, numbers in _materials_by_image(texture).items():
+        is_here = np.isin(texture.face_materials, numbers)[faces]
+        if not is_here.any():
+            continue
+        found = _texels_under(image, texture, texture.corners[places[is_here]], n_threads)
+        means[is_here], spreads[is_here] = found
+    is_found = np.isfinite(means[:, 0])
+    of_faces, spread, is_textured = _means_by_face(
+        means[is_found], spreads[is_found], _uv_areas(texture, places[is_found]), faces[is_found],
+        mesh.n_faces,
+    )  # fmt: skip
+    linear[is_textured] *= of_faces[is_textured]
+    return FaceTexels(linear, spread, is_textured)
+
+
+_Sampled = tuple[TextureImage, tuple[str, str]]
+
+
+def _materials_by_image(texture: Texture) -> dict[_Sampled, list[int]]:
+    """Numbers of materials by their image and its way to repeat: each image is decoded once."""
+    numbers: dict[_Sampled, list[int]] = {}
+    for number, material in enumerate(texture.materials):
+        if material.image is not None:
+            numbers.setdefault((material.image, material.wrap), []).append(number)
+    return numbers
+
+
+def _texels_under(
+    sampled: _Sampled, texture: Texture, corners: Ints, n_threads: int
+) -> tuple[Floats, Floats]:
+    """Mean and spread of the texels of one image under triangles."""
+    image, wrap = sampled
+    pixels = image.pixels()
+    height, width = pixels.shape[:2]
+    wrap_u, wrap_v = map(WRAPS.index, wrap)
+    means, spreads = _core.texel_colors(
+        pixels.reshape(-1), width, height, wrap_u, wrap_v, LINEAR, texture.coordinates.reshape(-1),
+        corners.reshape(-1), n_threads,
+    )  # fmt: skip
+    return means, spreads
+
+
+def _uv_areas(texture: Texture, places: Array) -> Floats:
+    """Areas of triangles in the image, and a little for those without."""
+    a, b, c = texture.coordinates[texture.corners[places]].swapaxes(0, 1)
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    return np.asarray(np.abs(ux * vy - uy * vx) + 1e-12)
+
+
+def _means_by_face(
+    means: Floats, spreads: Floats, areas: Floats, faces: Ints, n_faces: int
+) -> tuple[Floats, Floats, Bools]:
+    """Means and spreads of faces, weighted by area, and which faces have any."""
+    if len(faces) == n_faces and np.array_equal(faces, np.arange(n_faces)):
+        return means, spreads, np.ones(n_faces, np.bool_)
+    totals = np.bincount(faces, areas, n_faces)
+    is_found = totals > 0
+    totals[~is_found] = 1.0
+    mixed = [np.bincount(faces, areas * column, n_faces) / totals for column in means.T]
+    of_faces = np.stack(mixed, axis=1)
+    inner = areas * (spreads**2 + ((means - of_faces[faces]) ** 2).sum(axis=1))
+    spread = np.sqrt(np.bincount(faces, inner, n_faces) / totals)
+    return of_faces, spread, is_found
+
+
+def ids_in_layout(
+    mesh: FaceMesh, texture: Texture, labels: Ints, is_here: Bools, wrap: tuple[str, str],
+    size: tuple[int, int],
+) -> Ints:  # fmt: skip
+    """Labels of some faces in the layout of an image, (height, width); -1 where there is none.
+
+    Borders to texels without a label grow by `BLEED` texels.
+    """
+    width, height = size
+    places, sources = corner_triangles(mesh)
+    faces = np.arange(mesh.n_faces) if sources is None else sources
+    is_drawn = is_here[faces] & (labels[faces] >= 0)
+    wrap_u, wrap_v = map(WRAPS.index, wrap)
+    painted: Ints = _core.paint_ids(
+        width, height, wrap_u, wrap_v, texture.coordinates.reshape(-1),
+        texture.corners[places[is_drawn]].reshape(-1), labels[faces[is_drawn]], BLEED,
+        checked_threads(None),
+    )  # fmt: skip
+    return painted.reshape(height, width)
+
+
+def texture_of_parts(
+    texture: Texture, mesh: FaceMesh, parts: FaceMesh, sources: Ints
+) -> Texture | None:
+    """Return the texture of triangles that are parts of the triangles `sources` of a mesh.
+
+    Coordinates are interpolated. None if the mesh has other polygons.
+    """
+    corners = corners_of(mesh)
+    if corners.size != 3:
+        return None
+    a, b, c = mesh.vertices[corners.vertices.reshape(-1, 3)[sources]].swapaxes(0, 1)
+    along, aside = b - a, c - a
+    normal = np.cross(along, aside)
+    scale = np.maximum((normal**2).sum(axis=1), np.finfo(float).tiny)[:, np.newaxis]
+    given = texture.corners.reshape(-1, 3)[sources]
+    pairs = texture.coordinates[given] if len(texture.coordinates) else np.zeros((*given.shape, 2))
+    found = []
+    for place in corners_of(parts).vertices.reshape(-1, 3).T:
+        offset = parts.vertices[place] - a
+        s = (np.cross(offset, aside) * normal).sum(axis=1, keepdims=True) / scale
+        t = (np.cross(along, offset) * normal).sum(axis=1, keepdims=True) / scale
+        found.append((1 - s - t) * pairs[:, 0] + s * pairs[:, 1] + t * pairs[:, 2])
+    coordinates = np.stack(found, axis=1).reshape(-1, 2)
+    has_pairs = np.repeat((given >= 0).all(axis=1), 3)
+    new = np.where(has_pairs, np.arange(len(coordinates)), -1)
+    of_faces = texture.face_materials[sources]
+    return Texture(coordinates, new, texture.materials, of_faces, texture.libraries)

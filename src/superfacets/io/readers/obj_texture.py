@@ -1,0 +1,113 @@
+"""Texture coordinates and materials of an OBJ file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..._types import Array, Bools, Floats, Ints
+from ...errors import MeshError
+from ..attributes import MeshAttributes
+from ..guards import Arrays, Content, Polygons
+from ..textures import Material, Texture, problems_of
+from .mtl import read_libraries
+from .obj import read_obj, without_continuations
+from .text import Lines, iterate_lines
+
+KEYWORDS = (b"vt", b"f", b"usemtl", b"mtllib")
+COORDINATES, FACE, MATERIAL, LIBRARY = range(4)
+
+
+def read_obj_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays, MeshAttributes]:
+    """Vertices and faces of an OBJ file, and its texture; MTL files must be beside it.
+
+    Coordinates that cannot be read are left out, and the mesh is read without them.
+    """
+    data = without_continuations(data)
+    arrays = read_obj(data)
+    try:
+        texture, left_out = _read_texture(data, folder, arrays)
+    except MeshError as error:
+        return arrays, MeshAttributes(left_out=(f"texture: {error}",))
+    return arrays, MeshAttributes(left_out=(*left_out,), texture=texture)
+
+
+@dataclass
+class _Found:
+    """Contents of the lines read so far."""
+
+    coordinates: list[Floats] = field(default_factory=list)
+    indices: list[Array] = field(default_factory=list)  # of the corners, from 0; below: none
+    materials: list[Ints] = field(default_factory=list)  # of the faces
+    names: dict[str, int] = field(default_factory=dict)  # numbers of materials
+    libraries: list[str] = field(default_factory=list)
+    material: int = -1  # of the next face
+    n_coordinates: int = 0
+
+
+def _read_texture(
+    data: Content, folder: Path | None, arrays: Arrays
+) -> tuple[Texture | None, list[str]]:
+    found = _Found()
+    for lines in iterate_lines(data, comment=b"#"):
+        kinds = lines.keywords(KEYWORDS)
+        _add_coordinates(lines, kinds, found)
+        _add_materials(lines, kinds, found)
+    if not found.n_coordinates and not found.names:
+        return None, []
+    coordinates = np.concatenate(found.coordinates)
+    corners = np.concatenate(found.indices)
+    corners = np.where((corners < 0) | (corners >= len(coordinates)), -1, corners)
+    faces = arrays[1]
+    n_corners = len(faces.indices) if isinstance(faces, Polygons) else faces.size
+    assert len(corners) == n_corners
+    known, libraries, left_out = read_libraries(found.libraries, folder)
+    materials = [known.get(name, Material(name)) for name in found.names]
+    images = [image for each in materials if each.source for image in each.source.images]
+    texture = Texture(coordinates, corners, materials, np.concatenate(found.materials), libraries)
+    return texture, [*left_out, *problems_of(images)]
+
+
+def _add_coordinates(lines: Lines, kinds: Array, found: _Found) -> None:
+    """Add the texture coordinates of a block of lines, and their indices at corners."""
+    is_pair, is_face = kinds == COORDINATES, kinds == FACE
+    pairs = lines.after_keyword(is_pair, b"vt")
+    pairs.refuse(pairs.counts < 2, "texture coordinates are 2 numbers")
+    faces = lines.after_keyword(is_face, b"f")
+    indices = faces.parse_second_indices()
+    if indices.min(initial=1) < 0:
+        n_before = found.n_coordinates + np.cumsum(is_pair, dtype=np.int64)[is_face]
+        last = np.repeat(n_before, faces.counts)  # -1 refers to it
+        indices = np.where(indices < 0, np.maximum(indices + last + 1, 0), indices)
+    values = pairs.parse(np.float64)
+    firsts = np.cumsum(pairs.counts, dtype=np.int64) - pairs.counts
+    found.coordinates.append(values[firsts[:, np.newaxis] + np.arange(2)])
+    found.indices.append(indices - 1)
+    found.n_coordinates += len(pairs)
+
+
+def _add_materials(lines: Lines, kinds: Array, found: _Found) -> None:
+    """Add the materials of the faces in a block of lines."""
+    found.libraries += [
+        _name_at(lines, place) for place in np.flatnonzero(kinds == LIBRARY).tolist()
+    ]
+    is_face: Bools = kinds == FACE
+    n_before = np.cumsum(is_face)
+    of_faces = np.empty(int(is_face.sum()), np.int32)
+    begin = 0
+    for place in np.flatnonzero(kinds == MATERIAL).tolist():
+        of_faces[begin : n_before[place]] = found.material
+        begin = int(n_before[place])
+        name = _name_at(lines, place)
+        found.material = found.names.setdefault(name, len(found.names))
+    of_faces[begin:] = found.material
+    found.materials.append(of_faces)
+
+
+def _name_at(lines: Lines, place: int) -> str:
+    """The rest of a line after its keyword. Names may hold blanks, and the sign of comments."""
+    text = lines.text[lines.starts[place] :][:4096].tobytes().split(b"\n")[0]
+    _, _, name = text.decode("utf-8", "surrogateescape").strip().replace("\t", " ").partition(" ")
+    return name.strip()

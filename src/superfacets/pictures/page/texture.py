@@ -1,0 +1,91 @@
+"""The texture of a mesh for the front end: coordinates of corners, and one image of all images."""
+
+from __future__ import annotations
+
+import io
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...cells.texels import check_texture
+from ...io.light import srgb_of_linear
+from ...io.textures import WRAPS, Texture, TextureImage, import_pillow
+from ...mesh.faces import FaceMesh, corner_triangles
+from .coding import Coding
+from .shape import STEPS
+
+ATLAS_SIZE = 2048
+"""Largest width and height of the image, in pixels; every WebGL 2 takes it."""
+
+QUALITY = 88
+"""Of the JPEG."""
+
+
+def texture_parts(
+    mesh: FaceMesh, texture: Texture
+) -> tuple[dict[str, Any], dict[str, tuple[npt.NDArray[Any], Coding]]]:
+    """Return facts about a texture, and its arrays.
+
+    All images are scaled down to fit into one of `ATLAS_SIZE`, side by side. There is a tile for
+    each material, and one for faces without: its rectangle in the image, how it repeats, and its
+    color. Coordinates are rounded to 1/65535 of their range. Raises a MeshError if the texture does
+    not fit the mesh, or an image is missing or damaged.
+    """
+    check_texture(texture, mesh)
+    places, sources = corner_triangles(mesh)
+    faces = np.arange(mesh.n_faces) if sources is None else sources
+    corners = texture.corners[places]
+    pairs = texture.coordinates[np.maximum(corners, 0)] if len(texture.coordinates) else corners
+    pairs = np.where(corners[:, :, np.newaxis] >= 0, pairs, np.nan).reshape(-1, 3, 2)
+    has_pairs = np.asarray(np.isfinite(pairs.reshape(len(pairs), -1)).all(axis=1))
+    pairs = np.where(has_pairs[:, np.newaxis, np.newaxis], pairs, 0.0).reshape(-1, 2)
+    low, high = pairs.min(axis=0), pairs.max(axis=0)
+    step = np.where(high > low, high - low, 1.0) / STEPS
+    atlas, rectangles = _atlas_of(texture.images)
+    tiles = [
+        [*_rectangle(material.image, rectangles), *map(WRAPS.index, material.wrap),
+         *srgb_of_linear(material.color).tolist()]
+        for material in texture.materials
+    ]  # fmt: skip
+    n = len(tiles)
+    tiles += [[0, 0, 0, 0, 0, 0, *tile[6:]] for tile in tiles]  # without coordinates
+    of_triangles = texture.face_materials[faces]
+    numbers = np.where(of_triangles < 0, 2 * n, of_triangles + np.where(has_pairs, 0, n))
+    facts = {
+        "low": low.tolist(), "step": step.tolist(), "tiles": [*tiles, [0] * 6 + [255] * 3],
+    }  # fmt: skip
+    quantized = np.rint((pairs - low) / step).astype(np.uint16)
+    return facts, {
+        "pairs": (quantized, "difference"),
+        "tile_of": (numbers.astype(np.uint32), "difference"),
+        "atlas": (np.frombuffer(atlas, np.uint8), "plain"),
+    }
+
+
+def _rectangle(image: TextureImage | None, rectangles: dict[TextureImage, list[int]]) -> list[int]:
+    return [0, 0, 0, 0] if image is None else rectangles[image]
+
+
+def _atlas_of(images: list[TextureImage]) -> tuple[bytes, dict[TextureImage, list[int]]]:
+    """A JPEG of all images in a square grid, and left, top, width and height of each."""
+    pillow = import_pillow("Image")
+    side = max(1, math.isqrt(max(len(images), 1) - 1) + 1)
+    most = ATLAS_SIZE // side
+    rectangles: dict[TextureImage, list[int]] = {}
+    pictures = []
+    for number, image in enumerate(images):
+        picture = pillow.fromarray(image.pixels())
+        picture.thumbnail((most, most), pillow.Resampling.LANCZOS)
+        left, top = number % side * most, number // side * most
+        rectangles[image] = [left, top, *picture.size]
+        pictures.append((picture, (left, top)))
+    right = max([left + width for left, _, width, _ in rectangles.values()], default=1)
+    bottom = max([top + height for _, top, _, height in rectangles.values()], default=1)
+    atlas = pillow.new("RGB", (right, bottom))
+    for picture, corner in pictures:
+        atlas.paste(picture, corner)
+    file = io.BytesIO()
+    atlas.save(file, "jpeg", quality=QUALITY, subsampling=0)
+    return file.getvalue(), rectangles

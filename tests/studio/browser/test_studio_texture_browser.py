@@ -1,0 +1,66 @@
+"""The studio draws textures, blends them with regions, and says why it does not."""
+
+import numpy as np
+from studio_page import hue
+from textured_meshes import grid, save_png
+
+import superfacets as sf
+from superfacets import Material, MeshAttributes, Texture, TextureImage
+
+COLORS = ["#ff0000", "#00c800", "#0000ff", "#c8c800"]
+
+
+def write_wall(folder):
+    """A wall with an image of four quarters."""
+    quarters = np.array([[int(color[i : i + 2], 16) for i in (1, 3, 5)] for color in COLORS])
+    pixels = np.kron(quarters.reshape(2, 2, 3), np.ones((64, 64, 1))).astype(np.uint8)
+    save_png(folder / "quarters.png", pixels)
+    mesh, pairs = grid(20, 20, 1, 1)
+    image = TextureImage("quarters.png", folder / "quarters.png")
+    texture = Texture(pairs, mesh.faces.ravel(), [Material(image=image)], [0] * mesh.n_faces)
+    sf.write_mesh(folder / "wall.obj", mesh, attributes=MeshAttributes(texture=texture))
+    return folder / "wall.obj"
+
+
+def test_pixels_have_the_colors_of_the_texture_after_t(serve, open_tab, tmp_path):
+    server = serve(write_wall(tmp_path), 16)
+    tab = open_tab(server.address)
+    tab.until("studio.desk.drawing.paint.isShown")
+    assert tab.locator("#texture").input_value() == "0.5"
+    tab.locator("#borders").uncheck()
+    tab.evaluate("document.activeElement.blur()")
+    tab.away()
+    places = tab.evaluate("""() => {
+        const { mesh } = studio.desk.session;
+        const { camera, canvas } = studio.desk.drawing;
+        return [[-0.3, 0.3], [0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]].map(([x, z]) => {
+            const [left, top] = camera.placeOf([x, 0, z]);
+            return [left * canvas.clientWidth, top * canvas.clientHeight];
+        });
+    }""")
+    blended = [tab.hue_at(*place) for place in places]
+    tab.press("t")
+    assert tab.locator("#texture").input_value() == "1"
+    tab.settled()
+    for place, color in zip(places, COLORS, strict=True):
+        np.testing.assert_allclose(tab.hue_at(*place), hue(color), atol=0.05)
+    tab.press("t")
+    for place, color, mixed in zip(places, COLORS, blended, strict=True):
+        plain = tab.hue_at(*place)
+        assert np.abs(plain - hue(color)).max() > np.abs(mixed - hue(color)).max() > 0.02
+
+
+def test_a_missing_image_is_said_and_nothing_else_fails(serve, open_tab, tmp_path):
+    path = write_wall(tmp_path)
+    (tmp_path / "quarters.png").unlink()
+    tab = open_tab(serve(path, 16).address)
+    assert "The texture is not shown: the image 'quarters.png' is missing." in tab.evaluate(
+        "document.body.textContent"
+    )
+    assert tab.locator("#texture-row").is_hidden()
+
+
+def test_a_mesh_without_a_texture_has_no_slider(serve, open_tab, bear):
+    tab = open_tab(serve(bear, 20).address)
+    assert tab.locator("#texture-row").is_hidden()
+    tab.press("t")
