@@ -61,7 +61,7 @@ def test_rims_are_borders(name):
     make, fewest = PARTS[name]
     mesh = make()
     for k in (fewest, 60, 150, 300):
-        if k > mesh.n_faces:
+        if not fewest <= k <= mesh.n_faces:
             continue
         labels = sf.segment(mesh, k).labels
         assert labels.max() + 1 == k
