@@ -107,9 +107,9 @@ class EdgeSums(NamedTuple):
 
     @property
     def are_of_machine_part(self) -> bool:
-        """Whether faces are flat or finely rounded, and most other edges are sharp."""
+        """Whether most edges are flat, and a large part of the others is sharp."""
         is_sharp = self.n_sharp > 0 and self.n_soft <= MOST_SOFT * self.n_sharp
-        return is_sharp and 2 * self.n_sharp <= self.n_edges
+        return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
 
 
 NO_SUMS = EdgeSums(0, 0, 0, 0)
