@@ -68,20 +68,20 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         (["a.ply", "-o", "-", "-o", "-"], "-o takes one folder, and - once"),
         (["a.ply", "-o", "results"], "got none (a folder is written as results/)"),
         (
-            ["a.ply", "-o", "b.stl"],
-            "expected the ending .ply, .vtp, .obj, .off, .glb, .ids.png, .vtu, .vtk, .csv, .las,"
+            ["a.ply", "-o", "b.tri"],
+            "expected the ending .ply, .vtp, .obj, .off, .glb, .ids.png, .stl, .vtu, .vtk, .csv, .las,"
             " .laz, .npy, .seg, .txt, .segs.json, .bin, _sp_label.npy, .pth, .sstk.json,"
-            " .aggregation.json, .npz, got .stl (see",
+            " .aggregation.json, .npz, got .tri (see",
         ),
         (
-            ["a.ply", "-o", "new.stl"],
-            ".aggregation.json, .npz, got .stl (see",
+            ["a.ply", "-o", "new.tri"],
+            ".aggregation.json, .npz, got .tri (see",
         ),
         (["a.ply", "-o", ""], "'' is not a file"),
         (["a.ply", "-o", "x.npy", "--to", "npy"], "--to says nothing where -o names files"),
         (["-", "--to", "npy", "--to", "txt"], "standard output holds one format"),
         (["a.ply", "--to", "npy", "--to", "npy"], "--to names a format twice"),
-        (["a.ply", "--to", "stl"], "Invalid value for '--to'"),
+        (["a.ply", "--to", "tri"], "Invalid value for '--to'"),
         (["a.ply", "--format", "docx"], "Invalid value for '--format'"),
         ([], "Missing argument"),
     ],

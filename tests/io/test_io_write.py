@@ -176,12 +176,14 @@ def test_colors_that_are_wrong_are_refused(tmp_path, mesh, colors, message):
 
 
 def test_unknown_endings_are_refused(tmp_path, mesh):
-    meshes = r"\.ply, \.vtp, \.obj, \.off, \.glb, \.ids\.png, \.vtu, \.vtk, \.csv, \.las, \.laz"
+    meshes = (
+        r"\.ply, \.vtp, \.obj, \.off, \.glb, \.ids\.png, \.stl, \.vtu, \.vtk, \.csv, \.las, \.laz"
+    )
     ids = r"\.segs\.json, \.bin, _sp_label\.npy, \.pth, \.sstk\.json, \.aggregation\.json"
     with pytest.raises(
-        ValueError, match=rf"a\.stl: expected the ending {meshes}, {ids}, \.npz, got"
+        ValueError, match=rf"a\.dae: expected the ending {meshes}, {ids}, \.npz, got"
     ):
-        write_mesh(tmp_path / "a.stl", mesh)
+        write_mesh(tmp_path / "a.dae", mesh)
     with pytest.raises(
         ValueError, match=rf"a\.ply: expected the ending \.npy, \.seg, \.txt, {ids}"
     ):
