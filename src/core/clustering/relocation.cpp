@@ -14,10 +14,6 @@ namespace {
 // Fraction of a region's distortion that a second center is expected to remove.
 constexpr double kGain = 0.5;
 
-double cube(double x) {
-  return x * x * x;
-}
-
 struct Need {
   double removal_cost = 0.0;  // infinite if some place has no other center
   double distortion = 0.0;
@@ -32,13 +28,14 @@ Need need_of(const OrderedGraph& graph, std::span<const Path> nearest,
   for (const Place place : region) {
     const PathLength first = nearest[place].length;
     const PathLength second = seconds[place].length;
-    const double cubed = cube(static_cast<double>(first));
+    const auto length = static_cast<double>(first);
     const double measure = graph.measures[place];
-    need.distortion += measure * cubed;
+    need.distortion += measure * length * length;
     if (second == kUnreached) {
       need.removal_cost = std::numeric_limits<double>::infinity();
     } else {
-      need.removal_cost += measure * (cube(static_cast<double>(second)) - cubed);
+      need.removal_cost +=
+          measure * static_cast<double>(second - first) * static_cast<double>(second + first);
     }
     const PathLength most = nearest[need.farthest].length;
     const bool is_lower = graph.cells[place] < graph.cells[need.farthest];

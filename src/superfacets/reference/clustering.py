@@ -145,13 +145,12 @@ def relocate_centers(
         first, label = paths[cell][0]
         measure = float(graph.measures[cell])
         regions[label].append(cell)
-        cubed = float(first) * float(first) * float(first)
-        distortions[label] += measure * cubed
+        distortions[label] += measure * float(first) * float(first)
         if len(paths[cell]) == 1:
             costs[label] = math.inf
         else:
-            second = float(paths[cell][1][0])
-            costs[label] += measure * (second * second * second - cubed)
+            second = paths[cell][1][0]
+            costs[label] += measure * float(second - first) * float(second + first)
     labels = range(len(centers))
     leaving = sorted(labels, key=lambda label: (costs[label], label))[:n_moves]
     receiving = sorted(labels, key=lambda label: (-distortions[label], label))
