@@ -403,7 +403,7 @@ def test_offsets_equal_the_twin(seed):
 
 @pytest.mark.parametrize("may_split", [False, True])
 @pytest.mark.parametrize("seed", range(5))
-def test_the_transfer_equals_its_twin(seed, may_split):
+def test_moves_of_cells_equal_their_twin(seed, may_split):
     mesh = shapes.bumpy_sheet(9)
     rng = np.random.default_rng(seed)
     seeds = rng.permutation(mesh.n_faces)[:6]
@@ -416,12 +416,12 @@ def test_the_transfer_equals_its_twin(seed, may_split):
         lows[: mesh.n_faces - int(lows.sum())] += 1
         highs = lows
     unit = costs.args[2]
-    expected = reference.transfer_cells(
+    expected = reference.move_cells(
         sf.build_face_graph(mesh), mesh, costs.lengths.astype(np.float64) * unit, array.tolist(),
         sizes.tolist(), (lows.tolist(), highs.tolist()),
         crease_scale=CREASE_SCALE * costs.radius, may_split=may_split,
     )  # fmt: skip
-    found = _core.transfer_cells(*costs.args, array, sizes, lows, highs, may_split, 1)
+    found = _core.move_cells(*costs.args, array, sizes, lows, highs, may_split, 1)
     assert found.tolist() == expected
     if may_split:
         assert np.bincount(found).tolist() == lows.tolist()

@@ -117,7 +117,7 @@ class LoopOptions:
 
 @dataclass(frozen=True)
 class BalanceOptions:
-    """What sizes regions are to have."""
+    """Options for the sizes of regions."""
 
     balance: float = 0.0
     max_measure: float | None = None

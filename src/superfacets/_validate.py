@@ -319,7 +319,10 @@ def checked_queries(points: Any) -> Floats:
         _raise_not_finite(array, "points")
     largest = float(np.abs(array).max(initial=0.0))
     if largest > VALUE_RANGE[1]:
-        raise MeshError(f"points are at up to {largest:.3g}: rescale them to {VALUE_RANGE[1]:g}")
+        raise MeshError(
+            f"the largest coordinate of points is {largest:.3g}: rescale to {VALUE_RANGE[1]:g} at"
+            " most"
+        )
     return array
 
 

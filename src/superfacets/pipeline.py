@@ -44,6 +44,7 @@ from .clustering.loop import coarsened, segment_cells
 from .clustering.plan import Plan, Start
 from .clustering.segmentation import Segmentation
 from .errors import BalanceWarning, IslandWarning, SliverWarning
+from .io.guards import counted
 from .io.readers.read import read_cells_and_attributes
 from .mesh.cells import Cells
 from .mesh.denoising import Denoise, checked_denoise, denoised
@@ -51,8 +52,8 @@ from .mesh.faces import FaceMesh
 from .regions.connect import connect_regions
 from .regions.edit import BorderCosts
 from .regions.merge import merge_regions
+from .regions.region_sizes import Goals, count_extra_pieces, settle
 from .regions.smooth import OF_PARTS, SmoothOptions, straighten
-from .regions.transfer import Goals, count_extra_pieces, settle
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -413,8 +414,8 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
         _plan,
         _weigh,
         _add_features,
-        _measure,
-        _place,
+        _quantize,
+        _order,
         _coarsen,
         _add_parts,
         _cluster,
@@ -526,7 +527,7 @@ def _add_features(work: _Work) -> _Work:
     return replace(work, weights=weights, steps=steps)
 
 
-def _measure(work: _Work) -> _Work:
+def _quantize(work: _Work) -> _Work:
     """Stage 2: make weights whole numbers, whose sums are exact."""
     with work.timed("weights", begins=False):
         spare = SPARE if work.has_parts else 1.0
@@ -534,7 +535,7 @@ def _measure(work: _Work) -> _Work:
     return replace(work, weights=None, lengths=lengths, unit=unit)
 
 
-def _place(work: _Work) -> _Work:
+def _order(work: _Work) -> _Work:
     """Put the cells that are left in order."""
     with work.timed("order"):
         n_threads = work.surface.n_threads
@@ -724,7 +725,7 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
             " join the nearest region"
         )
     elif params["islands"] == "nearest" and n_more > 0 and params["init"] not in ("flood", "grid"):
-        note = f"{n_more} between barriers got no seed, and may join no other"
+        note = f"{counted(n_more, 'part')} between barriers got no seed, and may join no other"
     else:
         return
     message = f"{result.n_segments} regions in place of {asked}: {note}"

@@ -193,7 +193,10 @@ def test_what_is_wrong_is_refused():
         ([[0, 0, np.nan]], r"points\[0\] is not finite"),
         ([[0, 0, 0], [np.inf, 0, 0]], r"points\[1\] is not finite"),
         ([[0, 0]], r"points must have shape \(N, 3\), got \(1, 2\)"),
-        ([[1e160, 0, 0]], r"points are at up to 1e\+160: rescale them to 1e\+150"),
+        (
+            [[1e160, 0, 0]],
+            r"the largest coordinate of points is 1e\+160: rescale to 1e\+150 at most",
+        ),
     ]:
         with pytest.raises(sf.MeshError, match=message):
             sf.nearest_faces(cube, points)

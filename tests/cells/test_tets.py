@@ -225,7 +225,7 @@ def test_invalid_arrays_are_refused(tets, message):
 def test_what_is_for_faces_says_so():
     with pytest.raises(MeshError, match="this needs a surface, and the mesh has tetrahedra"):
         sf.build_face_graph(TIP)
-    with pytest.raises(MeshError, match="the mesh has faces, not tetrahedra"):
+    with pytest.raises(MeshError, match="this needs tetrahedra, and a Mesh has none"):
         build_tet_graph(shapes.cube())
     for weights in ("superfacets", "stk02"):
         with pytest.raises(ValueError, match=f"weights='{weights}' needs faces"):

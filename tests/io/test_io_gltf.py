@@ -214,8 +214,8 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
         (["scenes", 0], 5, "there is no scenes[0]"),
         (["scenes", 0, "nodes"], 5, "nodes is not a list"),
         (["scenes", 0, "nodes"], [], "shows no triangles"),
-        (["scenes", 0, "nodes"], [0, 0], "nodes[0] has two parents, or is its own"),
-        (["nodes", 0, "children"], [0], "nodes[0] has two parents, or is its own"),
+        (["scenes", 0, "nodes"], [0, 0], "nodes[0] has two parents, or is its own ancestor"),
+        (["nodes", 0, "children"], [0], "nodes[0] has two parents, or is its own ancestor"),
         (["nodes", 0, "children"], [7], "there is no nodes[7]"),
         (["nodes", 0, "mesh"], 7, "there is no meshes[7]"),
         (["nodes", 0, "mesh"], "0", "there is no meshes['0']"),
@@ -262,7 +262,7 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
         (["buffers", 0, "byteLength"], 73, "buffers[0] declares 73 bytes but has 72"),
         (["buffers", 0, "byteLength"], None, "byteLength is None"),
         (["buffers", 0, "uri"], 7, "buffers[0] has no data"),
-        (["buffers", 0, "uri"], "absent.bin", "the buffer 'absent.bin' cannot be read beside"),
+        (["buffers", 0, "uri"], "absent.bin", "the buffer file 'absent.bin', beside the glTF file"),
         (
             ["buffers", 0, "uri"],
             "http://x.org/a",
@@ -311,12 +311,12 @@ def test_buffers_outside_of_the_folder_are_refused(secret, address):
 def test_an_absolute_path_that_is_escaped_is_refused(secret):
     escaped = str(secret).replace("/", "%2F")
     check_refused(secret.parent / "scene", escaped, "is not a file beside the glTF file")
-    check_refused(secret.parent / "scene", ".", "cannot be read beside the glTF file")
+    check_refused(secret.parent / "scene", ".", "beside the glTF file, cannot be read")
 
 
 @pytest.mark.parametrize("address", ["\ud800", "%ff", "%ed%a0%80", "a" * 5000])
 def test_addresses_that_name_no_file_anywhere_are_refused(tmp_path, address):
-    check_refused(tmp_path, address, "cannot be read beside the glTF file")
+    check_refused(tmp_path, address, "beside the glTF file, cannot be read")
 
 
 def check_refused(folder, address, message):

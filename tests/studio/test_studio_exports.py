@@ -195,7 +195,7 @@ def test_a_cell_gets_what_most_of_its_corners_have():
         ({"a.segs.json": b"{"}, r"a\.segs\.json: "),
         ({"a.segs.json": b"{}"}, r"a\.segs\.json: it has no 'segIndices'"),
         ({"a.segs.json": b'{"segIndices":[1.5]}'}, "must be a list of whole numbers"),
-        ({"a.segs.json": b'{"segIndices":[1]}'}, "it has 1 labels, and the mesh 4 vertices"),
+        ({"a.segs.json": b'{"segIndices":[1]}'}, "it has 1 labels, but there are 4 vertices"),
         (
             {"a.sstk.json": b'{"segmentation":[{"index":[1]}]}'},
             "it has 1 labels, and the mesh 2 cells",

@@ -49,7 +49,7 @@ export abstract class Tool {
 const TURN = 0.15; // angle in radians by which an arrow key turns the view
 const STEP = 6; // pixels between the places of a stroke at which cells are looked up
 
-/** A stroke of one paint; `touched` are the regions or cells that it has painted. */
+/** A tool whose strokes have one paint each; `touched` holds what the stroke has painted. */
 abstract class Brush extends Tool {
   protected paint = 0;
   protected stroke = "";

@@ -9,10 +9,10 @@
 #include "regions/lines.hpp"
 #include "regions/merge_tree.hpp"
 #include "regions/region_graph.hpp"
+#include "regions/region_sizes.hpp"
 #include "regions/rings.hpp"
 #include "regions/shared_masks.hpp"
 #include "regions/smooth.hpp"
-#include "regions/transfer.hpp"
 #include "regions/vertex_labels.hpp"
 
 namespace superfacets {
@@ -78,11 +78,11 @@ auto smoothed_to_goals(const Surface& surface, Floats lengths, double unit, doub
   });
 }
 
-Buffer<Label> transferred(const Surface& surface, Floats lengths, double unit, double crease_scale,
+Buffer<Label> moved_cells(const Surface& surface, Floats lengths, double unit, double crease_scale,
                           Integers labels, Doubles sizes, Doubles lows, Doubles highs,
                           bool may_split, ThreadTeam& team) {
-  return transfer_cells(surface, {lengths, unit, crease_scale}, labels,
-                        {sizes, lows, highs, may_split}, team);
+  return move_cells(surface, {lengths, unit, crease_scale}, labels, {sizes, lows, highs, may_split},
+                    team);
 }
 
 auto smoothed_part(const Surface& surface, Floats lengths, double unit, double crease_scale,
@@ -171,7 +171,7 @@ void bind_regions(nb::module_& module) {
   module.def("smooth_to_goals", &smoothed_to_goals, "surface"_a, "lengths"_a, "unit"_a,
              "crease_scale"_a, "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a,
              "max_sweeps"_a, "stiffness"_a, "roundness"_a, "n_threads"_a, "sizes"_a, "goals"_a);
-  module.def("transfer_cells", threaded(&transferred), "surface"_a, "lengths"_a, "unit"_a,
+  module.def("move_cells", threaded(&moved_cells), "surface"_a, "lengths"_a, "unit"_a,
              "crease_scale"_a, "labels"_a, "sizes"_a, "lows"_a, "highs"_a, "may_split"_a,
              "n_threads"_a);
   module.def("smooth_part", &smoothed_part, "surface"_a, "lengths"_a, "unit"_a, "crease_scale"_a,

@@ -1,4 +1,5 @@
-// The interface of cells for stages 5 to 7: arcs, and measures of the borders that they cross.
+// The interface of cells for stages 2 and 5 to 7: arcs, and measures of the borders that they
+// cross.
 #pragma once
 
 #include <utility>

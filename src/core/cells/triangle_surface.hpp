@@ -88,7 +88,7 @@ class TriangleSurface final : public Surface {
 
   void prefetch_cell(Cell face, std::int64_t arc) const override {
     prefetch(&faces_[face]);
-    prefetch(sides_.data() + arc);  // the face may have no arc
+    prefetch(sides_.data() + arc);  // one past the end if the last face has no arc
   }
 
   // Corners are vertices. If faces meet at several vertices of one position, any of these may stand

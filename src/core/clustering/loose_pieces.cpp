@@ -56,7 +56,7 @@ class PieceJoiner {
   Buffer<std::uint8_t> is_loose_;
 };
 
-// Cells of a region in other pieces than its center, ascending.
+// All cells that are not connected with the center of their region, ascending.
 std::vector<Cell> loose_cells(const Components& pieces, std::span<const Label> labels,
                               std::span<const Cell> centers) {
   std::vector<Cell> loose;

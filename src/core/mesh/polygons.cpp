@@ -33,7 +33,7 @@ double longest_squared(std::span<const Point> vertices, std::span<const Vertex> 
   return longest;
 }
 
-// The unit normal in a direction.
+// The direction scaled to length 1; zero if it is within the rounding error of the fan.
 Point normal_along(const Point& direction, std::span<const Point> vertices,
                    std::span<const Vertex> corners) {
   // Each triangle of the fan adds its rounding error.

@@ -1,4 +1,4 @@
-// Stage 6: the graph of vertices that share an edge, for distances along the edges of a mesh.
+// The graph of vertices that share an edge, and smoothing of positions on it.
 #pragma once
 
 #include <cstdint>

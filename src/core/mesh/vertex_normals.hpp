@@ -15,9 +15,9 @@ namespace superfacets {
 Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& faces,
                            std::span<const Vertex> representative);
 
-// How much the surface turns along an edge, given the normals at its ends: 1 minus their dot
-// product, at least 0, squared where the edge is convex: surfaces are rarely cut there. (Karpathy,
-// Miller, Fei-Fei, "Object Discovery in 3D Scenes via Shape Analysis", 2013.)
+// Weight of an edge: 1 minus the dot product of the normals at its ends, at least 0. On convex
+// edges it is squared, because surfaces are rarely cut there. (Karpathy, Miller, Fei-Fei, "Object
+// Discovery in 3D Scenes via Shape Analysis", 2013.)
 inline double crease_weight(const Point& a, const Point& b, bool is_convex) {
   const double turn = std::max(1.0 - dot(a, b), 0.0);
   return is_convex ? turn * turn : turn;

@@ -192,9 +192,9 @@ std::span<const Cell> ChainMover::try_moves(Cell cell) {
 }
 
 // Moves one cell at a time, each the best candidate next to those moved, and undoes the moves
-// after the best state. Single moves may lose, which lets a border cross a row of triangles
-// (Kernighan and Lin 1970 do so with pairs). Each move keeps regions connected, so every state
-// is. Returns whether a cell has moved.
+// after the best state. A single move may raise the cost, so that a border can cross a
+// row of triangles (Kernighan and Lin 1970 do so with pairs). Each move keeps regions connected, so
+// every state is. Returns whether a cell has moved.
 bool ChainMover::move_chain(Cell first, Label to, double cost) {
   const Label from = regions_.label(first);
   const std::size_t best_size = grow_chain(first, from, to, cost);

@@ -9,11 +9,11 @@
 
 namespace superfacets {
 
-// When nodes are joined.
+// When nodes are joined, and which segments are counted.
 struct SegmentLimits {
-  double threshold;    // divided by the size of a segment: how much more than its last edge an edge
-                       // may weigh
-  std::int64_t least;  // nodes of a segment that is counted
+  // An edge may exceed the weight that last joined a segment by threshold / (its number of nodes).
+  double threshold;
+  std::int64_t least;  // minimum number of nodes of a counted segment
 };
 
 // Number of segments with at least `least` nodes, by the method of Felzenszwalb and Huttenlocher

@@ -128,7 +128,7 @@ def as_tets(source: MeshLike) -> TetMesh:
     cells = as_cells(source)
     if isinstance(cells, TetMesh):
         return cells
-    raise MeshError("the mesh has faces, not tetrahedra")
+    raise MeshError(f"this needs tetrahedra, and a {type(cells).__name__} has none")
 
 
 def _cells_of_foreign(source: Any) -> Cells:

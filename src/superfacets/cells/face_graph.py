@@ -62,8 +62,8 @@ class FaceGraph(Arcs):
     neighbors : ndarray of int32, shape (M,)
         The face that each arc leads to.
     sides : ndarray of uint8 (of int32, for a `PolygonMesh`), shape (M,)
-        The side of the face that the arc leaves by: side s joins corners s and s + 1, the last
-        one the last and the first.
+        The side of the face that the arc leaves by. Side s joins corners s and s + 1; the last
+        side joins the last corner to the first.
     same_turn : ndarray of uint8, shape (M,)
         1 where both faces traverse their edge in the same direction, that is, where they are
         inconsistently oriented; else 0.

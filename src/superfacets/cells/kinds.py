@@ -111,7 +111,7 @@ class Kind:
         return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the cells with their arcs, as stages 5 to 7 take them."""
+        """Return the cells with their arcs, as stages 2 and 5 to 7 take them."""
         return Surface.of_graph(graph, n_threads)
 
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:

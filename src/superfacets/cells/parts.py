@@ -157,7 +157,7 @@ def _means(level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
 
 
 def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
-    """The cell of the last of coarser and coarser graphs that each cell is part of."""
+    """For each cell, the cell of the coarsest graph, the last of `groups`, that contains it."""
     if not groups:
         return NO_GROUPS
     found = groups[0].coarse_cells(n_threads)

@@ -1,4 +1,4 @@
-"""Input of stages 5 to 7: cells of any kind, their arcs, and measures of the arcs."""
+"""Input of stages 2 and 5 to 7: cells of any kind, their arcs, and measures of the arcs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ VOLUME_NOISE = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Surface(CsrArcs):
-    """Checked cells, the arcs between them, and the object that kernels of stages 5 to 7 take."""
+    """Checked cells, the arcs between them, and the object that kernels of these stages take."""
 
     handle: _core.Surface  # gives lengths of borders, and the arcs around a corner
     offsets: Longs  # (N + 1,)

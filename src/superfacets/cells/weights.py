@@ -573,5 +573,5 @@ def _stk02_of(handle: _core.Surface, positions: Floats, alpha: float, n_threads:
     if isinstance(handle, _core.TriangleSurface):
         return _core.stk02_weights(handle, positions, alpha, n_threads)
     if not isinstance(handle, _core.PolygonSurface):
-        raise ValueError('weights="stk02" are for meshes; a cloud takes the other two')
+        raise ValueError('weights="stk02" need faces: choose other weights for a cloud')
     return _core.polygon_stk02_weights(handle, alpha, n_threads)

@@ -256,7 +256,7 @@ class Balancer:
             more = found.farthest(clustering.lengths())[gets]
             more = more[~np.isin(more, found.centers)]
             if stays.all() and not len(more):
-                break  # a region of one cell is the largest
+                break  # the regions to divide have one cell each: no center can be added
             centers = np.concatenate([found.centers[stays], more])
             clustering = Clustering(graph, centers, math.inf, self.n_threads, self.islands)
         return clustering

@@ -25,6 +25,7 @@ from .clustering import (
     relocate_centers,
     second_nearest,
 )
+from .region_sizes import move_cells, walk_regions
 from .regions import RegionArc, find_bridges, merge_tree, region_arcs, region_shapes
 from .seeding import (
     farthest_seeds,
@@ -45,7 +46,6 @@ from .spatial import (
     subdivide,
 )
 from .texels import texel_colors
-from .transfer import transfer_cells, walk_regions
 from .vertices import count_segments, mean_normals, spread_labels
 from .views import join_by_masks, see_surface
 from .weights import quantize_weights, smallest_eigenpairs, superfacet_weights
@@ -75,6 +75,7 @@ __all__ = [
     "measure_faces",
     "measure_polygons",
     "merge_tree",
+    "move_cells",
     "nearest_faces",
     "nearest_in_tet",
     "nearest_on_triangle",
@@ -93,7 +94,6 @@ __all__ = [
     "subdivide",
     "superfacet_weights",
     "texel_colors",
-    "transfer_cells",
     "update_centers",
     "walk_regions",
 ]

@@ -97,7 +97,7 @@ class _Stiffness:
         self.known = [size - goal for size, goal in zip(self.known, goals, strict=True)]
 
     def begin(self, turn: tuple[int, int] | None) -> None:
-        """Begin a patch, or end the sweep."""
+        """Begin the patch with the sort key `turn` (color, patch); None ends the sweep."""
         if turn == self._turn:
             return
         self._others.append(self.own)

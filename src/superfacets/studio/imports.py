@@ -123,7 +123,7 @@ def _of_corners(cells: Any, of_vertices: Ints) -> Ints:
     are_points = kind_of(cells).are_points
     n_vertices = cells.n_cells if are_points else cells.n_vertices
     if len(of_vertices) != n_vertices:
-        raise MeshError(f"it has {len(of_vertices)} labels, and the mesh {n_vertices} vertices")
+        raise MeshError(f"it has {len(of_vertices)} labels, but there are {n_vertices} vertices")
     if are_points:
         return of_vertices
     names, ranks = np.unique(of_vertices, return_inverse=True)

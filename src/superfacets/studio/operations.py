@@ -1,4 +1,4 @@
-"""Reading a document, and operations on it; each function is named like its route."""
+"""Routes of the studio that read a document or change it."""
 
 from __future__ import annotations
 
@@ -98,8 +98,8 @@ def _read_mesh(document: Document, query: Body) -> bytes:
     """The shape of a mesh as one block, see `packet`.
 
     Positions are float32 around the center of the bounding box. Vertices are in the order in which
-    triangles use them, no two at one place. Triangles of polygons, and of the outside of
-    tetrahedra, have ``sources``: the cell of each. Points have packed ``normals``.
+    triangles use them, no two at one place. For polygons and tetrahedra, ``sources`` holds the cell
+    of each triangle. Points have packed ``normals``.
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)

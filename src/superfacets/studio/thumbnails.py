@@ -30,7 +30,7 @@ class Thumbnails:
     def png(self, path: Path) -> bytes:
         """Return the picture of a file as PNG.
 
-        Raises RenderError if none can be drawn; the message says why; OSError if there is
+        Raises RenderError, with the reason, if no picture can be drawn, and OSError if there is
         no such file.
         """
         status = path.stat()

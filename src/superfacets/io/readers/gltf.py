@@ -120,7 +120,7 @@ def _visit_nodes(gltf: Gltf) -> list[tuple[int, Floats]]:
         index, above = stack.pop()
         node = gltf.item("nodes", index)
         if index in seen:
-            raise MeshError(f"broken glTF: nodes[{index}] has two parents, or is its own")
+            raise MeshError(f"broken glTF: nodes[{index}] has two parents, or is its own ancestor")
         seen.add(index)
         matrix = _product(above, _local_matrix(node))
         if "mesh" in node:

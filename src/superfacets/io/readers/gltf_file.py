@@ -208,7 +208,7 @@ def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> 
         if path not in files:
             files[path] = memoryview(read_content(path))
     except (OSError, UnicodeError):
-        raise MeshError(f"the buffer {shown} cannot be read beside the glTF file") from None
+        raise MeshError(f"the buffer file {shown}, beside the glTF file, cannot be read") from None
     return files[path]
 
 

@@ -41,7 +41,9 @@ def _read(data: Content, ending: str, name: str) -> Grid:
             f" {counted(len(grid.corners), 'corner')}: is the file damaged?"
         )
     if grid.values is not None and len(grid.values) != n_cells:
-        raise MeshError(f"{counted(len(grid.values), 'value')} of {name} for {n_cells} cells")
+        raise MeshError(
+            f"{name} has {counted(len(grid.values), 'value')}, but there are {n_cells} cells"
+        )
     return grid
 
 

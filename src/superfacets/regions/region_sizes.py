@@ -71,15 +71,15 @@ def settle(
 ) -> tuple[Ints, Ints]:
     """Return labels with sizes of regions within their limits, and centers in these regions.
 
-    Borders are rough where cells were transferred: with `smoothing`, they are smoothed once more.
+    Borders are rough where cells were moved: with `smoothing`, they are smoothed once more.
     Raises a MeshError if a region is out of its bounds.
     """
     positions, measures = costs.surface.positions, costs.surface.measures
-    labels = transfer(costs, labels, goals)
+    labels = move_to_goals(costs, labels, goals)
     centers = recentered(centers, labels, positions, measures)
     if smoothing is not None:
         near = smoothing._replace(max_distance=MAX_DISTANCE)
-        again = transfer(costs, straighten(costs, labels, centers, near, goals[:2]), goals)
+        again = move_to_goals(costs, straighten(costs, labels, centers, near, goals[:2]), goals)
         if not len(goals.out_of_bounds(again)):
             labels = again
             centers = recentered(centers, labels, positions, measures)
@@ -87,14 +87,14 @@ def settle(
     return labels, centers
 
 
-def transfer(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
+def move_to_goals(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
     """Return labels with sizes of regions within their limits, as far as there is a way.
 
     Cells move from regions that are too large, along shortest paths of neighboring regions, to
     those with room. Regions stay connected, except where an exact size has no other way.
     """
     lows, highs = goals.limits
-    return _core.transfer_cells(
+    return _core.move_cells(
         *costs.args, labels, goals.sizes, lows, highs, goals.is_exact, costs.surface.n_threads
     )
 

@@ -14,7 +14,7 @@ from .smooth import MovingRegions
 MOST_STUCK = 4
 
 
-def transfer_cells(
+def move_cells(
     graph: FaceGraph,
     mesh: Mesh,
     steps: Floats,
@@ -30,7 +30,7 @@ def transfer_cells(
     Tests of whether a face may leave its region: by the faces around its corners; by paths in the
     region; none, if regions may split.
     """
-    moving = _Transfer(graph, mesh, steps, labels, crease_scale)
+    moving = _Moves(graph, mesh, steps, labels, crease_scale)
     moving.begin(sizes, *bounds)
     for test in (0, 1, 2) if may_split else (0, 1):
         moving.test, moving.n_stuck = test, 0
@@ -39,7 +39,7 @@ def transfer_cells(
     return moving.labels
 
 
-class _Transfer(MovingRegions):
+class _Moves(MovingRegions):
     """Regions, and what they have beyond their bounds."""
 
     test, n_stuck = 0, 0

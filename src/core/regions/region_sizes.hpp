@@ -31,7 +31,7 @@ struct SizeBounds {
 //
 // Serial. Time O(N + M), and in practice a constant time for each cell of the regions along each
 // path.
-Buffer<Label> transfer_cells(const Surface& surface, const BorderCost& cost,
+Buffer<Label> move_cells(const Surface& surface, const BorderCost& cost,
                              std::span<const Label> labels, const SizeBounds& bounds,
                              ThreadTeam& team);
 

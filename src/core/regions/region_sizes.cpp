@@ -1,4 +1,4 @@
-#include "regions/transfer.hpp"
+#include "regions/region_sizes.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -346,7 +346,7 @@ class CellTransfer {
 
 }  // namespace
 
-Buffer<Label> transfer_cells(const Surface& surface, const BorderCost& cost,
+Buffer<Label> move_cells(const Surface& surface, const BorderCost& cost,
                              std::span<const Label> labels, const SizeBounds& bounds,
                              ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
