@@ -543,3 +543,21 @@ def test_the_benchmark_compares_with_metis_and_pyacvd(real_data):
     of = {row.method: row for row in rows}
     assert of["superfacets, balance=1"].variation < 0.5 * of["superfacets"].variation
     assert of["METIS, 3 %"].variation < of["METIS, 20 %"].variation
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"weights": "superfacets"}, {"relocate": False}, {"init": "farthest"}]
+)
+def test_exact_sizes_hold_in_each_of_several_components(options):
+    bear = sf.sample_mesh(3000)
+    mesh = shapes.together([shapes.bumpy_sheet(20), sf.Mesh(bear.vertices + [5, 0, 0], bear.faces)])
+    sizes = np.bincount(sf.segment(mesh, cells_per_region=64, **options).labels)
+    assert set(sorted(sizes)[:2]) == {800 % 64, bear.n_faces % 64}
+    assert set(sorted(sizes)[2:]) == {64}
+
+
+@pytest.mark.parametrize("weight", [1e308, 5e-324])
+def test_sizes_that_overflow_are_refused(weight):
+    mesh = shapes.bumpy_sheet(8)
+    with pytest.raises(sf.MeshError, match=r"sizes of cells add up to .*: scale cell_weights"):
+        sf.segment(mesh, 4, balance=1.0, cell_weights=np.full(mesh.n_faces, weight))

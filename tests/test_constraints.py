@@ -274,7 +274,7 @@ def test_islands_join_the_nearest_region_of_their_number():
     specks = [Mesh([[x, 5, 0], [x + 0.1, 5, 0], [x, 5.1, 0]], [[0, 1, 2]]) for x in (0, 6, 9)]
     mesh = shapes.together([*parts, *specks])
     sides = np.repeat([0, 1, 2, 2, 0, 3], [4, 4, 4, 1, 1, 1])
-    with pytest.warns(IslandWarning, match=r"4 regions in place of 3: 1 between"):
+    with pytest.warns(IslandWarning, match=r"4 regions in place of 3: 1 part between"):
         result = segment(mesh, 3, barriers=sides, islands="nearest")
     of_parts = result.labels[[0, 4, 8]]
     assert result.labels[12:14].tolist() == of_parts[[2, 0]].tolist()

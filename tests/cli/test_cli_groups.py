@@ -34,7 +34,10 @@ def test_the_command_carries_groups_over_and_shows_the_loss(run, scene):
         "       7         3       0       1  table",
         f"wrote {output}",
     ]
-    objects = json.loads(run("convert", groups, new, "-o", output, "--json")[1])["objects"]
+    status, _, err = run("convert", groups, new, "-o", output)
+    assert (status, "holds objects from elsewhere" in err) == (1, True)
+    again = ("convert", groups, new, "-o", output, "--json", "--force")
+    objects = json.loads(run(*again)[1])["objects"]
     assert [found["n_lost"] for found in objects] == [1, 0]
     assert run("convert", groups, "-o", output)[0] == 2
     assert run("convert", "a.ply", "-o", "b.ply", "--segments", new)[0] == 2
@@ -48,7 +51,7 @@ def test_the_command_keeps_truth_unless_it_is_forced(run, scene):
     status, _, err = run(*arguments)
     assert status == 1
     assert err.count("\n") == 1
-    assert "s.aggregation.json groups the segments in this file" in err
+    assert "s.aggregation.json refers to the segments in this file" in err
     assert path.read_bytes() == before
     assert run(*arguments, "--force")[0] == 0
     assert path.read_bytes() != before

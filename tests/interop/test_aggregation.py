@@ -94,17 +94,39 @@ def test_segments_that_groups_depend_on_are_not_replaced(scene):
         lambda force: sf.write_mesh(path, mesh, labels, force=force),
         lambda force: sf.write_labels(path, [0, 1, 2], force=force),
     ):
-        with pytest.raises(FileExistsError, match=r"s\.aggregation\.json groups the segments"):
+        with pytest.raises(FileExistsError, match=r"s\.aggregation\.json refers to the segments"):
             write(False)
         assert path.read_bytes() == before
         write(True)
         path.write_bytes(before)
 
 
+def test_objects_from_elsewhere_are_not_replaced(scene):
+    mesh, labels = shapes.cube(), np.arange(12) // 4
+    path = scene / "s.aggregation.json"
+    before = path.read_bytes()
+    new = write_json(scene / "own.segs.json", {"segIndices": [0, 0, 1, 1, 2, 2]})
+    for write in (
+        lambda: sf.write_mesh(path, mesh, labels),
+        lambda: regroup_segments(scene / "s.aggregation.json", new, scene / "t.aggregation.json"),
+    ):
+        (scene / "t.aggregation.json").write_bytes(before)
+        with pytest.raises(FileExistsError, match="holds objects from elsewhere"):
+            write()
+        assert path.read_bytes() == before
+    with pytest.raises(ValueError, match="would replace those that they are made from"):
+        regroup_segments(path, new, path, force=True)
+    own = scene / "own.aggregation.json"
+    sf.write_mesh(own, mesh, labels)
+    sf.write_mesh(own, mesh, labels)  # ours may be made again
+    sf.write_mesh(path, mesh, labels, force=True)
+    assert path.read_bytes() != before
+
+
 def test_a_file_that_groups_name_is_kept_whatever_its_name(scene):
     other = write_json(scene / "mine.segs.json", {"segIndices": [0]})
     write_json(scene / "x.aggregation.json", {"segGroups": [], "segmentsFile": "mine.segs.json"})
-    with pytest.raises(FileExistsError, match=r"x\.aggregation\.json groups"):
+    with pytest.raises(FileExistsError, match=r"x\.aggregation\.json refers"):
         sf.write_labels(other, [1, 2])
     sf.write_labels(scene / "free.segs.json", [1, 2])
     sf.write_labels(scene / "free.segs.json", [2, 2])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -82,7 +83,8 @@ def convert_command(
     of these; a table shows the vertices that each object loses and gains.
     """
     if mesh.name.endswith(GROUPS):
-        _regroup(mesh, labels, outputs, segments, is_quiet=is_quiet, as_json=as_json)
+        options = {"segments": segments, "force": force}
+        _regroup(mesh, labels, outputs, options, is_quiet=is_quiet, as_json=as_json)
         return
     if segments is not None:
         raise click.UsageError("--segments goes with an .aggregation.json only")
@@ -101,7 +103,7 @@ def _regroup(
     groups: Path,
     labels: Path | None,
     outputs: tuple[str, ...],
-    segments: Path | None,
+    options: dict[str, Any],
     *,
     is_quiet: bool,
     as_json: bool,
@@ -109,7 +111,7 @@ def _regroup(
     """Write an aggregation for other segments, and a table of what objects lost."""
     if labels is None or len(outputs) != 1:
         raise click.UsageError("an .aggregation.json needs new segments (.segs.json) and one -o")
-    objects = regroup_segments(groups, labels, outputs[0], segments=segments)
+    objects = regroup_segments(groups, labels, outputs[0], **options)
     if as_json:
         facts = {"file": str(groups), "objects": [found._asdict() for found in objects]}
         click.echo(json.dumps({**facts, "outputs": list(outputs)}))

@@ -185,7 +185,8 @@ def label_options(command: Any) -> Any:
 force_option = click.option(
     "--force",
     is_flag=True,
-    help="Replace a .segs.json even if an .aggregation.json beside it groups its segments.",
+    help="Replace ground truth: an .aggregation.json from elsewhere, or a .segs.json that one"
+    " refers to.",
 )
 
 

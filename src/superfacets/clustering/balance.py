@@ -62,9 +62,13 @@ ISLAND = 0.5
 """Components of less than this share of the mean size of a region are islands, as for seeds."""
 
 
+MAX_TOTAL = 1e150
+"""Largest sum of the sizes of all cells, and the inverse of the least: ratios stay finite."""
+
+
 @dataclass(frozen=True, eq=False)
 class SizeRules:
-    """What sizes regions are to have; the size of a region is the sum of those of its cells."""
+    """Target sizes of regions and their bounds; a region is as large as its cells together."""
 
     options: BalanceOptions
     sizes: Floats  # (n,) of the kept cells
@@ -86,8 +90,12 @@ class SizeRules:
         arcs = graph if cut is None else cut
         one_label = np.zeros(len(sizes), np.int32)
         components, _ = _core.find_components(arcs.offsets, arcs.neighbors, one_label)
-        if not sizes.sum() > 0:
+        with np.errstate(over="ignore"):
+            total = float(sizes.sum())
+        if not total > 0:
             raise MeshError("cells have no size to balance by: all measures are 0")
+        if not 1 / MAX_TOTAL < total < MAX_TOTAL:
+            raise MeshError(f"sizes of cells add up to {total:g}: scale cell_weights")
         return cls(options, exact_array(sizes, np.float64), components)
 
     def asked(self, size: SizeOptions) -> SizeOptions:
@@ -208,7 +216,7 @@ class Balancer:
     ) -> Balancer:
         """Return a balancer for the levels of a loop, the finest coarse one first."""
         n_threads, islands = loop.n_threads, CORE_ISLANDS[loop.islands]
-        may_jump = isinstance(plan.init, str) and loop.relocate is not False
+        may_jump = isinstance(plan.init, str)
         sizes, components = [rules.sizes], [rules.components]
         for level in coarse:
             assert isinstance(level, _core.CoarseGraph)  # tiles have no balance

@@ -26,6 +26,9 @@ NO_CLASS = "unknown"
 SEGMENTS = ".segs.json"
 GROUPS = ".aggregation.json"
 
+APP_ID = "superfacets"
+"""The ``appId`` of groups that this package makes from regions."""
+
 _MESH_NAME = re.compile(r"_vh_clean(_2)?([._]|$)")
 """Suffix that follows a scene's name in the names of its mesh files."""
 
@@ -43,22 +46,35 @@ def scene_of(path: Path | None, ending: str) -> str:
 
 
 def check_truth_stays(paths: Iterable[StrPath]) -> None:
-    """Raise a FileExistsError if a file of segments would be replaced that others depend on.
+    """Raise a FileExistsError if ground truth would be replaced.
 
-    An ``.aggregation.json`` groups the segments of a ``.segs.json`` in the same folder: the one
-    that it names, or the one of the same scene. With other segments its groups mean nothing. Both
-    may be replaced together.
+    That is an ``.aggregation.json`` from elsewhere, and a ``.segs.json`` whose segments it groups:
+    the one that it names, or the one of the same scene in the same folder. With other segments its
+    groups mean nothing.
     """
     outputs = [Path(path) for path in paths]
     for path in outputs:
+        if path.name.endswith(GROUPS) and path.exists() and not _is_ours(path):
+            raise FileExistsError(
+                f"{path}: holds objects from elsewhere, which would be lost: write to another"
+                " folder, or force it (force=True, --force)"
+            )
         if not (path.name.endswith(SEGMENTS) and path.exists()):
             continue
         for groups in sorted(path.parent.glob(f"*{GROUPS}")):
             if groups not in outputs and path.name in _segment_files_of(groups, path):
                 raise FileExistsError(
-                    f"{path}: {groups.name} groups the segments in this file, and would be of no"
-                    " use: write to another folder, or force it (force=True, --force)"
+                    f"{path}: {groups.name} refers to the segments in this file, and would become"
+                    " invalid: write to another folder, or force it (force=True, --force)"
                 )
+
+
+def _is_ours(groups: Path) -> bool:
+    """Whether a file of groups was made from regions by this package."""
+    try:
+        return bool(json.loads(groups.read_bytes())["appId"] == APP_ID)
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return False  # whatever it is, it is not ours
 
 
 def _segment_files_of(groups: Path, segments: Path) -> set[str]:
@@ -98,7 +114,7 @@ def write_groups(file: IO[bytes], groups: Sequence[dict[str, Any]], scene: str) 
     """Write groups of segments: each an object, with ``segments``, ``label`` and other entries."""
     document = {
         "sceneId": f"scannet.{scene}",
-        "appId": "superfacets",
+        "appId": APP_ID,
         "segGroups": [{"id": i, "objectId": i, **group} for i, group in enumerate(groups)],
         "segmentsFile": f"scannet.{scene}_vh_clean_2.0.010000.segs.json",
     }

@@ -11,7 +11,7 @@ import numpy as np
 
 from .._types import Longs
 from ..errors import MeshError
-from ..export.scannet import GROUPS, SEGMENTS, scene_of
+from ..export.scannet import GROUPS, SEGMENTS, check_truth_stays, scene_of
 from ..io.atomic import StrPath, atomic_outputs
 from ..io.guards import known_ending
 
@@ -44,12 +44,13 @@ def regroup_segments(
     output: StrPath,
     *,
     segments: StrPath | None = None,
+    force: bool = False,
 ) -> list[RegroupedObject]:
     """Write an ``.aggregation.json`` of the same objects for other segments of the same mesh.
 
-    Each new segment goes to the object that most of its vertices belong to; to none if that is most
-    frequent. Segments that keep to the borders of the objects lose nothing; all others change the
-    objects where they cross a border.
+    Each new segment goes to the object that most of its vertices belong to, or to no object if most
+    of its vertices belong to none. Segments that keep to the borders of the objects lose nothing;
+    all others change the objects where they cross a border.
 
     Parameters
     ----------
@@ -62,6 +63,8 @@ def regroup_segments(
         ``segmentsFile`` is the name of `new_segments`. Objects that get no segment are left out.
     segments : path-like, optional
         The old ``.segs.json``; by default the file beside `aggregation` that it names.
+    force : bool, default False
+        Whether to replace an `output` that exists. `aggregation` itself is never replaced.
 
     Returns
     -------
@@ -72,6 +75,10 @@ def regroup_segments(
     ------
     MeshError
         If a file is damaged, or if the files do not belong together.
+    ValueError
+        If `output` is `aggregation`.
+    FileExistsError
+        If `output` exists, without `force`.
     OSError
         If a file cannot be read or written.
 
@@ -81,6 +88,10 @@ def regroup_segments(
     """
     for path, ending in ((aggregation, GROUPS), (new_segments, SEGMENTS), (output, GROUPS)):
         known_ending(Path(path), (ending,))
+    if Path(output).resolve() == Path(aggregation).resolve():
+        raise ValueError(f"{output}: the objects would replace those that they are made from")
+    if not force:
+        check_truth_stays([output])
     groups = _Groups.read(Path(aggregation))
     source = groups.named_segments() if segments is None else Path(segments)
     known_ending(source, (SEGMENTS,))
@@ -122,7 +133,7 @@ class _Groups:
         """The file of segments beside this one that it names."""
         name = self.document.get("segmentsFile")
         if not isinstance(name, str) or not name:
-            raise MeshError(f"{self.path}: names no segmentsFile: say which it is")
+            raise MeshError(f"{self.path}: names no segmentsFile: name it (segments=, --segments)")
         for text in (name, name.removeprefix("scannet.")):
             path = self.path.with_name(Path(text).name)
             if path.exists():
