@@ -61,8 +61,8 @@ class Goals(NamedTuple):
             size = float(self.sizes[labels == region].sum())
             name, bound = ("min", low) if size < low else ("max", high)
             raise MeshError(
-                f"no way was found to keep {name}_measure={bound:g}: a region has {size:g}, and its"
-                " neighbors have no cells to exchange with it"
+                f"no way was found to keep {name}_measure={bound:g}: region {region} has {size:g};"
+                " looser bounds or another number of regions may help"
             )
 
 
