@@ -306,3 +306,10 @@ def test_wrong_arguments_are_refused(arguments, error, message):
 def test_a_viewpoint_is_three_finite_numbers(viewpoint):
     with pytest.raises(ValueError, match="viewpoint must be three finite numbers"):
         estimate_normals(plane(20), viewpoint=viewpoint)
+
+
+def test_normals_that_are_all_zero_are_none():
+    points = np.random.default_rng(0).normal(size=(200, 3))
+    cloud = sf.PointCloud(points, np.zeros((200, 3)))
+    assert cloud.normals is None
+    assert np.array_equal(sf.segment(cloud, 9).labels, sf.segment(points, 9).labels)

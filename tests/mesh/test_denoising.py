@@ -100,7 +100,12 @@ def test_polygons_are_smoothed():
 
 def test_steps_are_checked():
     mesh = shapes.cube()
-    for wrong, error in ((-1, ValueError), ("much", ValueError), (1.5, TypeError)):
+    for wrong, error in (
+        (-1, ValueError),
+        (1001, ValueError),
+        ("much", ValueError),
+        (1.5, TypeError),
+    ):
         with pytest.raises(error, match="denoise"):
             segment(mesh, 2, denoise=wrong)
     with pytest.raises(ValueError, match="denoise needs a mesh of faces, not points"):

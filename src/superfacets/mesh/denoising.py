@@ -34,13 +34,20 @@ ESTIMATE_OF_NOISE = 0.118
 """Value of the estimate per unit of noise, on closed meshes of like triangles."""
 
 
+MOST_STEPS = 1000
+"""Largest number of steps: far fewer smooth all details of a shape away."""
+
+
 def checked_denoise(denoise: object) -> Denoise:
     """Return the checked argument of `segment`."""
     if denoise is None or denoise == "auto":
         return denoise
     if isinstance(denoise, str):
         raise ValueError(f"denoise must be 'auto', a number of steps, or None, got {denoise!r}")
-    return checked_count(denoise, "denoise", low=0)
+    n_steps = checked_count(denoise, "denoise", low=0)
+    if n_steps > MOST_STEPS:
+        raise ValueError(f"denoise must be at most {MOST_STEPS} steps, got {n_steps}")
+    return n_steps
 
 
 def denoised(

@@ -78,7 +78,8 @@ class PointCloud(Cells):
         points, bounds = checked_points(self.points)
         freeze(self, points=points, bounds=bounds)
         if self.normals is not None:
-            freeze(self, normals=checked_normals(self.normals, len(points)))
+            normals = checked_normals(self.normals, len(points))
+            freeze(self, normals=normals if normals.any() else None)  # all zero: there are none
         if self.colors is not None:
             freeze(self, colors=checked_colors(self.colors, len(points)))
         if self.axes is not None:

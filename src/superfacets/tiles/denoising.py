@@ -55,7 +55,7 @@ def make_denoised_tiles(
 
 
 def _smooth_all(store: TileStore, denoise: int | Literal["auto"], run: Run, n_threads: int) -> int:
-    """Write the positions of all vertices after each step; return the number of steps.
+    """Write the positions of all vertices after the last step; return the number of steps.
 
     Each step is a pass over the tiles, with two rings of faces around each.
     """
@@ -66,6 +66,8 @@ def _smooth_all(store: TileStore, denoise: int | Literal["auto"], run: Run, n_th
     step = 0
     while step < n_steps:
         run(_smooth, store, [(tile, halos[tile], step, n_threads) for tile in tiles])
+        if step:
+            store.remove_from_all(f"smoothed{step}", f"outer/smoothed{step}")
         step += 1
         if denoise == "auto" and step == 1:
             found = run(_measure_noise, store, [(tile, halos[tile], n_threads) for tile in tiles])
