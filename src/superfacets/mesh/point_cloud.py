@@ -79,7 +79,10 @@ class PointCloud(Cells):
         freeze(self, points=points, bounds=bounds)
         if self.normals is not None:
             normals = checked_normals(self.normals, len(points))
-            freeze(self, normals=normals if normals.any() else None)  # all zero: there are none
+            if normals.any():
+                freeze(self, normals=normals)
+            else:  # all zero: there are none
+                object.__setattr__(self, "normals", None)
         if self.colors is not None:
             freeze(self, colors=checked_colors(self.colors, len(points)))
         if self.axes is not None:
