@@ -308,5 +308,7 @@ def test_faint_splats_are_left_out(splats, tmp_path):
     np.save(tmp_path / "points.npy", table[:, :3])
     failed = sf.batch(tmp_path / "points.npy", tmp_path / "other", min_opacity=0.5, **options)
     assert "there is no opacity of each point" in failed.records[0]["error"]
+    failed = sf.batch(path, tmp_path / "none", min_opacity=1, **options)
+    assert "no splat has an opacity of 1 or more" in failed.records[0]["error"]
     with pytest.raises(ValueError, match="min_opacity"):
         sf.batch(path, tmp_path / "out", min_opacity=2, **options)

@@ -88,7 +88,9 @@ def test_clouds_are_seen_from_a_viewpoint(run, tmp_path):
 def test_a_viewpoint_of_a_mesh_is_one_line(run, bear):
     status, _, err = run("segment", bear, "-n", 9, "--tiled", "--viewpoint", 0, 0, 1)
     assert (status, err.count("\n")) == (1, 1)
-    assert err.endswith("a viewpoint is for point clouds without normals\n")
+    assert err.endswith(
+        "a viewpoint is for point clouds that have neither normals nor viewpoints\n"
+    )
     assert files_in(bear.parent) == ["bear.ply"]
 
 

@@ -209,6 +209,8 @@ def segment_file(
         of_cells: dict[str, Any] = {} if constraints is None else constraints(mesh)
         if options.min_opacity > 0:
             is_opaque = _opacities(attributes) >= options.min_opacity
+            if not is_opaque.any():
+                raise MeshError(f"no splat has an opacity of {options.min_opacity:g} or more")
             of_cells["mask"] = is_opaque & of_cells.get("mask", True)
         features = features_of(options.features, mesh, attributes, threads)
         if features is not None:
@@ -229,10 +231,12 @@ def segment_file(
 
 
 def _opacities(attributes: MeshAttributes | None) -> npt.NDArray[np.float64]:
-    """Opacity of each Gaussian splat, 0 to 1; a MeshError if the file holds none."""
+    """Opacity of each Gaussian splat, 0 to 1; a MeshError if the file holds none, or a NaN."""
     stored = {} if attributes is None else attributes.vertex
-    if "opacity" not in stored or not np.isfinite(stored["opacity"]).all():
+    if "opacity" not in stored:
         raise MeshError("min_opacity is for Gaussian splats: there is no opacity of each point")
+    if np.isnan(stored["opacity"]).any():
+        raise MeshError(f"opacity[{np.flatnonzero(np.isnan(stored['opacity']))[0]}] is nan")
     with np.errstate(over="ignore"):  # stored as logits
         return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
 

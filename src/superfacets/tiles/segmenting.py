@@ -290,7 +290,7 @@ def _make_tiles(
     if is_cloud and options.denoise is not None:
         raise ValueError("denoise needs a mesh of faces, not points")
     if pieces.viewpoint is not None and (not is_cloud or pieces.normals is not None):
-        raise MeshError("a viewpoint is for point clouds without normals")
+        raise MeshError("a viewpoint is for point clouds that have neither normals nor viewpoints")
     if is_cloud:
         return make_cloud_tiles(*made, run=run, n_threads=n_threads), options
     welds = options.weld
