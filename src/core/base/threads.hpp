@@ -207,8 +207,8 @@ class PerThread {
 
   template <typename... Arguments>
   T& get(std::int64_t thread, const Arguments&... arguments) {
-    if (!objects_[thread]) objects_[thread].emplace(arguments...);
-    return *objects_[thread];
+    std::optional<T>& object = objects_[thread];
+    return object.has_value() ? *object : object.emplace(arguments...);
   }
 
  private:

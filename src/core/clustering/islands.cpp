@@ -46,6 +46,7 @@ class LabeledCells {
         cells_, graph.n_cells(), [](Cell& lowest, Cell cell) { lowest = std::min(lowest, cell); });
     if (groups.empty()) return;
     std::vector<Range> ranges;
+    ranges.reserve(groups_.size());
     for (const Label group : groups_) ranges.push_back({group, group});
     ranges_ = tree_.summarize<Range>(
         ranges, {}, [](Range& range, const Range& other) { range.include(other); });
