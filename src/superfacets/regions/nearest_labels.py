@@ -117,6 +117,7 @@ def transfer(
 def _warn_if_far(distances: Floats, bounds: Floats) -> None:
     """Warn the caller of `transfer` if much of the target is far from the mesh."""
     limit = _FAR * float(np.linalg.norm(bounds[1] - bounds[0]))
+    limit += _ROUNDING * float(np.abs(bounds).max())
     share = float(np.mean(distances > limit)) if len(distances) else 0.0
     if share > _MOST_FAR:
         note = (
