@@ -8,7 +8,6 @@ import struct
 import zlib
 
 import numpy as np
-import pygltflib
 import pytest
 import trimesh
 from PIL import Image
@@ -27,6 +26,8 @@ from superfacets import (
     texture_colors,
     write_mesh,
 )
+
+pygltflib = pytest.importorskip("pygltflib")
 
 VERTICES = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], dtype=float)
 FACES = np.array([[0, 1, 2], [0, 2, 3]])
