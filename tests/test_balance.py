@@ -96,7 +96,7 @@ def test_regions_are_equal_connected_and_as_many_as_asked_for():
     assert equal.n_segments == 60 == n_pieces(mesh, equal.labels)
     assert spread(areas_of(mesh, usual.labels)) > 0.2
     areas = areas_of(mesh, equal.labels)
-    assert spread(areas) < 0.15
+    assert spread(areas) < 0.12
     assert areas.max() < 1.25 * areas.mean()
     assert equal.labels[equal.centers].tolist() == list(range(60))
     assert equal.params["balance"] == 1.0
@@ -171,7 +171,7 @@ def test_regions_of_regions_are_equal_children():
     parent_of[children] = parents
     assert np.array_equal(parent_of[children], parents)
     assert set(np.bincount(parent_of)) <= {3, 4, 5}
-    assert spread(areas_of(mesh, children)) < 0.2
+    assert spread(areas_of(mesh, children)) < 0.15
 
 
 def test_a_mask_counts_for_no_area():

@@ -65,7 +65,8 @@ def test_rims_are_borders(name):
             continue
         labels = sf.segment(mesh, k).labels
         assert labels.max() + 1 == k
-        assert share_of_rims(mesh, labels) >= 0.98  # 0.985 once, else 0.99 or more
+        least = 0.985 if (name, k) == ("drilled block", 150) else 0.99
+        assert share_of_rims(mesh, labels) >= least
 
 
 def weights_of_parts(mesh, n_threads=1, **options):
