@@ -83,7 +83,8 @@ class RidgeFinder {
   }
 
  private:
-  // The point kAway in a direction, if the surface bends by at most `most` there.
+  // Walks kAway spacings in a direction. Returns the point reached, or nothing if the surface bends
+  // by more than `most` on the way.
   std::optional<Cell> flat_side(Cell from, Point along, double spacing, double most) const {
     Cell at = from;
     double walked = 0.0;

@@ -30,8 +30,8 @@ struct SeenSurface {
   Buffer<std::uint8_t> is_seen;
 };
 
-// Surfaces seen within 6 degrees of their plane: one pixel covers ten times its width there, and a
-// mask that is off by a pixel is off by as much.
+// Most surface per pixel that votes, in widths of the pixel. Surfaces seen within 6 degrees of their
+// plane exceed it: an error of one pixel in a mask would be an error of ten widths there.
 inline constexpr double kMostStretched = 10.0;
 
 // Both sides of a triangle are seen. Of triangles at the same depth the lowest is seen. Triangles

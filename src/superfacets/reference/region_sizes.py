@@ -170,7 +170,7 @@ class _Moves(MovingRegions):
 def _search(
     first: int, is_wanted: Callable[[int], bool], next_of: Callable[[int], Iterable[int]]
 ) -> list[int]:
-    """The way to the first region that is wanted, breadth first; empty if there is none."""
+    """Shortest path, by breadth-first search, to a wanted region; empty if none is reached."""
     parents = {first: first}
     queue = [first]
     for at in queue:

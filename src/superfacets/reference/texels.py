@@ -20,8 +20,8 @@ def texel_colors(
 ) -> tuple[Floats, Floats]:
     """Mean light, (N, 3), and its deviation, (N,), of the texels under triangles, (N, 3, 2).
 
-    The texels whose centers a triangle covers, in every n-th row and column of large ones; the
-    light in the middle of each of k x k parts of a triangle that covers none. NaN where a
+    A triangle has the texels whose centers it covers; of a large triangle, those in every n-th row
+    and column. If it covers none, the light is sampled in the middle of its k x k parts. NaN where a
     coordinate is not finite or more than 2**20 images away.
     """
     found = [_color(pixels, triangle, wrap) for triangle in pairs.tolist()]

@@ -139,7 +139,7 @@ MAX_STEPS = 64
 def find_sharp(
     mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
 ) -> list[int]:
-    """Arcs across sharp convex edges, the only ones of their two faces."""
+    """Arcs across sharp convex edges, each the only arc between its two faces."""
     surface = _Surface(mesh, arcs, weld)
     sharp = np.flatnonzero((thetas >= SHARP_ANGLE) & ~concave).tolist()
     return [index for index in sharp if surface.is_only(index)]

@@ -179,7 +179,7 @@ def _parts(document: Document, labels: Ints, n_objects: int) -> Iterator[Any]:
 
 
 def _safe(name: str) -> str:
-    """A name as a part of a file's name on every system."""
+    """The name with hyphens for all characters that some file system may refuse."""
     return re.sub(r"[^\w-]+", "-", name, flags=re.ASCII).strip("-")
 
 
