@@ -83,8 +83,8 @@ class RidgeFinder {
   }
 
  private:
-  // Walks kAway spacings in a direction. Returns the point reached, or nothing if the surface bends
-  // by more than `most` on the way.
+  // Walks kAway spacings in a direction, and returns the point reached. Nothing if the walk ends
+  // before, or if the surface bends by more than `most` at that point.
   std::optional<Cell> flat_side(Cell from, Point along, double spacing, double most) const {
     Cell at = from;
     double walked = 0.0;

@@ -30,8 +30,8 @@ struct SeenSurface {
   Buffer<std::uint8_t> is_seen;
 };
 
-// Most surface per pixel that votes, in widths of the pixel. Surfaces seen within 6 degrees of their
-// plane exceed it: an error of one pixel in a mask would be an error of ten widths there.
+// Largest ratio of an area to the area seen that still votes. Surfaces within 6 degrees of the line
+// of sight exceed it: an error of one pixel in a mask is an error of ten pixel widths there.
 inline constexpr double kMostStretched = 10.0;
 
 // Both sides of a triangle are seen. Of triangles at the same depth the lowest is seen. Triangles

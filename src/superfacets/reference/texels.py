@@ -21,8 +21,8 @@ def texel_colors(
     """Mean light, (N, 3), and its deviation, (N,), of the texels under triangles, (N, 3, 2).
 
     A triangle has the texels whose centers it covers; of a large triangle, those in every n-th row
-    and column. If it covers none, the light is sampled in the middle of its k x k parts. NaN where a
-    coordinate is not finite or more than 2**20 images away.
+    and column. If it covers none, the light is sampled in the middle of its k x k parts. NaN where
+    a coordinate is not finite or more than 2**20 images away.
     """
     found = [_color(pixels, triangle, wrap) for triangle in pairs.tolist()]
     return np.array([mean for mean, _ in found]), np.array([spread for _, spread in found])
