@@ -74,6 +74,7 @@ function welcome(): void {
   part("welcome").hidden = remembered(WELCOMED) !== null;
   part("welcome-close").addEventListener("click", () => {
     part("welcome").hidden = true;
+    part("canvas").focus(); // keys pressed at once would be lost with the focus of a hidden button
     remember(WELCOMED, "seen");
   });
 }
