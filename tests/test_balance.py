@@ -331,7 +331,7 @@ def test_what_cannot_be_connected_is_told_and_counted():
     legs = [[0, 1, 2], [1, 0, 3], [2, 1, 4], [0, 2, 5]]
     vertices = [[0, 0, 0], [2, 0, 0], [1, 2, 0], [1, -2, 0], [3, 2, 0], [-1, 2, 0]]
     star = sf.Mesh(vertices, legs)
-    with pytest.warns(sf.BalanceWarning, match="left no other way"):
+    with pytest.warns(sf.BalanceWarning, match="no connected regions of these sizes were found"):
         result = sf.segment(star, cells_per_region=2)
     check_exact(star, 2, result.labels)
     assert result.n_extra_pieces == 1
@@ -560,6 +560,14 @@ def test_exact_sizes_hold_in_each_of_several_components(options):
     sizes = np.bincount(sf.segment(mesh, cells_per_region=64, **options).labels)
     assert set(sorted(sizes)[:2]) == {800 % 64, bear.n_faces % 64}
     assert set(sorted(sizes)[2:]) == {64}
+
+
+def test_bounds_that_components_need_more_regions_for_are_told():
+    mesh = apart(flat(10), flat(10))
+    area = sf.build_face_graph(mesh).measures.sum() / 2
+    with pytest.raises(sf.MeshError, match="needs 4 regions, as each is of one component of the"):
+        sf.segment(mesh, 3, max_measure=0.9 * area)
+    assert sf.segment(mesh, 4, max_measure=0.9 * area).n_segments == 4
 
 
 @pytest.mark.parametrize("weight", [1e308, 5e-324])

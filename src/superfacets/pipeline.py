@@ -634,7 +634,7 @@ def _sized(
     labels, centers = settle(costs, result.labels, result.centers, goals, smoothing)
     n_extra = count_extra_pieces(costs, labels, len(centers)) if goals.is_exact else 0
     if n_extra > 0:
-        note = f"{n_extra} pieces of regions are apart: these sizes left no other way"
+        note = f"{counted(n_extra, 'extra piece')}: no connected regions of these sizes were found"
         warnings.warn(note, BalanceWarning, stacklevel=6)
     return replace(result, labels=labels, centers=centers, n_extra_pieces=n_extra)
 

@@ -313,3 +313,11 @@ def test_normals_that_are_all_zero_are_none():
     cloud = sf.PointCloud(points, np.zeros((200, 3)))
     assert cloud.normals is None
     assert np.array_equal(sf.segment(cloud, 9).labels, sf.segment(points, 9).labels)
+
+
+@pytest.mark.parametrize("away", [1e2, 1e100, 1e200, 1e308])
+def test_normals_face_a_viewpoint_however_far_it_is(away):
+    grid = np.stack(np.meshgrid(range(12), range(12), [0.0]), axis=-1).reshape(-1, 3)
+    for side in (-1.0, 1.0):
+        normals = sf.estimate_normals(grid, viewpoint=[0.0, 0.0, side * away])
+        assert (np.sign(normals[:, 2]) == side).all()

@@ -14,7 +14,8 @@ namespace superfacets {
 // order of a walk. It begins at the cell with the fewest neighbors in the region, and goes on to
 // the neighbor with the fewest neighbors that were not visited, so that narrow ends are not left
 // behind. From a dead end it goes back along its way to the last cell with a neighbor to visit;
-// other pieces of a region follow. The lowest cells win ties. Time O(N + M).
+// other pieces of a region follow. The lowest cells win ties. Time is linear in the cells, and up
+// to cubic in the number of neighbors of a cell, which is small.
 Buffer<Cell> walk_regions(const Arcs& arcs, std::span<const Label> labels, Label n_regions,
                           ThreadTeam& team);
 

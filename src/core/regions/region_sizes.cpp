@@ -347,8 +347,8 @@ class CellTransfer {
 }  // namespace
 
 Buffer<Label> move_cells(const Surface& surface, const BorderCost& cost,
-                             std::span<const Label> labels, const SizeBounds& bounds,
-                             ThreadTeam& team) {
+                         std::span<const Label> labels, const SizeBounds& bounds,
+                         ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
   SUPERFACETS_ASSERT(bounds.sizes.size() == labels.size());
   SUPERFACETS_ASSERT(bounds.lows.size() == bounds.highs.size());

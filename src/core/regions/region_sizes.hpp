@@ -11,7 +11,7 @@
 
 namespace superfacets {
 
-// The size of a region is the sum of those of its cells.
+// A region is as large as its cells together.
 struct SizeBounds {
   std::span<const double> sizes;  // (N,) of the cells, >= 0
   std::span<const double> lows;   // (K,) of the regions
@@ -24,15 +24,13 @@ struct SizeBounds {
 // to the next on a path, the cells move whose borders get cheapest, the lowest among equals.
 //
 // A cell leaves a region only if that stays connected: by the local test at first, by an exact one
-// where that finds no way, and, if regions may split, whatever comes of it where there is none
-// either. No region loses its last cell. Cells only move across arcs. Regions stay out of bounds
-// where no way is found; if they may split, all sizes are 1, and the lows equal the highs and sum
-// up to the number of cells of each component, none does.
+// where that finds no way, and, if regions may split, without a test at last. No region loses its
+// last cell. Cells only move across arcs. Regions stay out of bounds where no way is found; if they
+// may split, all sizes are 1, and the lows equal the highs and sum up to the number of cells of
+// each component, none does.
 //
-// Serial. Time O(N + M), and in practice a constant time for each cell of the regions along each
-// path.
+// Serial. Time O(N + M), and for each cell that moves time linear in the size of its region.
 Buffer<Label> move_cells(const Surface& surface, const BorderCost& cost,
-                             std::span<const Label> labels, const SizeBounds& bounds,
-                             ThreadTeam& team);
+                         std::span<const Label> labels, const SizeBounds& bounds, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -322,6 +322,8 @@ def facing_areas(
     There is one place for all points, or one for each.
     """
     toward = np.asarray(places) - positions
+    farthest = np.abs(toward).max(axis=1, keepdims=True)
+    np.divide(toward, farthest, out=toward, where=farthest > 0)  # squares of far places overflow
     facing = measures * np.einsum("ij,ij->i", normals, toward)
     lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
     np.divide(facing, lengths, out=facing, where=lengths > 0)

@@ -3,7 +3,7 @@
 After the loop, centers jump from regions that are too small to regions that are too large. Then
 offsets grow where regions are larger than their goals, and shrink where they are smaller, and
 centers move on: shortest paths with additive weights. Regions stay connected, and their borders
-stay in creases. What is left is done cell by cell, in stage 5.
+stay in creases. Stage 5 moves single cells to remove the error that remains.
 """
 
 from __future__ import annotations
@@ -137,13 +137,18 @@ class SizeRules:
         shared = np.flatnonzero(is_shared)
         most = np.minimum(n_cells, np.floor(totals / low * (1 + 1e-9)) if low > 0 else n_cells)
         least = np.maximum(1, np.ceil(totals / high * (1 - 1e-9)))
-        counts[shared] = _divided(
-            int(found[shared].sum()), totals[shared], least[shared], most[shared]
-        )
+        n, n_least = int(found[shared].sum()), int(np.minimum(least, most)[shared].sum())
+        if n_least > n:
+            n_regions = int(found.sum())
+            raise MeshError(
+                f"max_measure={high:g} needs {n_regions + n_least - n} regions, as each is of one"
+                f" component of the mesh, and there are {n_regions}"
+            )
+        counts[shared] = _divided(n, totals[shared], least[shared], most[shared])
         return counts
 
     def goals(self, found: Floats, components: Ints) -> Floats:
-        """Sizes that regions are to have, given their sizes and components."""
+        """Return the target sizes of regions, given their sizes and components."""
         counts = np.bincount(components)
         totals = sums_by_label(components, found, len(counts))
         if self.options.cells_per_region is not None:
@@ -157,7 +162,7 @@ class SizeRules:
 
 
 def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
-    """Divide n by Sainte-Lague's method, from `least` to `most` each, as far as n allows."""
+    """Apportion n by Sainte-Lague's method: from `least` to `most` each, and at least 1."""
     counts = np.minimum(least, np.maximum(most, 1)).astype(np.int64)
     rest = n - int(counts.sum())
     queue = [(-totals[i] / (counts[i] + 0.5), i) for i in range(len(counts)) if counts[i] < most[i]]
@@ -199,7 +204,7 @@ def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float,
 
 @dataclass(eq=False)
 class Balancer:
-    """The rules on each level of the loop, and the goals and offsets that come of them."""
+    """The rules on each level of the loop, with the current goals and offsets of regions."""
 
     rules: SizeRules
     sizes: list[Floats]  # of the cells of each level, all cells first

@@ -83,7 +83,8 @@ class Segmentation:
     n_islands : int
         Small regions that have no neighbor, and were kept.
     n_extra_pieces : int
-        Pieces of regions, beyond one for each, that ``cells_per_region`` left no other way for.
+        Pieces of regions beyond one for each: with ``cells_per_region``, where no connected regions
+        of these sizes were found.
     sliver_share : float or None
         Share of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, with the
         expected radius r. Above 0.1 regions become stripes, and `segment` warns. None for cells of

@@ -22,7 +22,7 @@ coefficient of variation of areas 0.09; with 0.15, these are 0.139, 4.5 and 0.08
 
 
 class Goals(NamedTuple):
-    """The sizes that regions are to have; the size of a region is the sum of those of its cells."""
+    """Target sizes of regions; a region is as large as its cells together."""
 
     sizes: Floats  # (N,) of the cells
     goals: Floats  # (K,) of the regions
@@ -48,17 +48,20 @@ class Goals(NamedTuple):
         return cls(rules.sizes, goals, rules.options.bounds, is_exact)
 
     def out_of_bounds(self, labels: Ints) -> Ints:
-        """Regions whose sizes are out of the bounds."""
-        low, high = self.bounds
+        """Regions whose sizes are out of the bounds, or not exact where they are to be."""
+        low, high = self.limits if self.is_exact else self.bounds
         found = sums_by_label(labels, self.sizes, len(self.goals))
         slack = 1e-9 * float(found.mean())
         return np.flatnonzero((found < low - slack) | (found > high + slack)).astype(np.int32)
 
     def check(self, labels: Ints) -> None:
-        """Raise a MeshError if a region is out of the bounds."""
+        """Raise a MeshError if a region is out of the bounds, or not of its exact size."""
         low, high = self.bounds
         for region in self.out_of_bounds(labels)[:1].tolist():
             size = float(self.sizes[labels == region].sum())
+            if self.is_exact:
+                wanted = self.goals[region]
+                raise MeshError(f"no way was found to exact sizes: {size:g} cells for {wanted:g}")
             name, bound = ("min", low) if size < low else ("max", high)
             raise MeshError(
                 f"no way was found to keep {name}_measure={bound:g}: region {region} has {size:g};"
