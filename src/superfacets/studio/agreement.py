@@ -97,9 +97,9 @@ def _matched_objects(
 
 
 def _overlaps(
-    mine: npt.NDArray[np.int64], theirs: npt.NDArray[np.int64], areas: Floats
+    mine: npt.NDArray[Any], theirs: npt.NDArray[Any], areas: Floats
 ) -> list[tuple[int, int, float]]:
-    """Pairs of values that a cell has in both, with the IoU of their areas."""
+    """Pairs of values that a cell has in both, with the IoU of their areas; 0 if none has any."""
     (own, a), (other, b) = (np.unique(one, return_inverse=True) for one in (mine, theirs))
     keys, pairs = np.unique(a * len(other) + b, return_inverse=True)
     common = sums_by_label(pairs, areas, len(keys))
@@ -137,10 +137,5 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
 
 def _ious(mine: npt.NDArray[Any], theirs: npt.NDArray[Any], areas: Floats) -> dict[int, float]:
     """The IoU of each value above 0 that a cell has in one of both."""
-    values = np.union1d(mine, theirs)
-    ranks = [np.searchsorted(values, one) for one in (mine, theirs)]
-    sums = [sums_by_label(rank, areas, len(values)) for rank in ranks]
-    common = sums_by_label(ranks[0], np.where(mine == theirs, areas, 0.0), len(values))
-    union = sums[0] + sums[1] - common
-    shares = np.divide(common, union, out=np.ones(len(values)), where=union > 0)
-    return {int(value): float(share) for value, share in zip(values, shares, strict=True) if value}
+    same = {own: iou for own, other, iou in _overlaps(mine, theirs, areas) if own == other}
+    return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}
