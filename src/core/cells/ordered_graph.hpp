@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -103,6 +104,8 @@ class OrderedGraph : public PlacedCells {
   // If positive, arcs are as long as the straight line between their ends plus a price, and this is
   // the length of their unit in the unit of the positions. 0: arcs have any lengths.
   double straight_unit = 0.0;
+  // Coarse cells do not extend across arcs with this price or a higher one.
+  double barrier = HUGE_VAL;
 
  private:
   std::size_t first_arc(Place place) const {

@@ -26,7 +26,8 @@ struct SpreadPaths {
 // component of the fine graph, however small, has at least one coarse cell.
 //
 // If steps of the fine graph are straight, so are those of this one: an arc is as long as the
-// straight line between the positions of two coarse cells plus the lowest price of such a path.
+// straight line between the positions of two coarse cells plus the lowest price of such a path, and
+// no coarse cell extends across an arc with a price of fine.barrier or more.
 // Shortest paths are then about as long in all directions, whatever the pattern of the fine cells.
 class CoarseGraph {
  public:
