@@ -595,7 +595,11 @@ def _cluster(work: _Work) -> _Work:
     note = sliver_note(work.sliver_share, sliver_advice(work.plan.size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=5)  # `segment` is decorated
-    join_pieces = partial(_core.join_loose_pieces, *work.arcs) if work.has_parts else None
+    join_pieces = None
+    if work.has_parts:
+        join_pieces = partial(
+            _core.join_loose_pieces, *work.arcs, barrier=work.graph.barrier
+        )
     balancer = None
     if work.sizes is not None:
         balancer = Balancer.of(work.sizes, work.levels.coarse, work.plan, options.loop)

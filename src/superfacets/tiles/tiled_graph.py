@@ -114,7 +114,7 @@ class TiledGraph:
         offsets = np.append(arcs.lists["arcs"].offsets, np.full(len(around), len(neighbors)))
         joined = _core.join_loose_cells(
             offsets, neighbors.astype(np.int32), entries["lengths"], labels[cells],
-            np.arange(len(loose), dtype=np.int32),
+            np.arange(len(loose), dtype=np.int32), self.barrier,
         )  # fmt: skip
         labels = labels.copy()
         labels[loose] = joined[: len(loose)]
