@@ -314,7 +314,7 @@ def test_labels_begin_with_their_central_cells():
     upper = mesh.vertices[mesh.faces].mean(axis=1)[:, 1] > 3
     assert segment(mesh, init=halves, mask=upper).n_segments == 2
     assert segment(mesh, init=halves, mask=halves == 1).n_segments == 1
-    with pytest.raises(ValueError, match="all are -1 where cells are kept"):
+    with pytest.raises(ValueError, match="all kept cells are labeled -1"):
         segment(mesh, init=np.where(upper, -1, halves), mask=upper)
 
 
@@ -417,9 +417,13 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"init": [0, 0, 2, 2]},
             ValueError,
-            "init has a label per cell, but no cell has label 1",
+            "init has one label per cell, but no cell has label 1",
         ),
-        ({"init": [-1] * 4}, ValueError, "init has a label per cell, but .*all are -1"),
+        (
+            {"init": [-1] * 4},
+            ValueError,
+            "init has one label per cell, but all kept cells are labeled -1",
+        ),
         ({"init": [0, 0, 1, 1], "n_segments": 3}, ValueError, "n_segments is 3 but 2 seeds are"),
     ],
 )
