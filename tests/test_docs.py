@@ -6,12 +6,10 @@ import re
 import shlex
 import warnings
 from importlib.util import find_spec
-from itertools import zip_longest
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
-import click
 import gallery_meshes
 import make_gallery
 import numpy as np
@@ -26,7 +24,8 @@ from superfacets.cli.main import commands
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md")), *sorted((DOCS / "howto").glob("*.md"))]
+PAGES = [ROOT / "README.md", *(DOCS / f"{name}.md" for name in ("index", "pipeline", "metrics"))]
+PAGES += [DOCS / "tutorial.md", *sorted((DOCS / "howto").glob("*.md"))]
 
 CHANNELS = ("red", "green", "blue")
 
@@ -48,7 +47,7 @@ def read_blocks(path):
     text = path.read_text(encoding="utf-8")
     found = list(FENCE.finditer(text))
     blocks = []
-    for block, after in zip_longest(found, found[1:]):
+    for block, after in zip(found, [*found[1:], None], strict=True):
         is_output = (
             after is not None
             and after[2] == "text"
@@ -147,29 +146,6 @@ def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
         "pyfqmr", "psutil", "segment_anything", "torch",
     }  # fmt: skip
     assert all(compile(block.code, str(path), "exec") for block in python_blocks(path))
-
-
-def shown_commands(path):
-    """The commands of a page, as lists of words."""
-    shells = [block for block in read_blocks(path) if block.language in ("sh", "bash", "console")]
-    lines = "".join(block.code for block in shells).replace("\\\n", " ").splitlines()
-    words = [shlex.split(line.removeprefix("$ "), comments=True) for line in lines]
-    return [some for some in words if some[:1] == ["superfacets"]]
-
-
-@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
-def test_commands_of_a_page_have_the_options_that_it_says(path):
-    for _, name, *arguments in shown_commands(path):
-        command = commands.get_command(click.Context(commands), name)
-        assert command is not None, name
-        command.make_parser(click.Context(command)).parse_args(arguments)
-
-
-def test_an_option_that_a_command_lacks_is_found(tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text("```sh\nsuperfacets segment a.ply \\\n  --regions 3  # no such option\n```\n")
-    with pytest.raises(click.NoSuchOption, match="--regions"):
-        test_commands_of_a_page_have_the_options_that_it_says(page)
 
 
 def public_names():
