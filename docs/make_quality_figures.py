@@ -34,15 +34,11 @@ SMALL = (320, 270)
 """Size of each of the pictures on one sheet."""
 
 SHAPES: dict[str, tuple[Callable[[Path], Any], int, sf.View]] = {
-    "terrain": (lambda _: gallery_meshes.terrain(), 100, sf.View(up="z", azimuth=30, elevation=45)),
+    "terrain": (lambda _: gallery_meshes.terrain(), 100, sf.View(up="z", elevation=45)),
     "room": (lambda _: voxel_room(), 150, sf.View(up="z", azimuth=130, elevation=35)),
     "bunny": (lambda folder: sf.read_mesh(folder / "bunny.ply"), 150, sf.View(azimuth=0)),
     "horse": (lambda folder: sf.read_mesh(folder / "horse.ply"), 150, sf.View(azimuth=65)),
-    "fandisk": (
-        lambda folder: sf.read_mesh(folder / "fandisk.obj"),
-        60,
-        sf.View(azimuth=-50, elevation=25),
-    ),
+    "fandisk": (lambda folder: sf.read_mesh(folder / "fandisk.obj"), 60, sf.View(azimuth=-50)),
     "bracket": (lambda _: bracket(), 30, sf.View(up="z", azimuth=40, elevation=30)),
 }
 """Function that returns the mesh, the number of regions, and the view, by name."""
@@ -127,11 +123,10 @@ def bracket() -> sf.Mesh:
     ends = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 5], [3, 4, 5]])
     points = np.concatenate([np.insert(np.array(profile), 1, y, axis=1) for y in (0.0, 2.5)])
     here, after = np.arange(6), (np.arange(6) + 1) % 6
-    sides = [np.stack(corners, axis=1)
-             for corners in ((here, 6 + after, after), (here, 6 + here, 6 + after))]  # fmt: skip
-    return sf.subdivide(
-        sf.Mesh(points, np.concatenate([ends, ends[:, ::-1] + 6, *sides])), 0.1
-    ).mesh
+    quads = np.stack([here, here + 6, after + 6, after], axis=1)
+    sides = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    mesh = sf.Mesh(points, np.concatenate([ends, ends[:, ::-1] + 6, sides]))
+    return sf.subdivide(mesh, 0.1).mesh
 
 
 def draw_frontier(rows: Iterable[dict[str, str]]) -> None:

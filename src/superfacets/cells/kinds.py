@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from .._types import ArcLists, Bools, Floats, Ints, Longs

@@ -211,7 +211,8 @@ def _divide(
 ) -> tuple[Floats, Floats]:
     """Write the coarse cells of a tile; return their positions and measures.
 
-    `steps` has `straight_unit` and `barrier` of `TiledGraph`. Ghosts follow the cells in the graph; they have no arcs and no positions.
+    `steps` has `straight_unit` and `barrier` of `TiledGraph`. Ghosts follow the cells in the graph;
+    they have no arcs and no positions.
     """
     straight_unit, barrier = steps
     n_ghosts = len(store.read(tile, "ghosts"))
