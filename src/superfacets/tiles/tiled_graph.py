@@ -113,8 +113,8 @@ class TiledGraph:
         neighbors = order[np.searchsorted(cells, entries["neighbors"], sorter=order)]
         offsets = np.append(arcs.lists["arcs"].offsets, np.full(len(around), len(neighbors)))
         joined = _core.join_loose_cells(
-            offsets, neighbors.astype(np.int32), entries["lengths"], labels[cells],
-            np.arange(len(loose), dtype=np.int32), self.barrier,
+            offsets, neighbors.astype(np.int32), entries["lengths"], self.barrier, labels[cells],
+            np.arange(len(loose), dtype=np.int32),
         )  # fmt: skip
         labels = labels.copy()
         labels[loose] = joined[: len(loose)]
