@@ -597,7 +597,8 @@ def _cluster(work: _Work) -> _Work:
         warnings.warn(note, SliverWarning, stacklevel=5)  # `segment` is decorated
     join_pieces = None
     if work.has_parts:
-        join_pieces = partial(_core.join_loose_pieces, *work.arcs, work.graph.barrier)
+        arcs = (*work.arcs, work.graph.barrier)
+        join_pieces = partial(_core.join_loose_pieces, *arcs)
     balancer = None
     if work.sizes is not None:
         balancer = Balancer.of(work.sizes, work.levels.coarse, work.plan, options.loop)
