@@ -103,7 +103,7 @@ def test_a_file_of_another_tool_is_not_replaced_unasked(painted):
 
 
 def test_exports_are_sent_and_written(client, sheet):
-    client.done("paint", **{"class": 3}, regions=[0, 1], revision=client.state()["revision"])
+    client.paint_regions(3, 0, 1)
     written = client.done("export", what="cells", format="npy")
     assert written["path"] == str(sheet.with_name("sheet.classes.npy"))
     answer = client.get("export", what="cells", format="npy")
@@ -115,9 +115,8 @@ def test_exports_are_sent_and_written(client, sheet):
 
 
 def test_what_was_exported_is_imported_as_one_operation(client):
-    revision = client.state()["revision"]
-    client.done("paint", **{"class": 3}, regions=[0, 1], revision=revision)
-    client.done("paint", **{"class": 5}, regions=[2], revision=revision)
+    client.paint_regions(3, 0, 1)
+    client.paint_regions(5, 2)
     before = client.classes()
     for format in ("npy", "seg", "sstk.json"):
         data = client.get("export", what="cells", format=format).content

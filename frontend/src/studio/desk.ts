@@ -186,7 +186,7 @@ export class Desk {
   }
 
   /** Fly to cells; false if they are hidden inside the body. */
-  private fly(cells: Uint32Array, keepsAngles = false): boolean {
+  fly(cells: Uint32Array, keepsAngles = false): boolean {
     const { mesh } = this.session;
     let [sum, normal]: [Vector, Vector] = [[0, 0, 0], [0, 0, 0]];
     const middles: Vector[] = [];

@@ -41,6 +41,9 @@ export class Drawing {
   private readonly regions: Table; // the region of each cell
   private readonly regionColors: Table; // color of each region; alpha is 255 if it is selected
   private readonly classColors: Table;
+  private readonly suggestions: Table; // place of the suggestion of each cell in their list, from 1; 0: none
+  private readonly suggestionColors: Table; // color of each by its place; alpha is 255 if it is chosen
+  private hasSuggestions = false;
   private readonly frames: [Frame, Frame]; // framebuffers of the first pass, by stride
   private frame: Frame | null = null; // frame of the latest first pass
   private stride = 1; // pixels of the first pass per pixel of the canvas, along each side
@@ -59,7 +62,8 @@ export class Drawing {
     this.surface = new Surface(gpu);
     this.paint = new Paint(gpu);
     this.cells = new CellTable(gpu);
-    [this.regions, this.regionColors, this.classColors] = Array.from({ length: 3 }, () => new Table(gpu));
+    [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors] =
+      Array.from({ length: 5 }, () => new Table(gpu));
     this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
@@ -148,6 +152,19 @@ export class Drawing {
     this.redraw();
   }
 
+  /** Suggested objects, hatched where nothing is painted; no cells: none. */
+  setSuggestions(owners: Uint32Array): void {
+    this.hasSuggestions = owners.length > 0;
+    this.suggestions.fill("r32", owners);
+    this.redraw();
+  }
+
+  setSuggestionColors(colors: Rgb[], chosen: number): void {
+    const texels = colors.flatMap((color, i) => [...color, i + 1 === chosen ? 255 : 0]);
+    this.suggestionColors.fill("rgba8", [0, 0, 0, 0, ...texels]);
+    this.redraw();
+  }
+
   /** Mark the regions under the pointer and under the keyboard's cursor; -1 for none. */
   mark({ hovered, cursor }: { hovered?: number; cursor?: number }): void {
     const before = [this.hovered, this.cursor];
@@ -228,6 +245,7 @@ export class Drawing {
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     this.imageProgram.use({
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
+      suggestions: this.suggestions, suggestion_colors: this.suggestionColors, has_suggestions: this.hasSuggestions,
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
       stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),

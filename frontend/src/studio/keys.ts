@@ -4,6 +4,7 @@ import type { Desk } from "./desk";
 import type { ClipBox } from "./clip";
 import type { Modes } from "./modes";
 import type { Comparison } from "./panels/comparison";
+import type { Suggestions } from "./panels/suggestions";
 import { savedText } from "./notices";
 import type { Views } from "./views";
 import { make, part } from "../shared/dom";
@@ -34,6 +35,7 @@ export interface Parts {
   views: Views;
   clip: ClipBox;
   comparison: Comparison;
+  suggestions: Suggestions;
   goToFile: (steps: number) => void;
 }
 
@@ -44,7 +46,7 @@ export class Keys {
 
   private readonly modes: Modes;
 
-  constructor(private readonly desk: Desk, { modes, views, clip, comparison, goToFile }: Parts) {
+  constructor(private readonly desk: Desk, { modes, views, clip, comparison, suggestions, goToFile }: Parts) {
     this.modes = modes;
     this.groups = {
       Labeling: this.labeling(),
@@ -53,6 +55,12 @@ export class Keys {
       Modes: this.modeKeys(),
       View: [...this.view(views), this.textureKey(comparison)],
       Sections: this.sections(clip),
+      Suggestions: [
+        { names: ["a"], what: "accept the suggestion under the pointer, or the chosen one", run: () => suggestions.accept() },
+        { names: ["Shift+a"], what: "accept it as an object of the chosen class", run: () => suggestions.accept(true) },
+        { names: ["r"], what: "reject it", run: () => suggestions.reject() },
+        { names: ["j"], what: "next suggestion, the highest score first", run: () => suggestions.next() },
+      ],
       "Comparison of two works": [
         { names: ["d"], what: "next difference", run: () => comparison.next() },
         { names: [], shown: "T", what: "take theirs in the region", run: () => undefined },

@@ -17,6 +17,7 @@ import { Comparison } from "./panels/comparison";
 import { ExchangePanel } from "./panels/exchange";
 import { FilesPanel } from "./panels/files";
 import { ParametersPanel } from "./panels/parameters";
+import { Suggestions } from "./panels/suggestions";
 import { Pointer } from "./pointer";
 import { remember, remembered } from "./remembered";
 import { Session } from "./session";
@@ -38,7 +39,10 @@ async function start(): Promise<void> {
     const modes = new Modes(desk);
     const files = new FilesPanel(session);
     new Pointer(desk, modes);
-    new Keys(desk, { modes, views: new Views(desk), clip: new ClipBox(desk), comparison: new Comparison(desk), goToFile: (steps) => files.go(steps) });
+    new Keys(desk, {
+      modes, views: new Views(desk), clip: new ClipBox(desk), comparison: new Comparison(desk),
+      suggestions: new Suggestions(desk), goToFile: (steps) => files.go(steps),
+    });
     new ClassesPanel(desk);
     new ParametersPanel(session);
     new ExchangePanel(session);

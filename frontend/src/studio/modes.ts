@@ -41,6 +41,7 @@ export class Modes {
     desk.events.on("paint", () => this.showPaint());
     desk.session.events.on("state", () => this.showPaint());
     desk.session.events.on("file", () => this.choose("paint"));
+    desk.session.events.on("suggestions", () => this.show());
     this.show();
   }
 
@@ -62,7 +63,8 @@ export class Modes {
 
   private show(): void {
     part("mode").textContent = this.tool.name;
-    part("hint").textContent = this.tool.hint;
+    const nSuggested = this.desk.session.suggested.entries.length;
+    part("hint").textContent = this.tool.hint + (nSuggested ? " · A accepts the suggestion, R rejects it, J goes to the next" : "");
     const shown = this.current === "lasso-cells" ? "lasso" : this.current;
     for (const [name, button] of this.buttons) button.ariaPressed = String(name === shown);
   }

@@ -205,7 +205,7 @@ export class Pointer {
   private showTip(cell: number): void {
     this.tip.hidden = cell < 0 || this.drag === "orbit";
     if (cell < 0) return;
-    const { regions, paints, mesh } = this.desk.session;
+    const { regions, paints, mesh, suggested } = this.desk.session;
     const region = this.desk.regionOf(cell);
     const paint = paints.of[cell];
     const lines = [region < 0 ? "No region" : `Region ${region}`];
@@ -217,6 +217,8 @@ export class Pointer {
     const name = this.desk.paintName(paint);
     const kind = this.desk.className(classOf(paint));
     lines.push(!paint ? "No class" : objectOf(paint) && !name.startsWith(kind) ? `${name} (${kind})` : name);
+    const suggestion = paint ? undefined : suggested.entries[suggested.owners[cell] - 1];
+    if (suggestion) lines.push(`Suggested: ${suggestion.class ? this.desk.className(suggestion.class) : "no class yet"} (A accepts, R rejects)`);
     this.tip.textContent = lines.join("\n");
     putTip(this.tip, this.canvas, this.last);
   }

@@ -86,10 +86,11 @@ export class RegionBrush extends Brush {
     const { desk } = this;
     const cell = desk.picker.cellAt(place);
     const region = desk.regionOf(cell);
+    if (region >= 0 && !this.touched.has(region)) {
+      this.touched.add(region);
+      desk.session.paint(desk.session.regions.cellsOf(region), this.paint, this.stroke);
+    }
     desk.hover(cell);
-    if (region < 0 || this.touched.has(region)) return;
-    this.touched.add(region);
-    desk.session.paint(desk.session.regions.cellsOf(region), this.paint, this.stroke);
   }
 
   end(): void {

@@ -56,13 +56,13 @@ def _matched_classes(theirs: State, known: ClassList) -> tuple[npt.NDArray[np.in
     """My number of each class of theirs; classes of a new name are added to my list."""
     numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
     names = {entry["id"]: entry["name"] for entry in theirs.class_list}
-    for number in np.unique(theirs.classes[theirs.classes > 0]).tolist():
-        name = names.get(number, f"class {number}")
+    for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():
+        name = names.get(class_id, f"class {class_id}")
         number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(known)}
         if name.casefold() not in number_of:
             known = with_new(known, max(number_of.values(), default=0) + 1, name)
             number_of[name.casefold()] = known[-1]["id"]
-        numbers[number] = number_of[name.casefold()]
+        numbers[class_id] = number_of[name.casefold()]
     return numbers, known
 
 
@@ -87,12 +87,12 @@ def _matched_objects(
     found, ranks = np.unique(theirs, return_inverse=True)
     numbers = np.zeros(len(found), np.int64)
     for rank, other in enumerate(found.tolist()):
-        number, place = divmod(other, INSTANCES)
-        if place and other not in number_of:
-            number_of[other] = highest[number] = highest.get(number, 0) + 1
-            if highest[number] >= INSTANCES:
+        class_id, object_id = divmod(other, INSTANCES)
+        if object_id and other not in number_of:
+            number_of[other] = highest[class_id] = highest.get(class_id, 0) + 1
+            if highest[class_id] >= INSTANCES:
                 raise JournalError(f"both works have {INSTANCES} objects or more of one class")
-        numbers[rank] = number_of[other] if place else 0
+        numbers[rank] = number_of[other] if object_id else 0
     return numbers[ranks]
 
 
@@ -124,14 +124,14 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     of_objects = _ious(paint, theirs.paint, areas)
     names = {entry["id"]: entry["name"] for entry in theirs.class_list}
     rows = []
-    for number, iou in of_classes.items():
+    for class_id, iou in of_classes.items():
         objects = [
             {"object": one >> 16, "iou": round(share, 6)}
             for one, share in of_objects.items()
-            if one & 0xFFFF == number and one >> 16
+            if one & 0xFFFF == class_id and one >> 16
         ]
-        name = names.get(number, f"class {number}")
-        rows.append({"class": number, "name": name, "iou": round(iou, 6), "objects": objects})
+        name = names.get(class_id, f"class {class_id}")
+        rows.append({"class": class_id, "name": name, "iou": round(iou, 6), "objects": objects})
     return {"name": theirs.name, "share": agreed / total if total else 0.0, "classes": rows}
 
 

@@ -53,7 +53,7 @@ class Files:
         return cls(paths, None, n_segments, classes, path)
 
     @property
-    def place(self) -> Path:
+    def home(self) -> Path:
         """The work file, or the folder."""
         return self.folder or self.work or work_file_of(self.paths[0])
 

@@ -37,8 +37,8 @@ PAIRED = {"aggregation.json": "segs.json", "segs.json": "aggregation.json"}
 class Object:
     """The cells of an object, of a class without objects, or of a class that have no object."""
 
-    number: int  # class
-    place: int  # object; 0: none
+    class_id: int
+    object_id: int  # 0: none
     label: str  # name of the class
     name: str
     is_stuff: bool
@@ -46,7 +46,7 @@ class Object:
     @property
     def instance(self) -> int:
         """Class and object in one number."""
-        return self.number * INSTANCES + self.place
+        return self.class_id * INSTANCES + self.object_id
 
 
 def objects_of(document: Document, instances: Ints) -> list[Object]:
@@ -54,9 +54,9 @@ def objects_of(document: Document, instances: Ints) -> list[Object]:
     stuff = {entry["id"] for entry in document.class_list if entry.get("stuff")}
     found = []
     for instance in np.unique(instances[instances > 0]).tolist():
-        number, place = divmod(instance, INSTANCES)
-        label, name = document.name_of(number), document.name_of(number, place)
-        found.append(Object(number, place, label, name, number in stuff))
+        class_id, object_id = divmod(instance, INSTANCES)
+        label, name = document.name_of(class_id), document.name_of(class_id, object_id)
+        found.append(Object(class_id, object_id, label, name, class_id in stuff))
     return found
 
 
@@ -86,8 +86,8 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
         low, high = centers[is_in].min(axis=0), centers[is_in].max(axis=0)
         annotations.append(
             {
-                "id": number, "image_id": 1, "category_id": one.number, "object": one.place,
-                "name": one.name, "iscrowd": int(not one.place and not one.is_stuff),
+                "id": number, "image_id": 1, "category_id": one.class_id, "object": one.object_id,
+                "name": one.name, "iscrowd": int(not one.object_id and not one.is_stuff),
                 "area": float(document.areas[is_in].sum()), "n_cells": int(is_in.sum()),
                 "bbox": [*low.tolist(), *(high - low).tolist()],
                 "segmentation": {"size": [cells.n_cells], "counts": _runs(is_in)},

@@ -50,11 +50,6 @@ class Revision:
         offsets, cells = self._by_region
         return cells[offsets[region] : offsets[region + 1]]
 
-    def cells_of_all(self, regions: list[int]) -> npt.NDArray[np.uint32]:
-        """The cells of several regions, ascending."""
-        parts = [self.cells_of(region) for region in sorted(set(regions))]
-        return np.sort(np.concatenate(parts)) if parts else np.empty(0, np.uint32)
-
     def graph(self, surface: Surface) -> RegionGraph:
         """The region graph, computed on first use."""
         if self._graph is None:

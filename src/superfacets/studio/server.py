@@ -35,7 +35,7 @@ def serve(
     server.on_start = lambda: on_start(address.page)
     server.on_end = studio.thumbnails.close
     try:
-        with keep(address_file(files.place), address), contextlib.suppress(KeyboardInterrupt):
+        with keep(address_file(files.home), address), contextlib.suppress(KeyboardInterrupt):
             server.run(sockets=[opened])
     finally:
         files.close()
