@@ -115,7 +115,9 @@ export class Desk {
   paintName(paint: number): string {
     const [id, object] = [classOf(paint), objectOf(paint)];
     const named = this.session.state.object_names.find((one) => one.class === id && one.object === object);
-    return object && !this.isStuff(id) ? (named?.name ?? `${this.className(id)} ${object}`) : this.className(id);
+    const name = this.className(id);
+    if (!object || this.isStuff(id)) return name;
+    return named?.name ?? `${name} ${/\d$/.test(name) ? "#" : ""}${object}`; // "class 1 #2", but "chair 2"
   }
 
   say(line: string): void {

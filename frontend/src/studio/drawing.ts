@@ -32,6 +32,7 @@ export class Drawing {
   readonly cells: CellTable;
   readonly afterDraw: (() => void)[] = [];
   clip: Box | null = null; // what is outside is not drawn
+  hidesBacks = false; // triangles seen from behind are not drawn
   readonly blend = new Blend(part("texture-row"), part<HTMLInputElement>("texture"), () => this.redraw());
   private readonly gpu: Gpu;
   private readonly paint: Paint;
@@ -264,7 +265,7 @@ export class Drawing {
     const frame = (this.frame = this.frames[stride - 1]);
     frame.begin(stride * width, stride * height);
     this.surface.draw(this.cellsProgram, camera.eye, camera.pixelsOf(frame.height), {
-      ...this.paint.values, cells: cells.table, has_hidden: cells.hasHidden, is_clipped: this.clip !== null,
+      ...this.paint.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
       clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
     });
     this.isStale = false;

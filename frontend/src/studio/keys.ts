@@ -6,6 +6,7 @@ import type { Modes } from "./modes";
 import type { Comparison } from "./panels/comparison";
 import type { Suggestions } from "./panels/suggestions";
 import { savedText } from "./notices";
+import { SCHEMES } from "./pointer";
 import type { Views } from "./views";
 import { make, part } from "../shared/dom";
 
@@ -20,15 +21,8 @@ interface Key {
 const ARROWS: [string, number, number][] = [["Left", -1, 0], ["Right", 1, 0], ["Up", 0, -1], ["Down", 0, 1]];
 const FIELDS = "input:not([type=radio]):not([type=checkbox]):not([type=range]), select, textarea";
 
-const MOUSE: [string, string][] = [
-  ["Left drag", "paint the regions under the pointer"],
-  ["Shift + left drag", "remove their class"],
-  ["Ctrl + click", "pick the class and object under the pointer"],
-  ["Right drag, or beside the mesh", "turn"],
-  ["Middle or Alt + left drag", "move"],
-  ["Wheel", "zoom"],
-  ["Two fingers", "turn and zoom; three: move"],
-];
+// Keys of the number pad, in the scheme of Blender.
+const NUMPAD: Record<string, string> = { Numpad1: "Alt+1", Numpad3: "Alt+2", Numpad7: "Alt+3", NumpadDecimal: "g" };
 
 export interface Parts {
   modes: Modes;
@@ -43,6 +37,7 @@ export class Keys {
   private readonly groups: Record<string, Key[]>;
   private readonly table = new Map<string, Key>();
   private readonly help = part<HTMLDialogElement>("help");
+  private readonly scheme = part<HTMLSelectElement>("scheme");
 
   private readonly modes: Modes;
 
@@ -75,8 +70,7 @@ export class Keys {
     for (const key of Object.values(this.groups).flat()) {
       for (const name of key.names) this.table.set(name, key);
     }
-    this.fillHelp();
-    part("help-button").addEventListener("click", () => this.help.showModal());
+    part("help-button").addEventListener("click", () => this.openHelp());
     window.addEventListener("keydown", (event) => this.pressed(event));
   }
 
@@ -156,7 +150,7 @@ export class Keys {
       { names: [], shown: "B, then arrows", what: "from cell to cell; Enter paints it, Delete removes its class", run: () => undefined },
       { names: ["l"], what: "lasso; again: of single cells", run: () => modes.nextLasso() },
       { names: ["x"], what: "split a region by strokes", run: () => modes.choose("split") },
-      { names: ["?"], what: "this help", run: () => this.help.showModal() },
+      { names: ["?"], what: "this help", run: () => this.openHelp() },
     ];
   }
 
@@ -189,27 +183,28 @@ export class Keys {
   private pressed(event: KeyboardEvent): void {
     const target = event.target as Element;
     if (this.help.open || !this.desk.session.paints || target.closest(FIELDS)) return;
-    const key = this.table.get(nameOf(event));
+    const onPad = this.scheme.value === "blender" ? NUMPAD[event.code] : undefined;
+    const key = this.table.get(onPad ?? nameOf(event));
     if (!key || (key.onCanvas && target !== this.desk.drawing.canvas && target !== document.body)) return;
     if (target.matches("[type=range]") && /^(Arrow|Page|Home)/.test(event.key)) return;
     event.preventDefault();
     key.run();
   }
 
-  private fillHelp(): void {
-    const mouse = make("dl");
-    for (const [how, what] of MOUSE) mouse.append(make("dt", {}, make("kbd", {}, how)), make("dd", {}, what));
-    const sections = [make("section", {}, make("h3", {}, "Mouse"), mouse)];
-    for (const [group, keys] of Object.entries(this.groups)) {
-      const list = make("dl");
-      for (const { names, shown = names[0], what } of keys) {
-        if (!shown) continue;
-        const text = shown.length === 1 ? shown.toUpperCase() : shown.replace(/\+([a-z])$/, (_, letter: string) => `+${letter.toUpperCase()}`);
-        list.append(make("dt", {}, make("kbd", {}, text)), make("dd", {}, what));
-      }
-      sections.push(make("section", {}, make("h3", {}, group), list));
-    }
-    part("help-keys").append(...sections);
+  private openHelp(): void {
+    const rows = Object.values(this.groups).map((keys) => keys.flatMap(({ names, shown = names[0], what }) => {
+      if (!shown) return [];
+      const text = shown.length === 1 ? shown.toUpperCase() : shown.replace(/\+([a-z])$/, (_, letter: string) => `+${letter.toUpperCase()}`);
+      return [[text, what] as const];
+    }));
+    const mouse = [...SCHEMES[this.scheme.value].rows, ["Wheel", "zoom"], ["Two fingers", "turn and zoom; three: move"]];
+    const titles = ["Mouse", ...Object.keys(this.groups)];
+    const sections = [mouse, ...rows].map((list, i) => make("section", {},
+      make("h3", {}, titles[i]),
+      make("dl", {}, ...list.flatMap(([how, what]) => [make("dt", {}, make("kbd", {}, how)), make("dd", {}, what)])),
+    ));
+    part("help-keys").replaceChildren(...sections);
+    this.help.showModal();
   }
 }
 

@@ -64,7 +64,8 @@ export class Modes {
   private show(): void {
     part("mode").textContent = this.tool.name;
     const nSuggested = this.desk.session.suggested.entries.length;
-    part("hint").textContent = this.tool.hint + (nSuggested ? " · A accepts the suggestion, R rejects it, J goes to the next" : "");
+    const ofSuggestions = "A accepts a suggestion, R rejects it, J goes to the next · ";
+    part("hint").textContent = `${nSuggested ? ofSuggestions : ""}${this.tool.hint}`;
     const shown = this.current === "lasso-cells" ? "lasso" : this.current;
     for (const [name, button] of this.buttons) button.ariaPressed = String(name === shown);
   }

@@ -12,15 +12,22 @@ type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
 interface Scheme {
   name: string;
   hint: string; // how to turn, move and zoom
+  rows: [how: string, what: string][]; // for the help
   drag: (event: PointerEvent) => Drag;
 }
 
 const isControl = (event: PointerEvent): boolean => event.ctrlKey || event.metaKey;
 
+const [PAINT, REMOVE, PICK] = ["paint the regions under the pointer", "remove their class", "pick the class and object under the pointer"];
+
 export const SCHEMES: Record<string, Scheme> = {
   studio: {
     name: "Mouse: studio",
     hint: "Turn: right drag, or drag beside the mesh · Move: middle drag · Zoom: wheel",
+    rows: [
+      ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Ctrl + click", PICK],
+      ["Right drag", "turn; or drag beside the mesh"], ["Middle drag", "move; or Alt + left drag"],
+    ],
     drag: (event) => {
       if (event.button === 2) return "orbit";
       if (event.button === 1 || event.altKey) return "pan";
@@ -30,6 +37,11 @@ export const SCHEMES: Record<string, Scheme> = {
   blender: {
     name: "Mouse: as in Blender",
     hint: "Turn: middle drag, or drag beside the mesh · Move: Shift + middle drag · Zoom: wheel",
+    rows: [
+      ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Right click", PICK],
+      ["Middle drag", "turn; or drag beside the mesh"], ["Shift + middle drag", "move"], ["Ctrl + middle drag", "zoom"],
+      ["Numpad 1 3 7 .", "front, side, top, frame"],
+    ],
     drag: (event) => {
       if (event.button === 2) return "pick";
       if (event.button === 1) return event.shiftKey ? "pan" : isControl(event) ? "zoom" : "orbit";
@@ -39,6 +51,10 @@ export const SCHEMES: Record<string, Scheme> = {
   meshlab: {
     name: "Mouse: as in MeshLab",
     hint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
+    rows: [
+      ["Right drag", PAINT], ["Shift + right drag", REMOVE], ["Ctrl + right click", PICK],
+      ["Left drag", "turn"], ["Middle drag", "move; or Ctrl + left drag"], ["Shift + left drag", "zoom"],
+    ],
     drag: (event) => {
       if (event.button === 2) return isControl(event) ? "pick" : "tool";
       if (event.button === 1 || isControl(event)) return "pan";

@@ -330,7 +330,7 @@ export class Session {
     return regions;
   }
 
-  async setClasses(classes: ClassEntry[]): Promise<void> {
+  async setClasses(classes: (Omit<ClassEntry, "color"> & { color?: string })[]): Promise<void> {
     const isDone = await this.attempt(async () => {
       await this.post<unknown>("classes", { classes });
       await this.reload();

@@ -10,6 +10,7 @@ export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${PAINT}
 flat in uint triangle;
 uniform usampler2D cells;
 uniform bool has_hidden;
+uniform bool hides_backs;
 uniform bool is_clipped;
 uniform vec3 clip_low;
 uniform vec3 clip_high;
@@ -17,6 +18,7 @@ layout(location = 0) out vec4 code;
 layout(location = 1) out vec4 brightness;  // and color of the texture
 void main() {
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
+  if (hides_backs && !gl_FrontFacing) discard;
   if (is_clipped) {
     vec3 here = transpose(turn) * (at + vec3(0.0, 0.0, distance_)) + target;
     if (any(lessThan(here, clip_low)) || any(greaterThan(here, clip_high))) discard;

@@ -26,8 +26,12 @@ _MAX_NAME = 200
 _STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
 """Names of new classes without objects."""
 
-_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1")
-"""Eight colors: seven of Okabe and Ito, which color-blind people can tell apart, and one more."""
+_COLORS = (
+    "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1",
+    "#8c510a", "#1b9e9e", "#c51b8a", "#66a61e", "#2b3fb0", "#e7298a", "#a1140f", "#636363",
+)  # fmt: skip
+"""Colors of classes by their number. Color-blind people can tell the first seven apart, which are
+those of Okabe and Ito."""
 
 _N_DEFAULT = 6
 
