@@ -145,7 +145,7 @@ def foreign(document, monkeypatch):
 
 
 def test_regions_of_another_version_are_told_and_paint_stays(foreign):
-    assert sum("another version of superfacets" in note for note in foreign.notes) == 1
+    assert sum("This version of superfacets" in note for note in foreign.notes) == 1
     assert foreign.revision.n_regions == 20
     painted = foreign.revision.cells_of(2)
     assert np.array_equal(np.flatnonzero(foreign.state.classes == 1), painted)

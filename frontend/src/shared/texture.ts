@@ -15,7 +15,7 @@ export interface TextureFacts {
 }
 
 /** Color of the texture at a place of a triangle, seen by the eye. For fragments, behind EYE. */
-export const PAINT = `
+export const TEXTURE = `
 uniform bool has_texture;
 uniform usampler2D texture_corners;  // per triangle: vertices, tile
 uniform usampler2D texture_pairs;  // per triangle: two texels with bits of u, v of the corners
@@ -27,7 +27,7 @@ int along(int i, int size, uint wrap) {
   int rest = ((i % period) + period) % period;
   return rest < size ? rest : period - 1 - rest;
 }
-vec3 painted(uint piece, vec3 at) {
+vec3 textureColor(uint piece, vec3 at) {
   uvec4 corners = texelFetch(texture_corners, place(piece), 0);
   uvec4 box = texelFetch(texture_tiles, place(3u * corners.w), 0);
   uvec4 wraps = texelFetch(texture_tiles, place(3u * corners.w + 1u), 0);
@@ -86,7 +86,7 @@ export class Blend {
   }
 }
 
-export class Paint {
+export class TexturePaint {
   private readonly corners: Table;
   private readonly pairs: Table;
   private readonly tiles: Table;
@@ -128,7 +128,7 @@ export class Paint {
     this.isShown = true;
   }
 
-  /** Uniforms of PAINT. */
+  /** Uniforms of TEXTURE. */
   get values(): Values {
     const { corners, pairs, tiles, image, isShown } = this;
     return {

@@ -69,8 +69,6 @@ export interface Effect extends Progress {
   kind: string;
   cells: string;
   paint: string;
-  revision: number;
-  parameters: Parameters;
 }
 
 /** How far two works agree. */

@@ -8,7 +8,7 @@ import type { ClassEntry } from "./contract";
 import { classOf, objectOf, paintOf } from "./labeling";
 import type { Drawing } from "./drawing";
 import { Events } from "./events";
-import { Picker } from "./picking";
+import { Picker } from "./picker";
 import type { Session } from "./session";
 
 const MAX_OBJECT = 999;

@@ -7,7 +7,7 @@ import { cellsIn } from "../shared/picking";
 import { SURFACE } from "../shared/shaders";
 import { NONE } from "../shared/shape";
 import { Surface } from "../shared/surface";
-import { Blend, Paint } from "../shared/texture";
+import { Blend, TexturePaint } from "../shared/texture";
 import type { Vector } from "../shared/vectors";
 import { CellTable } from "./celltable";
 import { parseColor, type Rgb } from "./colors";
@@ -35,7 +35,7 @@ export class Drawing {
   hidesBacks = false; // triangles seen from behind are not drawn
   readonly blend = new Blend(part("texture-row"), part<HTMLInputElement>("texture"), () => this.redraw());
   private readonly gpu: Gpu;
-  private readonly paint: Paint;
+  private readonly texture: TexturePaint;
   private readonly surface: Surface;
   private readonly cellsProgram: Program;
   private readonly imageProgram: Program;
@@ -61,7 +61,7 @@ export class Drawing {
   constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
     const gpu = (this.gpu = new Gpu(canvas, true));
     this.surface = new Surface(gpu);
-    this.paint = new Paint(gpu);
+    this.texture = new TexturePaint(gpu);
     this.cells = new CellTable(gpu);
     [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors] =
       Array.from({ length: 5 }, () => new Table(gpu));
@@ -111,9 +111,9 @@ export class Drawing {
   /** Show the texture of a mesh, once its image is decoded. */
   private async showTexture(mesh: Mesh): Promise<void> {
     const { texture, shape, textureArrays } = mesh;
-    this.paint.clear();
+    this.texture.clear();
     this.blend.begin(texture !== null, 0.5);
-    if (texture) await this.paint.show(shape, texture, textureArrays);
+    if (texture) await this.texture.show(shape, texture, textureArrays);
     if (this.mesh === mesh) this.changeView();
   }
 
@@ -250,7 +250,7 @@ export class Drawing {
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
       stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
-      blend: this.paint.isShown ? this.blend.share : 0,
+      blend: this.texture.isShown ? this.blend.share : 0,
       is_cloud: this.mesh.isCloud, height: this.canvas.height,
     });
     gl.disable(gl.DEPTH_TEST);
@@ -265,7 +265,7 @@ export class Drawing {
     const frame = (this.frame = this.frames[stride - 1]);
     frame.begin(stride * width, stride * height);
     this.surface.draw(this.cellsProgram, camera.eye, camera.pixelsOf(frame.height), {
-      ...this.paint.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
+      ...this.texture.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
       clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
     });
     this.isStale = false;

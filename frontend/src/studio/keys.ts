@@ -24,7 +24,7 @@ const FIELDS = "input:not([type=radio]):not([type=checkbox]):not([type=range]), 
 // Keys of the number pad, in the scheme of Blender.
 const NUMPAD: Record<string, string> = { Numpad1: "Alt+1", Numpad3: "Alt+2", Numpad7: "Alt+3", NumpadDecimal: "g" };
 
-export interface Parts {
+interface Parts {
   modes: Modes;
   views: Views;
   clip: ClipBox;

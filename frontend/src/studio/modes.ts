@@ -7,7 +7,7 @@ import { classOf, objectOf } from "./labeling";
 import { make, part } from "../shared/dom";
 import { CellBrush, Lasso, RegionBrush, Splitter, type Tool } from "./tools";
 
-export type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
+type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
 
 const BUTTONS: [ModeName, string, string][] = [
   ["paint", "Paint", "Paint whole regions (V)"],

@@ -119,7 +119,7 @@ export class Pointer {
     this.last = placeOf(this.canvas, event);
     if (event.button === 1) event.preventDefault();
     this.drag = this.scheme.drag(event);
-    if (this.drag === "pick") this.pick();
+    if (this.drag === "pick") this.pickPaint();
     if (this.drag !== "tool") return;
     if (this.modes.tool.turnsBeside && this.desk.picker.cellAt(this.last) < 0) this.drag = "orbit";
     else if (event.pointerType === "touch") this.started = this.last; // perhaps the first of two fingers
@@ -132,7 +132,7 @@ export class Pointer {
     this.drag = "fingers";
   }
 
-  private pick(): void {
+  private pickPaint(): void {
     const { desk } = this;
     const cell = desk.picker.cellAt(this.last);
     if (cell < 0) return;

@@ -4,9 +4,9 @@
 
 import { VARIANTS } from "./colors";
 import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
-import { PAINT } from "../shared/texture";
+import { TEXTURE } from "../shared/texture";
 
-export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${PAINT}
+export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${TEXTURE}
 flat in uint triangle;
 uniform usampler2D cells;
 uniform bool has_hidden;
@@ -26,7 +26,7 @@ void main() {
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
   code = codeOf(cell);
-  brightness = vec4(light() / 1.5, has_texture ? painted(triangle, at) : vec3(0.0));
+  brightness = vec4(light() / 1.5, has_texture ? textureColor(triangle, at) : vec3(0.0));
 }`;
 
 /** A triangle that covers the picture. */

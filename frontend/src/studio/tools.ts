@@ -7,7 +7,7 @@ import type { CellCursor } from "./cellcursor";
 import { MARK_BLUE, MARK_RED } from "./celltable";
 import type { Desk } from "./desk";
 import { addTo } from "./labeling";
-import { placesBetween } from "./picking";
+import { placesBetween } from "./picker";
 import { newStroke } from "./session";
 
 export abstract class Tool {
@@ -247,7 +247,7 @@ export class Lasso extends Tool {
 }
 
 /** The x at which a closed line crosses a row of pixels, ascending. */
-export function crossingsOf(places: Place[], y: number): number[] {
+function crossingsOf(places: Place[], y: number): number[] {
   const found: number[] = [];
   places.forEach((a, i) => {
     const b = places[(i + 1) % places.length];

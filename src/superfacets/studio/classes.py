@@ -84,6 +84,25 @@ def with_new(classes: ClassList, class_id: int, name: str | None = None) -> Clas
     return (*classes, entry)
 
 
+def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
+    """The first class of a name, in any case, and the list, which gets it if it has none."""
+    for entry in classes:
+        if entry["name"].casefold() == name.casefold():
+            return int(entry["id"]), classes
+    class_id = max((entry["id"] for entry in classes), default=0) + 1
+    return class_id, with_new(classes, class_id, name)
+
+
+def names_of(classes: ClassList) -> dict[int, str]:
+    """Names of classes by their numbers."""
+    return {entry["id"]: entry["name"] for entry in classes}
+
+
+def stuff_of(classes: ClassList) -> set[int]:
+    """Classes without objects."""
+    return {entry["id"] for entry in classes if entry.get("stuff")}
+
+
 def default_classes(names: Sequence[str] = ()) -> ClassList:
     """Classes with these names, or the default classes."""
     if names:
@@ -93,9 +112,8 @@ def default_classes(names: Sequence[str] = ()) -> ClassList:
 
 def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
     """The list, completed with the classes that cells have but the list lacks."""
-    known = {entry["id"] for entry in classes}
-    more = sorted(number for number in used if number and number not in known)
-    return (*classes, *({**new_class(number), "key": ""} for number in more))
+    more = sorted({*used} - {0, *names_of(classes)})
+    return (*classes, *({**new_class(class_id), "key": ""} for class_id in more))
 
 
 def checked_class_list(value: object) -> ClassList:

@@ -27,8 +27,10 @@ from .classes import (
     checked_class_list,
     class_of,
     default_classes,
+    names_of,
     object_of,
     paint_of,
+    stuff_of,
     with_missing,
     with_object_name,
 )
@@ -49,8 +51,8 @@ def work_file_of(path: Path) -> Path:
 
 
 OTHER_VERSION = (
-    "regions are not exactly those that the work was done with, as this is another version of"
-    " superfacets: splits of regions are gone, what is painted is not"
+    "This version of superfacets makes other regions than the one that the work was done with."
+    " Splits of regions are lost; all classes and objects are kept."
 )
 
 
@@ -58,7 +60,7 @@ OTHER_VERSION = (
 class Document:
     """A mesh with the state of its labeling.
 
-    All changes go through the journal: a change that cannot be written is taken back.
+    All changes go through the journal. A change that cannot be written is reverted.
     """
 
     source: Source
@@ -146,7 +148,7 @@ class Document:
 
     @property
     def class_list(self) -> ClassList:
-        """The list of classes, with classes that cells have and the list lacks."""
+        """The list of classes, completed with those that cells or suggestions have."""
         used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
         suggested = {one.class_id for one in self.state.suggestions}
         return with_missing(self.state.class_list, suggested.union(used))
@@ -161,8 +163,7 @@ class Document:
         for entry in self.state.object_names:
             if object_id and (entry["class"], entry["object"]) == (class_id, object_id):
                 return str(entry["name"])
-        names = {entry["id"]: entry["name"] for entry in self.class_list}
-        name = str(names[class_id])
+        name = names_of(self.class_list)[class_id]
         sign = "#" if name[-1].isdigit() else ""  # "class 1 #2", but "chair 2"
         return f"{name} {sign}{object_id}" if object_id else name
 
@@ -187,10 +188,8 @@ class Document:
         """
         with self.lock:
             values = np.unique(np.asarray(classes))
-            known = {entry["id"] for entry in self.class_list} | {0}
-            unknown = [int(value) for value in values if int(value) not in known]
-            if unknown:
-                raise ValueError(f"there is no class {unknown[0]}")
+            if unknown := {*values.tolist()} - {0, *names_of(self.class_list)}:
+                raise ValueError(f"there is no class {min(unknown)}")
             wanted = paint_of(classes, objects)
             change = Change.painting(self.state.paint, cells, wanted, stroke)
             if change is not None:
@@ -198,9 +197,9 @@ class Document:
             return change
 
     def split_object(self, class_id: int, object_id: int) -> list[int]:
-        """Make each piece of an object but its largest an object of its own; return their numbers.
+        """Make each connected piece of an object, except the largest, an object; return their ids.
 
-        Place 0 stands for all cells of the class without an object; each piece of these becomes
+        Object 0 stands for all cells of the class without an object. Each piece of these becomes
         an object.
 
         Raises ValueError if there is no such object, or it is in one piece.
@@ -217,7 +216,7 @@ class Document:
             ids, ranks = np.unique(pieces[cells], return_inverse=True)
             if object_id and len(ids) == 1:
                 raise ValueError(f"{self.name_of(class_id, object_id)} is in one piece")
-            kept = [object_id] if object_id else []  # by the largest piece
+            kept = [object_id] if object_id else []  # the largest piece keeps its number
             first = self.free_object(class_id)
             new = list(range(first, first + len(ids) - len(kept)))
             if new[-1] > MAX_OBJECT:
@@ -234,9 +233,9 @@ class Document:
         return int(of_class.max(initial=0)) + 1
 
     def name_object(self, class_id: int, object_id: int, name: object) -> None:
-        """Give an object a name; an empty one takes it away.
+        """Give an object a name; an empty name removes it.
 
-        Raises ValueError if the name is no short text, or there is no such object.
+        Raises ValueError if the name is not a short text, or there is no such object.
         """
         with self.lock:
             if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
@@ -344,7 +343,7 @@ class Document:
             return self.history.undo_stack[n_before:]
 
     def _paint_suggestions(self, accepted: Mapping[int, int], stroke: str) -> None:
-        stuff = {entry["id"] for entry in self.class_list if entry.get("stuff")}
+        stuff = stuff_of(self.class_list)
         paint = np.zeros(self.n_cells, np.uint32)
         next_object = {class_id: self.free_object(class_id) for class_id in accepted.values()}
         for one in self.state.suggestions:
@@ -382,9 +381,9 @@ class Document:
             return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
 
     def accept(self, cells: CellNumbers, side: Side) -> Change | None:
-        """Settle cells that differ, of those given: take theirs, or keep mine.
+        """Resolve the differences in these cells: take their labels, or keep mine.
 
-        Taking theirs also takes what I have given no class.
+        Taking theirs also labels cells to which I have given no class.
         """
         with self.lock:
             theirs = self._compared()
@@ -392,7 +391,7 @@ class Document:
                 theirs.paint[cells] = self.state.paint[cells]
                 return None
             stroke = f"theirs {self.history.seq + 1}"
-            known = {entry["id"] for entry in self.class_list}
+            known = names_of(self.class_list)
             new = [entry for entry in theirs.class_list if entry["id"] not in known]
             self.set_classes([*self.class_list, *new], stroke)
             taken = cells[theirs.paint[cells] > 0]
@@ -412,7 +411,7 @@ class Document:
         classes = checked_class_list(value)
         with self.lock:
             counts = np.bincount(self.state.classes)
-            kept = {entry["id"] for entry in classes}
+            kept = names_of(classes)
             for class_id in np.flatnonzero(counts).tolist():
                 if class_id and class_id not in kept:
                     raise ValueError(
@@ -491,8 +490,8 @@ def merged_work(
 ) -> dict[str, Any]:
     """Compare two work files of a mesh, and return how far they agree, see `agreement`.
 
-    With `output`, the merged work is written there: mine, and in one more step what only they have
-    labeled, and with `prefer_theirs` also that on which both differ.
+    With `output`, the merged work is written there: my work, and one more step. This step adds the
+    labels of cells that only they have labeled and, with `prefer_theirs`, of cells that differ.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """

@@ -27,6 +27,7 @@ from .classes import (
     default_classes,
     object_of,
     paint_of,
+    stuff_of,
     with_object_name,
 )
 from .coding import CellNumbers, base64_of, bytes_from, inflated, pack_cells, unpack_cells
@@ -72,9 +73,9 @@ class State:
 
     @property
     def objects(self) -> Numbers:
-        """Object of each cell within its class, (N,); 0: none, as everywhere in stuff."""
+        """Object of each cell within its class, (N,); 0: none. Stuff has no objects."""
         is_stuff = np.zeros(MAX_CLASS + 1, bool)
-        is_stuff[[entry["id"] for entry in self.class_list if entry.get("stuff")]] = True
+        is_stuff[[*stuff_of(self.class_list)]] = True
         return np.where(is_stuff[self.classes], np.uint16(0), object_of(self.paint))
 
 
@@ -234,6 +235,7 @@ class History:
         return changes
 
     def _apply(self, changes: list[Change], record: Callable[[int], object]) -> None:
+        """Make changes and record the step; if that fails, revert them."""
         for change in changes:
             change.do(self.state)
         try:

@@ -21,7 +21,7 @@ from ..io.guards import known_ending, shortened
 from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..regions.vertices import corner_groups
-from .classes import MAX_CLASS, MAX_OBJECT, ClassList, with_new
+from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
 from .coding import CellNumbers
 
 GROUPS = ".aggregation.json"
@@ -71,16 +71,16 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
             return _by_annotation(json.loads(files[name]), cells.n_cells, known)
         labels = _labels_in(files[name], endings[name], cells)
     except _DAMAGE as error:
-        raise MeshError(f"{name}: {_told(error)}") from None
+        raise MeshError(f"{name}: {_reason(error)}") from None
     if not grouping:
         return _by_number(labels, known)
     try:
         return _by_group(labels, json.loads(files[grouping[0]]), known)
     except _DAMAGE as error:
-        raise MeshError(f"{grouping[0]}: {_told(error)}") from None
+        raise MeshError(f"{grouping[0]}: {_reason(error)}") from None
 
 
-def _told(error: Exception) -> str:
+def _reason(error: Exception) -> str:
     if isinstance(error, (json.JSONDecodeError, UnicodeDecodeError)):
         return "it is not JSON: is the file cut?"
     if isinstance(error, IndexError):
@@ -149,9 +149,8 @@ def _by_number(labels: Ints, known: ClassList) -> Imported:
     classes = np.maximum(labels, 0)
     if classes.max() > MAX_CLASS:
         raise MeshError(f"label {classes.max()} is no class: they go to {MAX_CLASS}")
-    numbers = {0, *(entry["id"] for entry in known)}
-    for number in np.unique(classes).tolist():
-        known = known if number in numbers else with_new(known, number)
+    for class_id in sorted({*np.unique(classes).tolist()} - {0, *names_of(known)}):
+        known = with_new(known, class_id)
     objects = np.zeros(len(labels), np.uint16)
     return Imported(
         np.arange(len(labels), dtype=np.uint32), classes.astype(np.uint16), objects, known
@@ -188,8 +187,6 @@ class _Gathered:
 
     def __init__(self, n_cells: int, known: ClassList) -> None:
         self._known = known
-        self._id_of = {entry["name"].casefold(): entry["id"] for entry in reversed(known)}
-        self._stuff = {entry["id"] for entry in known if entry.get("stuff")}
         self._taken: dict[int, set[int]] = {}  # objects of each class
         self._classes = np.zeros(n_cells, np.int64)
         self._objects = np.zeros(n_cells, np.int64)
@@ -204,15 +201,9 @@ class _Gathered:
         The object gets the wanted number if that is free, and else the next; 0 is no object. Its
         name and score are those of the entry of the file.
         """
-        class_id = self._id_of.get(name.casefold())
-        if class_id is None:
-            class_id = max((entry["id"] for entry in self._known), default=0) + 1
-            self._known = with_new(self._known, class_id, name)
-            self._id_of[name.casefold()] = class_id
-            if self._known[-1].get("stuff"):
-                self._stuff.add(class_id)
+        class_id, self._known = with_named(self._known, name)
         self._classes[is_in], self._objects[is_in] = class_id, 0
-        if wanted == 0 or class_id in self._stuff:
+        if wanted == 0 or class_id in stuff_of(self._known):
             self._keep_score(class_id, 0, entry)
             return
         taken = self._taken.setdefault(class_id, set())

@@ -22,7 +22,7 @@ from ..export.write import write_labels, write_mesh
 from ..io.atomic import atomic_outputs
 from ..regions.parts import split_regions
 from ..regions.vertices import vertex_labels
-from .classes import INSTANCES
+from .classes import INSTANCES, stuff_of
 from .document import Document
 
 Ints = npt.NDArray[np.int32]
@@ -30,7 +30,7 @@ Ints = npt.NDArray[np.int32]
 FORMATS = ("json", "npz", "csv", "aggregation.json", "segs.json", "zip")
 
 PAIRED = {"aggregation.json": "segs.json", "segs.json": "aggregation.json"}
-"""Formats that are of use only together: groups, and the segments that they group."""
+"""Formats that are useful only together: groups, and the segments that they group."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Object:
 
 def objects_of(document: Document, instances: Ints) -> list[Object]:
     """The objects that these cells or vertices have, by class and number."""
-    stuff = {entry["id"] for entry in document.class_list if entry.get("stuff")}
+    stuff = stuff_of(document.class_list)
     found = []
     for instance in np.unique(instances[instances > 0]).tolist():
         class_id, object_id = divmod(instance, INSTANCES)

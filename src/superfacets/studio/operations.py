@@ -29,7 +29,8 @@ from .revisions import similar_regions
 from .segmenting import levels_of, ranges
 
 Operation = Callable[[Document, Body], Any]
-"""Work on a document, with the query or the JSON object of a request."""
+"""Work on a document, with the query or the JSON object of a request. It runs under the document's
+lock: a document does one thing at a time."""
 
 LARGEST = (1 << 63) - 1  # largest number in arrays
 MAX_DIGITS = 20  # most digits of the number of a revision
@@ -38,21 +39,20 @@ MAX_STROKE = 64  # most characters in the name of a stroke
 
 def _state(document: Document, query: Body) -> Body:
     """State of a document for a new client, without arrays."""
-    with document.lock:
-        parameters, kind = document.state.partition.parameters, document.source.kind
-        return {
-            "parameters": parameters,
-            "ranges": ranges(document.n_cells),
-            "revision": document.revision.number,
-            "n_regions": document.revision.n_regions,
-            "classes": list(document.class_list),
-            "levels": levels_of(parameters["n_segments"]),
-            "input": document.source.facts["file"] | {"n_cells": document.n_cells, "kind": kind},
-            "exports": formats_of(kind),
-            "work": str(document.journal.path),
-            "notes": [*document.notes, *document.base.notes],
-            **counts_of(document),
-        }
+    parameters, kind = document.state.partition.parameters, document.source.kind
+    return {
+        "parameters": parameters,
+        "ranges": ranges(document.n_cells),
+        "revision": document.revision.number,
+        "n_regions": document.revision.n_regions,
+        "classes": list(document.class_list),
+        "levels": levels_of(parameters["n_segments"]),
+        "input": document.source.facts["file"] | {"n_cells": document.n_cells, "kind": kind},
+        "exports": formats_of(kind),
+        "work": str(document.journal.path),
+        "notes": [*document.notes, *document.base.notes],
+        **counts_of(document),
+    }
 
 
 def counts_of(document: Document) -> Body:
@@ -70,29 +70,23 @@ def counts_of(document: Document) -> Body:
 
 
 def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
-    """Do a step, and tell its effect: changed cells with their paint, the revision, the classes.
+    """Do a step, and tell its effect: changed cells with their paint.
 
-    ``kind`` is that of a change which is no paint, if there is one.
+    If a change is not of paint, ``kind`` is its kind, and the client asks for the state.
     """
-    with document.lock:
-        changes = step()
-        kinds = [change.kind for change in changes if change.kind != "paint"]
-        cells = np.unique(np.concatenate([change.cells(document.n_cells) for change in changes]))
-        return {
-            "kind": kinds[0] if kinds else "paint",
-            "cells": base64_of(cells.astype(np.uint32)),
-            "paint": base64_of(document.state.paint[cells]),
-            "revision": document.revision.number,
-            "n_regions": document.revision.n_regions,
-            "parameters": document.state.partition.parameters,
-            "class_list": list(document.class_list),
-            **counts_of(document),
-        }
+    changes = step()
+    kinds = [change.kind for change in changes if change.kind != "paint"]
+    cells = np.unique(np.concatenate([change.cells(document.n_cells) for change in changes]))
+    return {
+        "kind": kinds[0] if kinds else "paint",
+        "cells": base64_of(cells.astype(np.uint32)),
+        "paint": base64_of(document.state.paint[cells]),
+        **counts_of(document),
+    }
 
 
 def _paint_bytes(document: Document, query: Body) -> bytes:
-    with document.lock:
-        return document.state.paint.astype("<u4").tobytes()
+    return document.state.paint.astype("<u4").tobytes()
 
 
 def _label_bytes(document: Document, query: Body) -> bytes:
@@ -145,15 +139,14 @@ def _region_packet(document: Document, query: Body) -> bytes:
 
 def _suggestion_packet(document: Document, query: Body) -> bytes:
     """The suggestions, and for each cell the place of its own in their list, from 1; 0: none."""
-    with document.lock:
-        owners = np.zeros(document.n_cells, np.uint32)
-        entries = []
-        for place, one in enumerate(document.state.suggestions, 1):
-            cells = unpack_cells(one.cells, document.n_cells)
-            owners[cells] = place
-            entry = {"id": one.id, "class": one.class_id, "score": one.score}
-            entries.append({**entry, "n_cells": len(cells)})
-        return packet({"suggestions": entries}, {"owners": owners})
+    owners = np.zeros(document.n_cells, np.uint32)
+    entries = []
+    for place, one in enumerate(document.state.suggestions, 1):
+        cells = unpack_cells(one.cells, document.n_cells)
+        owners[cells] = place
+        entry = {"id": one.id, "class": one.class_id, "score": one.score}
+        entries.append({**entry, "n_cells": len(cells)})
+    return packet({"suggestions": entries}, {"owners": owners})
 
 
 def _exported(document: Document, query: Body) -> Response:
@@ -181,9 +174,8 @@ def _paint(document: Document, body: Body) -> Body:
     if stroke is not None and not (isinstance(stroke, str) and len(stroke) <= MAX_STROKE):
         raise ValueError(f"stroke must be a text of up to {MAX_STROKE} characters")
     cells = cells_from(body.get("cells"), document.n_cells)
-    with document.lock:
-        change = document.paint(cells, class_id, stroke, objects=object_id)
-        return {"changed": 0 if change is None else change.after.n, **counts_of(document)}
+    change = document.paint(cells, class_id, stroke, objects=object_id)
+    return {"changed": 0 if change is None else change.after.n, **counts_of(document)}
 
 
 def _similar(document: Document, body: Body) -> Body:
@@ -194,16 +186,14 @@ def _similar(document: Document, body: Body) -> Body:
 
 
 def _split_object(document: Document, body: Body) -> Body:
-    with document.lock:
-        class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
-        return {"objects": document.split_object(class_id, object_id), **counts_of(document)}
+    class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
+    return {"objects": document.split_object(class_id, object_id), **counts_of(document)}
 
 
 def _name_object(document: Document, body: Body) -> Body:
-    with document.lock:
-        class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
-        document.name_object(class_id, object_id, body.get("name"))
-        return counts_of(document)
+    class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
+    document.name_object(class_id, object_id, body.get("name"))
+    return counts_of(document)
 
 
 def _compare(document: Document, body: Body) -> Body:
@@ -224,28 +214,25 @@ def _accept(document: Document, body: Body) -> Body:
 
 
 def _compared(document: Document) -> Body:
-    with document.lock:
-        if document.theirs is None:
-            return {"agreement": None, "differs": "", "bare": "", **counts_of(document)}
-        is_bare = (document.state.paint == 0) & (document.theirs.paint > 0)
-        return {
-            "agreement": document.agreement(),
-            "differs": base64_of(document.differing()),
-            "bare": base64_of(np.flatnonzero(is_bare).astype(np.uint32)),
-            **counts_of(document),
-        }
+    if document.theirs is None:
+        return {"agreement": None, "differs": "", "bare": "", **counts_of(document)}
+    is_bare = (document.state.paint == 0) & (document.theirs.paint > 0)
+    return {
+        "agreement": document.agreement(),
+        "differs": base64_of(document.differing()),
+        "bare": base64_of(np.flatnonzero(is_bare).astype(np.uint32)),
+        **counts_of(document),
+    }
 
 
 def _review(document: Document, body: Body) -> Body:
-    with document.lock:
-        document.review(checked_flag(body.get("reviewed"), "reviewed"))
-        return counts_of(document)
+    document.review(checked_flag(body.get("reviewed"), "reviewed"))
+    return counts_of(document)
 
 
 def _set_classes(document: Document, body: Body) -> Body:
-    with document.lock:
-        document.set_classes(body.get("classes"))
-        return {"classes": list(document.class_list), **counts_of(document)}
+    document.set_classes(body.get("classes"))
+    return {"classes": list(document.class_list), **counts_of(document)}
 
 
 def _split(document: Document, body: Body) -> Body:
@@ -257,11 +244,10 @@ def _split(document: Document, body: Body) -> Body:
             raise ValueError(f"{name} holds a cell that is none of {document.n_cells}")
         strokes.append(given.astype(np.uint32))
     region = _whole(body.get("region"), "region")
-    with document.lock:
-        cells = document.split(region, body.get("revision"), *strokes)
-        revision = document.revision
-        found = {"revision": revision.number, "n_regions": revision.n_regions}
-        return {**found, "cells": base64_of(cells), **counts_of(document)}
+    cells = document.split(region, body.get("revision"), *strokes)
+    revision = document.revision
+    found = {"revision": revision.number, "n_regions": revision.n_regions}
+    return {**found, "cells": base64_of(cells), **counts_of(document)}
 
 
 def _export(document: Document, body: Body) -> Body:
@@ -272,12 +258,11 @@ def _export(document: Document, body: Body) -> Body:
 
 def _import(document: Document, body: Body) -> Body:
     imported = read_import(_files(body), document.cells, document.class_list)
-    with document.lock:
-        if checked_flag(body.get("as_suggestions", False), "as_suggestions"):
-            return {"suggested": document.suggest(imported), **counts_of(document)}
-        change = document.take(imported)
-        changed = 0 if change is None else change.after.n
-        return {"changed": changed, "classes": list(document.class_list), **counts_of(document)}
+    if checked_flag(body.get("as_suggestions", False), "as_suggestions"):
+        return {"suggested": document.suggest(imported), **counts_of(document)}
+    change = document.take(imported)
+    changed = 0 if change is None else change.after.n
+    return {"changed": changed, "classes": list(document.class_list), **counts_of(document)}
 
 
 def _settle(document: Document, body: Body) -> Body:
