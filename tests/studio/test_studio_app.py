@@ -132,7 +132,12 @@ def test_cells_in_any_order_are_painted_and_undone(client):
         ("paint", {"class": 9, "cells": encoded([1])}, 400, "there is no class 9"),
         ("paint", {"class": 1, "cells": "", "stroke": 7}, 400, "stroke must be a text"),
         ("split", {"red": [0], "blue": [1], "revision": 0, "region": "x"}, 400, "whole number"),
-        ("split", {"red": [0], "blue": [-1], "region": 0}, 400, "blue holds a cell that is none"),
+        (
+            "split",
+            {"red": [0], "blue": [-1], "region": 0},
+            400,
+            "blue has a cell that does not exist",
+        ),
         ("split", {"red": [1 << 64], "blue": [1], "region": 0}, 400, "number of 64 bits"),
         ("paint", {"class": 10**400, "cells": ""}, 400, "class must be a whole number of 64 bits"),
         ("split", {"red": "x", "blue": [1], "region": 0}, 400, "red must be a list of numbers"),

@@ -93,7 +93,7 @@ def test_the_class_of_a_region_is_that_of_most_of_its_area(painted):
 def test_a_file_of_another_tool_is_not_replaced_unasked(painted):
     path = painted.path.with_name("sheet.bin")
     path.write_text("made by hand")
-    with pytest.raises(FileExistsError, match=r"sheet\.bin is there already"):
+    with pytest.raises(FileExistsError, match=r"sheet\.bin exists already"):
         export(painted, "regions", "bin")
     assert path.read_text() == "made by hand"
     export(painted, "regions", "bin", replace=True)
@@ -183,9 +183,9 @@ def test_a_cell_gets_what_most_of_its_corners_have():
 @pytest.mark.parametrize(
     ("files", "message"),
     [
-        ({}, "an import is one file of labels"),
-        ({"a.npy": b"", "b.npy": b""}, "an import is one file of labels"),
-        ({"a.aggregation.json": b"{}"}, "an import is one file of labels"),
+        ({}, "import one file of labels"),
+        ({"a.npy": b"", "b.npy": b""}, "import one file of labels"),
+        ({"a.aggregation.json": b"{}"}, "import one file of labels"),
         ({"a.sstk.json": b"[[["}, "it is not JSON"),
         ({"a.segs.json": b"\xff"}, "it is not JSON"),
         ({"a.exe": b""}, "expected the ending .sstk.json"),

@@ -152,7 +152,7 @@ def test_results_are_no_inputs(serve, folder):
 
 def test_a_folder_without_meshes_is_refused(tmp_path, sheet):
     sheet.rename(tmp_path / "sheet.classes.ply")
-    with pytest.raises(FileNotFoundError, match="holds exported files alone"):
+    with pytest.raises(FileNotFoundError, match="holds only exported files"):
         Files.of(tmp_path, None, None, ())
     with pytest.raises(ValueError, match="--work is for one file"):
         Files.of(tmp_path, tmp_path / "work", None, ())

@@ -144,7 +144,7 @@ def test_names_of_objects_are_kept_and_taken_away(client):
         ("name-object", {"class": 1, "object": 1, "name": 5}, "must have at most 200 characters"),
         ("split-object", {"class": 0, "object": 0}, "there is no object 0 of class 0"),
         ("review", {"reviewed": 1}, "reviewed must be True or False"),
-        ("compare", {"files": [{"name": "a", "data": "eA=="}]}, "is no work file"),
+        ("compare", {"files": [{"name": "a", "data": "eA=="}]}, "is not a work file"),
         ("compare", {"files": [{"name": str(i), "data": ""} for i in (1, 2)]}, "one work file"),
         ("accept", {"cells": "", "side": "mine"}, "there is no work to compare with"),
         ("accept", {"cells": "", "side": "ours"}, "side must be one of mine, theirs"),
@@ -429,7 +429,7 @@ def _annotations(n_cells, inside):
 
 @pytest.mark.parametrize(
     ("change", "message"),
-    [({"version": 3}, "was written by a later version"), ({"format": "x"}, "is no work file")],
+    [({"version": 3}, "was written by a later version"), ({"format": "x"}, "is not a work file")],
 )
 def test_a_work_file_that_cannot_be_read_is_not_compared(two, change, message):
     path, mine, theirs = two

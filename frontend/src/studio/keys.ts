@@ -62,7 +62,7 @@ export class Keys {
         { names: ["y"], what: "keep mine in the region", run: () => comparison.settle("mine") },
       ],
       Files: [
-        { names: ["Ctrl+s"], what: "say when the work was saved: it always is", run: () => this.saySaved() },
+        { names: ["Ctrl+s"], what: "show when the work was saved: each stroke is", run: () => this.saySaved() },
         { names: ["PageDown"], what: "next file", run: () => goToFile(1) },
         { names: ["PageUp"], what: "previous file", run: () => goToFile(-1) },
       ],
@@ -93,7 +93,7 @@ export class Keys {
       { names: ["o"], what: "new object of the chosen class", run: () => desk.newObject() },
       { names: ["m"], what: "merge the object under the pointer into the chosen one", run: () => desk.mergeObject(desk.hoveredPaint) },
       { names: ["Shift+o"], what: "show the object under the pointer alone", run: () => desk.isolatePaint(desk.hoveredPaint || desk.currentPaint) },
-      { names: ["k"], what: "paint only what has no class; again: everything", run: () => desk.lock() },
+      { names: ["k"], what: "paint unlabeled cells only; again: all cells", run: () => desk.lock() },
     ];
   }
 
@@ -109,7 +109,7 @@ export class Keys {
         run: () => clip.cycle(axis),
       })),
       { names: ["c"], what: "clip box, whose sides are dragged", run: () => clip.toggle() },
-      { names: [".", ">"], shown: ". and ,", what: "move the last side", run: () => clip.nudge(1) },
+      { names: [".", ">"], shown: ". and ,", what: "move the last section", run: () => clip.nudge(1) },
       { names: [",", "<"], shown: "", what: "", run: () => clip.nudge(-1) },
     ];
   }
@@ -145,7 +145,7 @@ export class Keys {
   private modeKeys(): Key[] {
     const { modes } = this;
     return [
-      { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions, none chosen", run: () => this.leave() },
+      { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions; clear the selection", run: () => this.leave() },
       { names: ["b"], what: "brush single cells", run: () => modes.choose("brush") },
       { names: [], shown: "B, then arrows", what: "from cell to cell; Enter paints it, Delete removes its class", run: () => undefined },
       { names: ["l"], what: "lasso; again: of single cells", run: () => modes.nextLasso() },
@@ -172,7 +172,7 @@ export class Keys {
 
   private textureKey(comparison: Comparison): Key {
     const run = (): void => (comparison.isOpen ? comparison.settle("theirs") : this.desk.drawing.blend.toggle());
-    return { names: ["t"], what: "the texture alone, or none of it", run };
+    return { names: ["t"], what: "the texture alone; again: no texture", run };
   }
 
   private leave(): void {

@@ -69,7 +69,7 @@ const TAP = 8; // pixels that a finger may move in a tap
 export class Pointer {
   private drag: Drag | null = null;
   private last: Place = { x: 0, y: 0 };
-  private started: Place | null = null; // of a finger that has not moved enough to draw
+  private started: Place | null = null; // where a finger came down that has not moved enough to paint
   private readonly fingers = new Map<number, Place>();
   private readonly canvas: HTMLCanvasElement;
   private readonly tip = part("tip");

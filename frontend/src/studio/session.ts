@@ -28,7 +28,7 @@ interface Kinds {
 /** Message for an answer of a server other than the one that sent this page. */
 function strangerLine(error: unknown): string {
   if (error instanceof ServerError && error.status === 403) {
-    return "The server was started anew: open the address that it printed. Strokes that wait are kept.";
+    return "The server was started again: open the address that it printed. Strokes that wait are kept.";
   }
   return error instanceof Error ? error.message : String(error);
 }
@@ -90,8 +90,8 @@ export class Session {
   }
 
   /**
-   * Run work that reads or writes the whole state, one at a time. Strokes are sent before or after
-   * it: answers that overtake each other would leave wrong classes on the page.
+   * Run work on the whole state, one piece of work at a time. Strokes are sent before or after it,
+   * because an answer that overtakes another would leave wrong classes on the page.
    */
   private alone<T>(work: () => Promise<T>): Promise<T> {
     this.nSteps++;

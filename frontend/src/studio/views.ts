@@ -25,7 +25,7 @@ export class Views {
       { name: "Side", key: "Alt+2", what: "from the right side", run: () => camera.turnTo(quarter, 0) },
       { name: "Top", key: "Alt+3", what: "from the top", run: () => camera.turnTo(0, quarter) },
       { name: "Frame", key: "g", what: "go to the region under the pointer, or the chosen object", run: () => desk.frameActive() },
-      { name: "Reset", key: "Home", what: "the view of the beginning", run: () => camera.home() },
+      { name: "Reset", key: "Home", what: "the initial view", run: () => camera.home() },
     ];
     const buttons = this.usual.map(({ name, key, what, run }) => {
       const title = `${what[0].toUpperCase()}${what.slice(1)} (${key.length === 1 ? key.toUpperCase() : key})`;

@@ -272,7 +272,7 @@ class Document:
         """
         with self.lock:
             if self.revisions.get(number) is not self.revision:
-                raise GoneError("regions are other ones by now: ask for the state, and its labels")
+                raise GoneError("the regions have changed: ask for the state and its labels")
             whole = self.revision.cells_of(region)
             cells = split_cells(self.segmenter.surface, whole, red, blue)
             self._adopt_base()
@@ -410,12 +410,13 @@ class Document:
         """
         classes = checked_class_list(value)
         with self.lock:
-            counts = np.bincount(self.state.classes)
+            counts = np.bincount(self.state.classes).tolist()
             kept = names_of(classes)
             for class_id in np.flatnonzero(counts).tolist():
                 if class_id and class_id not in kept:
                     raise ValueError(
-                        f"class {class_id} has {counts[class_id]} cells: paint these anew first"
+                        f"class {class_id} has {counts[class_id]} cells:"
+                        " give these another class first"
                     )
             for one in self.state.suggestions:
                 if one.class_id and one.class_id not in kept:

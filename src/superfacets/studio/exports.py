@@ -75,7 +75,7 @@ def export(document: Document, what: str, format: str, *, replace: bool = False)
     path = document.path.with_name(_name_of(document, what, ending))
     is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
     if path.exists() and not is_ours and not replace:
-        raise FileExistsError(f"{path.name} is there already, and may be of another tool")
+        raise FileExistsError(f"{path.name} exists already, and may come from another tool")
     checked_targets([path])
     _write(document, what, format, path)
     if what == "objects" and format in PAIRED:

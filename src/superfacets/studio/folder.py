@@ -46,7 +46,7 @@ class Files:
         found = [Path(source.input) for source in find_sources(path)]
         paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
-            raise FileNotFoundError(f"{path}: holds exported files alone, and no mesh to label")
+            raise FileNotFoundError(f"{path}: holds only exported files, no mesh to label")
         shared = path / CLASSES_FILE
         if not classes:
             classes = read_classes(shared) if shared.is_file() else default_classes()

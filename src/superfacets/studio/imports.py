@@ -64,7 +64,7 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
     grouping = [name for name, ending in endings.items() if ending == GROUPS]
     labeling = [name for name in files if name not in grouping]
     if len(labeling) != 1 or len(grouping) > 1:
-        raise MeshError("an import is one file of labels, and one .aggregation.json at most")
+        raise MeshError("import one file of labels, with at most one .aggregation.json")
     name = labeling[0]
     try:
         if endings[name] == OBJECTS and not grouping:

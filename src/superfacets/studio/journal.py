@@ -118,11 +118,11 @@ class Journal:
             there = self.path.stat()
         except OSError:
             raise WriteError(
-                f"{self.path}: the work file was taken away: the operation was not done"
+                f"{self.path}: the work file is gone: the operation was not done"
             ) from None
         if (own.st_dev, own.st_ino) != (there.st_dev, there.st_ino) or own.st_size != self._size:
             raise WriteError(
-                f"{self.path}: the work file was changed by something else: start the studio anew"
+                f"{self.path}: the work file was changed by something else: start the studio again"
             )
 
     def _take_back(self) -> None:
@@ -130,7 +130,7 @@ class Journal:
         try:
             os.ftruncate(self._file, self._size)
         except OSError:
-            self._fault = f"{self.path}: cannot be written any more: start the studio anew"
+            self._fault = f"{self.path}: cannot be written any more: start the studio again"
 
 
 def parsed_work(path: Path, data: bytes) -> Journal:
@@ -140,7 +140,7 @@ def parsed_work(path: Path, data: bytes) -> Journal:
     """
     lines, size, notes = _read_lines(path, data)
     if not lines:
-        raise JournalError(f"{path}: is no work file of superfacets studio")
+        raise JournalError(f"{path}: is not a work file of superfacets studio")
     return Journal(path, lines[0], lines[1:], notes, -1, size)
 
 
@@ -181,7 +181,7 @@ def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
     Raises JournalError if it is no work file, of a later version, or damaged before its last line.
     """
     if data and not data.startswith(_BEGIN[: len(data)]):
-        raise JournalError(f"{path}: is no work file of superfacets studio")
+        raise JournalError(f"{path}: is not a work file of superfacets studio")
     lines: list[Line] = []
     size = 0
     for text in data.splitlines(keepends=True):

@@ -200,7 +200,7 @@ def _compare(document: Document, body: Body) -> Body:
     """The comparison with a given work file, or with the one given last."""
     files = _files(body) if "files" in body else {}
     if len(files) > 1:
-        raise ValueError("a comparison is with one work file")
+        raise ValueError("compare with one work file")
     for name, data in files.items():
         document.compare(name, data)
     return _compared(document)
@@ -241,7 +241,7 @@ def _split(document: Document, body: Body) -> Body:
         stroke = _numbers(body.get(name), name)
         given = np.unique(np.asarray(stroke, np.int64))
         if len(given) and not 0 <= given[0] <= given[-1] < document.n_cells:
-            raise ValueError(f"{name} holds a cell that is none of {document.n_cells}")
+            raise ValueError(f"{name} has a cell that does not exist: there are {document.n_cells}")
         strokes.append(given.astype(np.uint32))
     region = _whole(body.get("region"), "region")
     cells = document.split(region, body.get("revision"), *strokes)

@@ -106,7 +106,7 @@ export class ClassesPanel {
   }
 
   private hider({ id, name }: ClassEntry): HTMLElement {
-    const button = this.button("hide", `Hide ${id ? name : "what has no class"} (U shows all)`, () => this.desk.hideClass(id));
+    const button = this.button("hide", `Hide ${id ? name : "unlabeled cells"} (U shows all)`, () => this.desk.hideClass(id));
     button.classList.add("word");
     return button;
   }
