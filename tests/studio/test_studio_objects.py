@@ -362,6 +362,23 @@ def test_agreement_is_by_names_of_classes_and_by_overlap_of_objects(two):
     document.close()
 
 
+def test_halves_of_my_object_are_two_objects_of_theirs(tmp_path):
+    """The larger half is my object; the other one, and an object of another class, are new."""
+    path = tmp_path / "flat.ply"
+    write_mesh(path, _flat(8))
+    theirs = Document.open(path, tmp_path / "theirs.studio.jsonl")
+    theirs.paint(_range(0, 12), 1, objects=1)
+    theirs.paint(_range(12, 32), 1, objects=2)
+    theirs.paint(_range(32, 40), 2, objects=1)
+    theirs.close()
+    document = Document.open(path)
+    document.paint(_range(0, 40), 1, objects=1)
+    document.compare("theirs", (tmp_path / "theirs.studio.jsonl").read_bytes())
+    document.accept(_range(0, 40), "theirs")
+    assert document.instances[[0, 11, 12, 31, 32]].tolist() == [1002, 1002, 1001, 1001, 2001]
+    document.close()
+
+
 @pytest.mark.parametrize("prefer", ["mine", "theirs"])
 def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     from click.testing import CliRunner

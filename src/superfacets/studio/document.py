@@ -345,7 +345,7 @@ class Document:
     def _paint_suggestions(self, accepted: Mapping[int, int], stroke: str) -> None:
         stuff = stuff_of(self.class_list)
         paint = np.zeros(self.n_cells, np.uint32)
-        next_object = {class_id: self.free_object(class_id) for class_id in accepted.values()}
+        next_object = {class_id: self.free_object(class_id) for class_id in {*accepted.values()}}
         for one in self.state.suggestions:
             if one.id not in accepted:
                 continue

@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from ..cells.kinds import kind_of
 from ..export.cells import WRITERS
-from ..export.scannet import GROUPS, scene_of, write_groups
+from ..export.scannet import GROUPS, SEGMENTS, scene_of, write_groups, write_segments
 from ..export.text import write_rows
-from ..export.write import write_labels, write_mesh
+from ..export.write import write_mesh
 from ..io.atomic import atomic_outputs
 from ..regions.parts import split_regions
 from ..regions.vertices import vertex_labels
@@ -141,10 +141,8 @@ def _segments(document: Document) -> tuple[Ints, Ints]:
 
 
 def _write_segments(document: Document, temporary: Path, path: Path) -> None:
-    with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
-        named = Path(folder, path.name)  # the name of the scene is in the file
-        write_labels(named, _segments(document)[0])
-        temporary.write_bytes(named.read_bytes())
+    with temporary.open("wb") as file:
+        write_segments(file, _segments(document)[0], scene_of(path, SEGMENTS))
 
 
 def _write_groups(document: Document, temporary: Path, path: Path) -> None:
