@@ -144,6 +144,7 @@ export class Session {
     ]);
     this.fileId = fileId;
     this.savedAt = null;
+    this.suggested = NOTHING_SUGGESTED;
     this.mesh = mesh;
     this.state = state;
     this.saver = new Saver(this.api, path, `superfacets ${state.input.name} ${state.input.sha256}`, {

@@ -66,7 +66,7 @@ class Revisions:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def add(self, partition: Partition, labels: Ints, n_regions: int) -> Revision:
-        """Keep labels under a new number, or under the number of the same partition."""
+        """Keep labels under a new number; labels of a partition that is kept have its number."""
         with self._lock:
             for revision in self._kept.values():
                 if revision.partition == partition:

@@ -84,7 +84,7 @@ export class Suggestions {
     const isUsable = places.every((place) => this.classFor(place, false));
     part("least-score-text").textContent = Number(this.least.value) ? this.least.value : "any";
     part("accept-all").textContent = `Accept all of them (${places.length})`;
-    allow(part("accept-all"), places.length > 0 && isUsable, "Make each an object of its class; one undo reverts all",
+    allow(part("accept-all"), places.length > 0 && isUsable, "Make each an object of its class, or of the chosen one if it has none; one undo reverts all",
       places.length ? "Some have no class: choose one first" : "No suggestion has such a score");
   }
 
