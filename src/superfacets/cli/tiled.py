@@ -160,8 +160,9 @@ class TileOptions:
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
     """Names of the results in a folder; for a folder of files, one name per file."""
     from ..export.label_files import label_names
+    from ..io.readers.pieces import holds_files
 
-    if Path(text).is_dir():
+    if holds_files(Path(text)):
         with contextlib.suppress(OSError):  # the run reports any error
             return label_names(Path(text))
     return names_of_results(text, endings)
