@@ -81,7 +81,8 @@ def convert_command(
     """Write meshes with their labels in other formats.
 
     Without a file of LABELS, the labels in IN are written if there are any. Of a FOLDER, all meshes
-    and point clouds are converted, to the folder that -o names. If IN is an
+    and point clouds are converted, to the folder that -o names; of a tileset.json, all models in
+    their places. If IN is an
     .aggregation.json, LABELS are new segments (.segs.json), and its objects are written as groups
     of these; a table shows the vertices that each object loses and gains.
     """

@@ -25,8 +25,9 @@ _OPTIONS = (
         "--tiled",
         "is_tiled",
         is_flag=True,
-        help="Work in tiles, for meshes and point clouds larger than memory. IN is a file or a"
-        " folder of files, whose meshes are joined where vertices have the same position. Writes"
+        help="Work in tiles, for meshes and point clouds larger than memory. IN is a file, a"
+        " folder of files or a tileset.json, whose meshes are joined where vertices have the same"
+        " position. Writes"
         " all labels to one .npy; for a folder, with a folder for -o, one .npy per file.",
     ),
     click.option(

@@ -67,9 +67,10 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     ----------
     path : path-like
         The ending, in any case, tells the format: ``.ply`` and ``.stl`` (ASCII and binary),
-        ``.obj`` (Wavefront), ``.off`` (ASCII), ``.glb`` and ``.gltf`` (2.0), ``.vtp``, and ``.tri``
-        (vertex count, a line of x y z per vertex, triangle count, a line of three indices from 0
-        per triangle); for tetrahedra ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and
+        ``.obj`` (Wavefront), ``.off`` (ASCII), ``.glb`` and ``.gltf`` (2.0; the extra
+        ``compressed`` reads what Draco or meshopt compress), ``.b3dm`` (z up, without its
+        RTC_CENTER), ``.vtp``, and ``.tri`` (vertex count, a line of x y z per vertex, triangle
+        count, a line of three indices from 0 per triangle); for tetrahedra ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and
         ``.mesh`` (Medit, text). Triangle strips of a PLY become their triangles. Groups and objects
         become one mesh. All meshes of a glTF scene become one, in the order of the file, with a
         copy of a mesh for each node that shows it; the copies may take 100 times the size of the
@@ -91,6 +92,8 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
         the ending is unknown. The message is one line that begins with the path. A text file that
         was cut within its last number, or an OBJ file cut between lines, cannot be told from a
         whole one.
+    MissingExtraError
+        If a glTF file is compressed, and DracoPy or meshopt is not installed.
     OSError
         If there is no such file, or it cannot be read.
 
@@ -203,7 +206,7 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     path : path-like
         Ends in ``.ply``: vertex colors, normals and all other properties except positions and
         corners, and the texture if comments ``TextureFile`` name its images. Or in ``.obj``,
-        ``.glb`` or ``.gltf``: the texture. Files of materials and images must be in the folder of
+        ``.glb``, ``.gltf`` or ``.b3dm``: the texture. Files of materials and images must be in the folder of
         the mesh or below it. Images are not read yet.
 
     Returns
