@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tilesets import ORIGIN, sheet_in_parts, write_city, write_glb, write_tileset
 
 from superfacets import batch, read_attributes, read_mesh, segment, segment_tiled
+from superfacets.batches.sources import find_sources
 
 NOTE = "positions in results are relative to 4501000, 700000, 4400001"
 
@@ -61,6 +62,14 @@ def test_a_folder_above_tilesets_is_searched_for_them(city, tmp_path):
         "towns/sub/three 3.glb",
         "towns/sub/four.glb",
     ]
+
+
+def test_lists_and_patterns_may_name_tilesets(city, tmp_path):
+    (tmp_path / "list.txt").write_text("city/tileset.json\n")
+    names = ["data/one.glb", "data/two.b3dm", "sub/three 3.glb", "sub/four.glb"]
+    listed = [source.name for source in find_sources("@list.txt")]
+    assert listed == [f"city/{name}" for name in names]
+    assert [source.name for source in find_sources("city/t*.json")] == names
 
 
 def test_a_missing_model_fails_alone(run, city, tmp_path):

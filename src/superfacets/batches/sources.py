@@ -78,12 +78,12 @@ def _expanded(text: str) -> Iterator[Source]:
         raise ValueError("'' is not a file")
     if text.startswith("@"):
         yield from _listed(Path(text[1:]))
+    elif glob.has_magic(text) and not path.exists():
+        yield from _matching(text)
     elif tileset_at(path) is not None:
         yield from _shown_by(path, "")
     elif path.is_dir():
         yield from _below(path)
-    elif glob.has_magic(text) and not path.exists():
-        yield from _matching(text)
     else:
         yield Source(text, path.name)
 
@@ -106,9 +106,15 @@ def _listed(path: Path) -> Iterator[Source]:
             continue
         name = os.path.normpath(text)
         is_below = not Path(name).is_absolute() and Path(name).parts[0] != os.pardir
-        yield Source(
-            str(path.parent / text), Path(name if is_below else Path(name).name).as_posix()
-        )
+        yield from _named(path.parent / text, Path(name if is_below else Path(name).name))
+
+
+def _named(path: Path, name: Path) -> Iterator[Source]:
+    """A file with this name, or the models of a tileset in a folder of its name."""
+    if path.suffix.lower() == ".json":
+        yield from _shown_by(path, "" if name.parent == Path() else f"{name.parent.as_posix()}/")
+    else:
+        yield Source(str(path), name.as_posix())
 
 
 def _below(folder: Path) -> Iterator[Source]:
@@ -158,7 +164,7 @@ def _matching(pattern: str) -> Iterator[Source]:
     if not found:
         raise FileNotFoundError(f"{pattern}: no file matches")
     for path in found:
-        yield Source(str(path), path.relative_to(root).as_posix())
+        yield from _named(path, path.relative_to(root))
 
 
 def _is_same_file(one: str, other: str) -> bool:

@@ -70,12 +70,12 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
         ``.obj`` (Wavefront), ``.off`` (ASCII), ``.glb`` and ``.gltf`` (2.0; the extra
         ``compressed`` reads what Draco or meshopt compress), ``.b3dm`` (z up, without its
         RTC_CENTER), ``.vtp``, and ``.tri`` (vertex count, a line of x y z per vertex, triangle
-        count, a line of three indices from 0 per triangle); for tetrahedra ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and
-        ``.mesh`` (Medit, text). Triangle strips of a PLY become their triangles. Groups and objects
-        become one mesh. All meshes of a glTF scene become one, in the order of the file, with a
-        copy of a mesh for each node that shows it; the copies may take 100 times the size of the
-        file, or 64 MB if that is more. A glTF file may refer to other files only in its folder or
-        below.
+        count, a line of three indices from 0 per triangle); for tetrahedra ``.vtu``, ``.vtk``
+        (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and ``.mesh`` (Medit, text). Triangle strips of a PLY
+        become their triangles. Groups and objects become one mesh. All meshes of a glTF scene
+        become one, in the order of the file, with a copy of a mesh for each node that shows it; the
+        copies may take 100 times the size of the file, or 64 MB if that is more. A glTF file may
+        refer to other files only in its folder or below.
 
     Returns
     -------
@@ -206,8 +206,8 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     path : path-like
         Ends in ``.ply``: vertex colors, normals and all other properties except positions and
         corners, and the texture if comments ``TextureFile`` name its images. Or in ``.obj``,
-        ``.glb``, ``.gltf`` or ``.b3dm``: the texture. Files of materials and images must be in the folder of
-        the mesh or below it. Images are not read yet.
+        ``.glb``, ``.gltf`` or ``.b3dm``: the texture. Files of materials and images must be in the
+        folder of the mesh or below it. Images are not read yet.
 
     Returns
     -------
