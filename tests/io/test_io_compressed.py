@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from mesh_files import FACES, VERTICES, draco_glb, glb, gltf_buffer, gltf_document, meshopt_glb
 from numpy.testing import assert_allclose, assert_array_equal
+from textured_meshes import facade
 
 import superfacets as sf
 from superfacets import MeshError, MissingExtraError, read_attributes, read_mesh
@@ -224,3 +225,50 @@ def test_draco_metadata_is_skipped():
     assert len(compression.decode_draco(data, 2, 5).corners) == 6
     with pytest.raises(MeshError, match="but 3 of 5 are declared"):
         compression.decode_draco(data, 3, 5)
+
+
+def packed_by_meshopt(data: bytes) -> bytes:
+    """A GLB whose arrays are compressed, and whose images stay."""
+    document, buffer = document_of(data)
+    content = b""
+    sizes = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
+    accessors = {each["bufferView"]: each for each in document["accessors"]}
+    for number, view in enumerate(document["bufferViews"]):
+        begin = view.get("byteOffset", 0)
+        part = buffer[begin : begin + view["byteLength"]]
+        content += b"\0" * (-len(content) % 4)
+        view["byteOffset"] = len(content)
+        accessor = accessors.get(number)
+        if accessor is not None and accessor["componentType"] in (5125, 5126):
+            rows = np.frombuffer(part, "<u4").reshape(-1, sizes[accessor["type"]])
+            mode = "INDICES" if accessor["componentType"] == 5125 else "ATTRIBUTES"
+            part = meshopt.encode_gltf_buffer(rows, mode)
+            how = {"buffer": 0, "byteOffset": len(content), "byteLength": len(part),
+                   "count": len(rows), "byteStride": 4 * rows.shape[1], "mode": mode}  # fmt: skip
+            view |= {"buffer": 1, "extensions": {"EXT_meshopt_compression": how}, "byteOffset": 0}
+        content += part
+    fallback = {"EXT_meshopt_compression": {"fallback": True}}
+    document["buffers"] = [{"byteLength": len(content)},
+                           {"byteLength": len(buffer), "extensions": fallback}]  # fmt: skip
+    return glb(document, content)
+
+
+def test_textures_of_compressed_files_are_followed_and_kept(tmp_path):
+    made = facade(tmp_path, edge=0.5)
+    attributes = sf.MeshAttributes(texture=made.texture)
+    sf.write_mesh(tmp_path / "plain.glb", made.mesh, attributes=attributes)
+    data = packed_by_meshopt((tmp_path / "plain.glb").read_bytes())
+    (tmp_path / "packed.glb").write_bytes(data)
+    assert b"EXT_meshopt_compression" in data
+    plain, packed = (
+        (sf.segment(path, 60, features="texture").labels, read_attributes(path).texture)
+        for path in (tmp_path / "plain.glb", tmp_path / "packed.glb")
+    )
+    assert_array_equal(packed[0], plain[0])
+    assert_array_equal(packed[1].coordinates, plain[1].coordinates)
+    assert packed[1].images[0].encoded() == plain[1].images[0].encoded()
+    mesh, texture = read_mesh(tmp_path / "packed.glb"), packed[1]
+    sf.write_mesh(tmp_path / "out.glb", mesh, packed[0],
+                  attributes=sf.MeshAttributes(texture=texture))  # fmt: skip
+    kept = read_attributes(tmp_path / "out.glb").texture
+    assert kept.images[0].encoded() == plain[1].images[0].encoded()
