@@ -170,6 +170,8 @@ def refused(path):
         ({"implicitTiling": {}}, "implicit tiling is not supported"),
         ({"extensions": {"3DTILES_implicit_tiling": {}}}, "implicit tiling is not supported"),
         ({"boundingVolume": {"box": [1]}}, "box must be 12 numbers"),
+        ({"boundingVolume": {"region": [0, 0, 0, 0, 1e308, 1e308]}}, "is infinitely far away"),
+        ({"transform": [1e300] * 16, "boundingVolume": {"sphere": [1e300] * 4}}, "infinitely far"),
     ],
 )
 def test_a_tileset_that_is_wrong_is_refused(lone, root, message):

@@ -236,6 +236,7 @@ def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
         raise MeshError(f"broken glTF: meshes[{mesh}] has damaged Draco data")
     n_vertices = whole(gltf.item("accessors", positions), "count")
     n_corners = whole(gltf.item("accessors", primitive["indices"]), "count")
+    gltf.take(BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * (n_corners // 3), f"meshes[{mesh}]")
     with named_errors(f"meshes[{mesh}]"):
         found = decode_draco(bytes(view_content(gltf, view)), n_corners // 3, n_vertices)
         _keep_rows(gltf, primitive["indices"], view, found.corners, of_any_type=True)
@@ -250,7 +251,8 @@ def _keep_rows(
 ) -> None:
     """Keep decoded rows for an accessor; a MeshError if it declares others."""
     accessor = gltf.item("accessors", index)
-    dtype, width = COMPONENTS.get(accessor.get("componentType", 0)), WIDTHS.get(accessor["type"])
+    dtype = COMPONENTS.get(whole(accessor, "componentType"))
+    width = WIDTHS.get(str(accessor.get("type")))
     is_fitting = rows is not None and (1 if rows.ndim == 1 else rows.shape[1]) == width
     if rows is None or not is_fitting or not (of_any_type or rows.dtype == dtype):
         raise MeshError(f"the Draco data has nothing that suits accessors[{index}]")

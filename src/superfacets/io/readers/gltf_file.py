@@ -20,7 +20,7 @@ import numpy as np
 
 from ..._types import Array, Floats
 from ...errors import MeshError
-from ..guards import Content, most_bytes_of, named_errors, read_content
+from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors, read_content
 from ..textures import file_beside
 from .compression import MESHOPT, decode_meshopt
 
@@ -37,7 +37,7 @@ UNSUPPORTED = ("EXT_mesh_gpu_instancing",)
 """Extensions that are refused where a file requires them."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Gltf:
     """A glTF document."""
 
@@ -47,6 +47,7 @@ class Gltf:
     unpacked_views: dict[int, memoryview] = field(default_factory=dict)  # decompressed, by index
     unpacked: dict[int, tuple[int, Array]] = field(default_factory=dict)
     """View of the Draco data, and rows, by index of the accessor that they belong to."""
+    n_unpacked: int = 0  # bytes of all that
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
         """Object `index` in the list `kind` of the document; a MeshError if there is none."""
@@ -56,6 +57,15 @@ class Gltf:
         if not isinstance(item, dict):
             raise MeshError(f"broken glTF: there is no {kind}[{reprlib.repr(index)}]")
         return item
+
+    def take(self, n_bytes: int, name: str) -> None:
+        """Count bytes that are to be decompressed; a MeshError if they are too many."""
+        self.n_unpacked += n_bytes
+        if self.n_unpacked > most_bytes_of(self.n_bytes):
+            raise MeshError(
+                f"{name} and what is before it decompress to more than {MAX_GROWTH}"
+                " times the size of the files"
+            )
 
 
 def open_gltf(data: Content, folder: Path | None) -> Gltf:
@@ -195,9 +205,7 @@ def _has_content(gltf: Gltf, view: dict[str, Any]) -> bool:
 
 def _unpacked_view(gltf: Gltf, index: int, packed: dict[str, Any]) -> memoryview:
     n_rows, row_size = whole(packed, "count"), whole(packed, "byteStride")
-    n_bytes = n_rows * row_size + sum(map(len, gltf.unpacked_views.values()))
-    if n_bytes > most_bytes_of(gltf.n_bytes):
-        raise MeshError(f"bufferViews[{index}] declares {reprlib.repr(n_rows)} rows, too many")
+    gltf.take(n_rows * row_size, f"bufferViews[{index}]")
     mode, filter = packed.get("mode"), packed.get("filter", "NONE")
     if not isinstance(mode, str) or not isinstance(filter, str):
         raise MeshError(f"broken glTF: bufferViews[{index}] has no known mode of compression")

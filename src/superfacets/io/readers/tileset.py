@@ -175,13 +175,15 @@ class _Walk:
         center = matrix[:3, 3]
         volume = root.get("boundingVolume")
         shape = volume if isinstance(volume, dict) else {}
-        with named_errors(path):
+        with named_errors(path), np.errstate(over="ignore", invalid="ignore"):
             if "region" in shape:
                 center = _center_of_region(numbers(shape, "region", [0.0] * 6))
             for name, size in (("box", 12), ("sphere", 4)):
                 if name in shape:
                     given = numbers(shape, name, [0.0] * size)[:3]
                     center = product(matrix, translation(given))[:3, 3]
+        if not np.isfinite(center).all():
+            raise MeshError(f"{path}: the root of the tileset is infinitely far away")
         rounded: Floats = np.rint(center) + 0.0  # no negative zeros
         return rounded if np.abs(center).max() >= FAR else np.zeros(3)
 
