@@ -17,6 +17,7 @@ uniform vec3 clip_high;
 layout(location = 0) out vec4 code;
 layout(location = 1) out vec4 brightness;  // and color of the texture
 void main() {
+  vec3 texture_color = has_texture ? textureColor(triangle, at) : vec3(0.0);  // before any pixel is left out: it needs neighbors
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
   if (hides_backs && !gl_FrontFacing) discard;
   if (is_clipped) {
@@ -26,7 +27,7 @@ void main() {
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
   code = codeOf(cell);
-  brightness = vec4(light() / 1.5, has_texture ? textureColor(triangle, at) : vec3(0.0));
+  brightness = vec4(light() / 1.5, texture_color);
 }`;
 
 /** A triangle that covers the picture. */
