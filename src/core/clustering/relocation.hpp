@@ -14,9 +14,9 @@ namespace superfacets {
 //
 // The cost of removing a center is the sum of A (d2^2 - d1^2) over its region, with the measure A
 // of a place and its path lengths to the nearest and the second-nearest center. The distortion of a
-// region is the sum of A d1^2. The cheapest centers, at most n_moves, each cheaper than half the
-// distortion of the region that it will divide, move to the farthest places of the most distorted
-// regions. The lowest labels and cells win ties.
+// region is the sum of A d1^2. The cheapest centers, at most n_moves, each cheaper than half (a
+// quarter, if the graph has barriers) the distortion of the region that it will divide, move to the
+// farthest places of the most distorted regions. The lowest labels and cells win ties.
 //
 // Every place keeps a path to a center: a center stays if any place of its region has no other, and
 // so do the second-nearest centers of a region whose center moves. A region gets at most one new
