@@ -269,7 +269,7 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         ({"init": "best"}, ValueError, "init must be one of"),
         ({"init": [1, 2]}, TypeError, "init must be a name"),
         ({"weights": np.ones(3)}, TypeError, "weights must be a name"),
-        ({"segments": 5}, TypeError, "segments is no option for files; those are alpha, "),
+        ({"segments": 5}, TypeError, "segments is no option for files: the options are alpha, "),
         ({"on_stage": print}, TypeError, "on_stage is no option"),
         ({"max_edge": -1}, ValueError, "max_edge must be"),
         ({"subdivide": 1}, TypeError, "subdivide must be True or False"),

@@ -366,7 +366,7 @@ def test_agreement_is_by_names_of_classes_and_by_overlap_of_objects(two):
 def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     from click.testing import CliRunner
 
-    from superfacets.cli.agree import agree_command
+    from superfacets.cli.studio import agree_command
 
     path, mine, theirs = two
     document = Document.open(path, mine)

@@ -9,8 +9,8 @@ from typing import Any
 
 import click
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Ints
 from ..batches.sources import find_sources
 from ..cells.kinds import kind_of
 from ..errors import MeshError
@@ -21,7 +21,7 @@ from ..export.write import ENDING_OF_FORMAT, check_outputs
 from ..interop.aggregation import regroup_segments
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
-from .failures import EXIT_DATA, count_failures, print_note
+from .failures import EXIT_DATA, count_failures, print_notes
 from .inputs import labels_beside, load_cells_and_attributes
 from .interrupts import run_in_background
 from .options import (
@@ -31,43 +31,38 @@ from .options import (
     drop_attributes_option,
     force_option,
     format_option,
+    json_option,
     label_options,
     labels_named_option,
+    option,
+    options,
     quiet_option,
 )
 from .outputs import Job, output_option, plan_jobs, to_option
-from .report import notes_on_attributes, notes_on_vertices
+from .report import notes_on_written
 
 
 @click.command("convert")
 @click.argument("mesh", metavar="IN|FOLDER", type=FILE)
 @click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
-@output_option(
-    "Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
-    " for standard output."
-)
-@click.option(
-    "--split",
-    "folder",
-    metavar="DIR",
-    type=FOLDER,
-    help="Write each region to a file of its own in this folder: DIR/region_17.ply.",
-)
-@to_option("Format of outputs whose name has no known ending")
-@click.option(
-    "--segments",
-    metavar="FILE",
-    type=FILE,
-    help="Old .segs.json, if IN is an .aggregation.json.  [default: the file that it names]",
-)
-@labels_named_option
-@format_option("IN")
-@ascii_option
-@label_options
-@drop_attributes_option("input")
-@force_option
-@quiet_option
-@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
+@options(
+    output_option(
+        "Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
+        " for standard output."),
+    option("--split folder DIR", FOLDER,
+           "Write each region to a file of its own in this folder: DIR/region_17.ply."),
+    to_option("Format of outputs whose name has no known ending"),
+    option("--segments FILE", FILE,
+           "Old .segs.json, if IN is an .aggregation.json.  [default: the file that it names]"),
+    labels_named_option,
+    format_option("IN"),
+    ascii_option,
+    label_options,
+    drop_attributes_option("input"),
+    force_option,
+    quiet_option,
+    json_option(),
+)  # fmt: skip
 @click.pass_context
 def convert_command(
     ctx: click.Context, /, mesh: Path, labels: Path | None, outputs: tuple[str, ...],
@@ -83,8 +78,8 @@ def convert_command(
     of these; a table shows the vertices that each object loses and gains.
     """
     if mesh.name.endswith(GROUPS):
-        options = {"segments": segments, "force": force}
-        _regroup(mesh, labels, outputs, options, is_quiet=is_quiet, as_json=as_json)
+        chosen = {"segments": segments, "force": force}
+        _regroup(mesh, labels, outputs, chosen, is_quiet=is_quiet, as_json=as_json)
         return
     if segments is not None:
         raise click.UsageError("--segments goes with an .aggregation.json only")
@@ -100,18 +95,13 @@ def convert_command(
 
 
 def _regroup(
-    groups: Path,
-    labels: Path | None,
-    outputs: tuple[str, ...],
-    options: dict[str, Any],
-    *,
-    is_quiet: bool,
-    as_json: bool,
-) -> None:
+    groups: Path, labels: Path | None, outputs: tuple[str, ...], chosen: dict[str, Any], *,
+    is_quiet: bool, as_json: bool,
+) -> None:  # fmt: skip
     """Write an aggregation for other segments, and a table of what objects lost."""
     if labels is None or len(outputs) != 1:
         raise click.UsageError("an .aggregation.json needs new segments (.segs.json) and one -o")
-    objects = regroup_segments(groups, labels, outputs[0], **options)
+    objects = regroup_segments(groups, labels, outputs[0], **chosen)
     if as_json:
         facts = {"file": str(groups), "objects": [found._asdict() for found in objects]}
         click.echo(json.dumps({**facts, "outputs": list(outputs)}))
@@ -149,8 +139,11 @@ class _Run:
             )
         parts, n_lost = self._write(job, found)  # in the foreground, because it writes files
         if not self.is_quiet:
-            for note in [*notes_on_vertices(n_lost, job.endings), *found.notes(job.endings)]:
-                print_note(note)
+            print_notes(
+                notes_on_written(
+                    found.cells, found.attributes, job.endings, n_lost, are_replaced=found.are_named
+                )
+            )
         if self.as_json:
             facts = {"file": job.input, **found.facts, "outputs": [*job.names, *parts]}
             job.print(json.dumps(facts))
@@ -184,7 +177,7 @@ class _Found:
     """Contents of the input files."""
 
     cells: Cells
-    labels: npt.NDArray[np.int32] | None
+    labels: Ints | None
     attributes: MeshAttributes | None
     are_named: bool  # whether the labels come from a separate file
 
@@ -195,14 +188,6 @@ class _Found:
         if self.labels is None:
             return {**count, "n_labels": None}
         return {**count, "n_labels": len(np.unique(self.labels[self.labels >= 0]))}
-
-    def notes(self, endings: set[str]) -> list[str]:
-        """Notes on attributes that the outputs lack."""
-        if self.attributes is None:
-            return []
-        return notes_on_attributes(
-            self.attributes, endings, self.cells, are_replaced=self.are_named
-        )
 
 
 def _plan(

@@ -13,17 +13,13 @@ from ..cells.size import DEFAULT_N_SEGMENTS, sliver_note
 from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import check_inputs, load_cells, name_of
 from .interrupts import run_in_background
-from .options import format_option
+from .options import INPUT, format_option, json_option
 
 
 @click.command("info")
-@click.argument(
-    "inputs", metavar="IN...", type=click.Path(allow_dash=True), nargs=-1, required=True
-)
+@click.argument("inputs", metavar="IN...", type=INPUT, nargs=-1, required=True)
 @format_option("the inputs", of_stream=True)
-@click.option(
-    "--json", "as_json", is_flag=True, help="Print the facts as JSON, an object and a line per IN."
-)
+@json_option("the facts as JSON, an object and a line per IN")
 @click.pass_context
 def info_command(
     ctx: click.Context, inputs: tuple[str, ...], format: str | None, as_json: bool

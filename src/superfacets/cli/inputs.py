@@ -17,7 +17,7 @@ from ..io.readers.labels import LABEL_ENDINGS, checked_labels, has_labels, read_
 from ..io.readers.npy import npy_array
 from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
 from ..mesh.cells import Cells
-from .options import FILE, STANDARD_STREAM
+from .options import FILE, STANDARD_STREAM, option, options
 
 VALUE_ENDINGS = (".npy", ".txt")
 
@@ -96,29 +96,14 @@ def read_values(path: Path) -> npt.NDArray[Any]:
         raise MeshError(f"{path}: {error}") from None
 
 
-_OPTIONS = (
-    click.option(
-        "--mask",
-        metavar="FILE",
-        type=FILE,
-        help="Leave faces or points out where this .npy, .seg or .txt, or the labels in a .ply or"
-        " another file that holds more, are 0 (or False): they get label -1.",
-    ),
-    click.option(
-        "--barriers",
-        metavar="FILE",
-        type=FILE,
-        help="One whole number per face or point, as a file of labels: no region has different"
-        " ones.",
-    ),
-)
-
-
-def constraint_options(command: Any) -> Any:
-    """Give a command the options ``--mask`` and ``--barriers``."""
-    for option in reversed(_OPTIONS):
-        command = option(command)
-    return command
+constraint_options = options(
+    option("--mask FILE", FILE,
+           "Leave faces or points out where this .npy, .seg or .txt, or the labels in a .ply or"
+           " another file that holds more, are 0 (or False): they get label -1."),
+    option("--barriers FILE", FILE,
+           "One whole number per face or point, as a file of labels. No region has two of them."),
+)  # fmt: skip
+"""Adds the options ``--mask`` and ``--barriers`` to a command."""
 
 
 def constraints_of(

@@ -47,6 +47,9 @@ GROUPS = {
 
 COMMANDS = tuple(name for group in GROUPS.values() for name in group)
 
+_MODULES = {"agree": "studio", **dict.fromkeys(GROUPS["Studies"], "studies")}
+"""Module of each command that is not in a module of its own name."""
+
 _NO_WORKERS = {"-h", "--help", "--scheduler"}
 """Options of `batch` with which no workers start on this machine."""
 
@@ -83,7 +86,7 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         with while_importing():
-            module = import_module(f".{cmd_name}", __package__)
+            module = import_module(f".{_MODULES.get(cmd_name, cmd_name)}", __package__)
         command: click.Command = getattr(module, f"{cmd_name}_command")
         return command
 

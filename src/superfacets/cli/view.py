@@ -18,7 +18,7 @@ from ..io.readers.npy import npz_array
 from ..io.readers.read import read_cells_and_attributes
 from .failures import print_note
 from .inputs import labels_beside, read_values
-from .options import FILE, camera_options, labels_named_option
+from .options import FILE, camera_options, labels_named_option, option, options
 
 if TYPE_CHECKING:
     from ..pictures.camera import Up
@@ -29,33 +29,20 @@ LEVELS_ENDING = ".npz"
 
 @click.command("view")
 @click.argument("mesh", metavar="IN", type=FILE)
-@click.option(
-    "--html",
-    "output",
-    metavar="OUT",
-    type=FILE,
-    help="Write the page to this .html file.  [default: open it in the browser]",
-)
-@click.option(
-    "--labels",
-    metavar="L",
-    type=FILE,
-    help="A .npy, .seg, .txt or labeled mesh, or the .npz of superfacets levels; those in IN, if it"
-    " has any, otherwise.",
-)
-@labels_named_option
-@click.option("--gt", metavar="SEG", type=FILE, help="Ground truth: labels of another kind.")
-@click.option(
-    "--feature",
-    "features",
-    metavar="FILE",
-    type=FILE,
-    multiple=True,
-    help="A .npy or .txt file with a value per cell, or per region of the first level; several"
-    " times if you like.",
-)
-@click.option("--title", metavar="TEXT", help="What the page is called.  [default: the name of IN]")
-@camera_options
+@options(
+    option("--html output OUT", FILE,
+           "Write the page to this .html file.  [default: open it in the browser]"),
+    option("--labels L", FILE,
+           "A .npy, .seg, .txt or labeled mesh, or the .npz of superfacets levels.  [default: the"
+           " labels in IN, if it has any]"),
+    labels_named_option,
+    option("--gt SEG", FILE, "Ground truth: labels of another kind."),
+    option("--feature features FILE", FILE,
+           "A .npy or .txt file with a value per cell, or per region of the first level; may be"
+           " given several times.", multiple=True),
+    option("--title TEXT", None, "Title of the page.  [default: the name of IN]"),
+    camera_options,
+)  # fmt: skip
 def view_command(
     mesh: Path, output: Path | None, labels: Path | None, labels_named: str, gt: Path | None,
     features: tuple[Path, ...], title: str | None, up: Up, azimuth: float, elevation: float,
@@ -106,7 +93,7 @@ def view_command(
 
 
 def _open(page: Page, name: str) -> None:
-    """Open the page in the browser, which reads it when it likes: so the file stays."""
+    """Open the page in the browser; the file stays, because the browser may read it later."""
     path = page.save(Path(mkdtemp(prefix="superfacets-"), f"{name}.html"))
     click.echo(f"wrote {path}")
     if not webbrowser.open(path.as_uri()):
