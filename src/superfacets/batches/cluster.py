@@ -33,12 +33,7 @@ CONNECT_TIMEOUT = 10.0
 
 
 class RemoteTeam(Team):
-    """Workers of a scheduler.
-
-    Parameters
-    ----------
-    client : distributed.Client
-    """
+    """Workers of a Dask scheduler, reached by a `distributed.Client`."""
 
     def __init__(self, client: Any) -> None:
         super().__init__(_workers_of(client))
@@ -84,10 +79,7 @@ class RemoteTeam(Team):
 def remote_team(address: str, folder: str) -> Iterator[RemoteTeam]:
     """Connect to a scheduler; its workers must see the folder and have this package version.
 
-    Raises
-    ------
-    ConnectionError
-        If there is no scheduler, it has no worker, or a worker does not fit.
+    A ConnectionError if there is no scheduler, it has no worker, or a worker does not fit.
     """
     distributed = _import_dask()
     with contextlib.ExitStack() as stack:

@@ -10,14 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .._options import (
-    INITS,
-    BalanceOptions,
-    CleanupOptions,
-    LoopOptions,
-    Progress,
-    SizeOptions,
-)
+from .._options import INITS, BalanceOptions, CleanupOptions, LoopOptions, Progress, SizeOptions
 from .._timing import OnStage, timed
 from .._types import Array, Floats, Longs
 from .._validate import checked_choice, checked_flag, checked_number, checked_share, checked_threads

@@ -33,22 +33,11 @@ class Source:
 
 
 def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
-    """Return the files given by `inputs`, without duplicates.
+    """Return the files given by `inputs`, without duplicates, as `batch` describes them.
 
-    Parameters
-    ----------
-    inputs : path-like, or iterable of these
-        A file; a folder, which is searched with all folders below it (links to folders are not
-        followed) for meshes and clouds, but not for ``.csv``, ``.txt`` and ``.npy``; a pattern with
-        ``*``, ``?``, ``[]`` or ``**``; or ``@LIST``, a text file with a path per line, relative to
-        its own folder, in which empty lines and lines that begin with ``#`` are ignored.
-
-    Raises
-    ------
-    OSError
-        If a folder or a list cannot be read, or nothing is found.
-    ValueError
-        If no input is given, or two different files have the same path below the given folders.
+    Links to folders are not followed. In a list (``@LIST``), empty lines and lines that begin with
+    ``#`` are ignored. An OSError if a folder or a list cannot be read, or nothing is found; a
+    ValueError if no input is given, or two files have the same path below the given folders.
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     found: dict[str, Source] = {}

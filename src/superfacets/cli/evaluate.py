@@ -11,14 +11,7 @@ from ..io.readers.labels import read_labels
 from ..io.readers.read import read_cells
 from ..metrics.cuts import DEFAULT_TOLERANCE
 from .interrupts import run_in_background
-from .options import (
-    FILE,
-    NOT_NEGATIVE,
-    json_option,
-    labels_named_option,
-    option,
-    options,
-)
+from .options import FILE, NOT_NEGATIVE, json_option, labels_named_option, option, options
 
 
 @click.command("evaluate")

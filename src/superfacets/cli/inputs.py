@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array, Bools, Ints
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.guards import Content, known_ending, read_content
@@ -56,9 +56,7 @@ def load_cells_and_attributes(
         raise MeshError(f"{name_of(text)}: {error}") from None
 
 
-def labels_beside(
-    mesh: Path, labels: Path | None, n_cells: int, name: str
-) -> npt.NDArray[np.int32] | None:
+def labels_beside(mesh: Path, labels: Path | None, n_cells: int, name: str) -> Ints | None:
     """Labels from a file, or else from the file of the mesh; None if that has no labels.
 
     `name` is the name of the labels in files that hold more than labels.
@@ -84,7 +82,7 @@ def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
     return data, ending, None
 
 
-def read_values(path: Path) -> npt.NDArray[Any]:
+def read_values(path: Path) -> Array:
     """The numbers in a file, one per cell or region."""
     ending = known_ending(path, VALUE_ENDINGS)
     data = read_content(path)
@@ -118,7 +116,7 @@ def constraints_of(
     return keywords
 
 
-def _read_mask(path: Path, n_cells: int, name: str) -> npt.NDArray[np.bool_]:
+def _read_mask(path: Path, n_cells: int, name: str) -> Bools:
     """Whether each cell is kept: its label in the file is not 0, or its value in a .npy is True."""
     if known_ending(path, LABEL_ENDINGS) != ".npy":
         return np.asarray(read_labels(path, n_cells, name=name) != 0)

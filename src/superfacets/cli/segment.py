@@ -28,14 +28,7 @@ from .inputs import (
     name_of,
 )
 from .interrupts import run_in_background
-from .options import (
-    INPUT,
-    format_option,
-    json_option,
-    labels_named_option,
-    options,
-    quiet_option,
-)
+from .options import INPUT, format_option, json_option, labels_named_option, options, quiet_option
 from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs, to_option
 from .progress import RunBar, TileBar
 from .report import facts_of, notes_of, notes_on_result, summary_of

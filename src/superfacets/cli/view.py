@@ -6,11 +6,11 @@ import webbrowser
 from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
-import numpy.typing as npt
 
+from .._types import Array
 from ..errors import MeshError, MissingExtraError
 from ..io.guards import read_content
 from ..io.readers.labels import read_labels
@@ -100,14 +100,14 @@ def _open(page: Page, name: str) -> None:
         print_note("no browser was found: open the file in one, or name a file with --html")
 
 
-def _levels_of(mesh: Path, path: Path | None, n_cells: int, name: str) -> npt.NDArray[Any] | None:
+def _levels_of(mesh: Path, path: Path | None, n_cells: int, name: str) -> Array | None:
     """The labels of one level or several; None if there are none."""
     if path is not None and path.suffix.lower() == LEVELS_ENDING:
         return _read_levels(path)
     return labels_beside(mesh, path, n_cells, name)
 
 
-def _read_levels(path: Path) -> npt.NDArray[Any]:
+def _read_levels(path: Path) -> Array:
     """Labels in a file of ``superfacets levels``, (L, N)."""
     content = read_content(path)
     try:

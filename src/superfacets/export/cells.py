@@ -74,21 +74,7 @@ COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", ".ids.png", *TET_WRITERS)
 
 @dataclass(frozen=True)
 class FormatOptions:
-    """Options of the output formats.
-
-    Parameters
-    ----------
-    ascii : bool
-        Text instead of binary.
-    label_name : str
-        Name of the array of labels in files of VTK.
-    vertex_labels : bool
-        Whether a PLY file also stores a label per vertex.
-    classes : tuple of str, optional
-        Class of each region that occurs, in the order of the labels.
-    force : bool
-        Whether files are replaced that `check_truth_stays` protects.
-    """
+    """Options of the output formats, as for `write_mesh`."""
 
     ascii: bool = False
     label_name: str = "label"

@@ -25,19 +25,10 @@ LINE_ENDINGS = (".obj",)
 
 
 def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
-    """Write each table to its path; all of the files appear, or none.
+    """Write each table to its path, ``.csv``, ``.json`` or ``.parquet``: all files appear, or none.
 
     NaN becomes an empty field in CSV, and null in JSON. A JSON file holds a list with one object
-    per row. Numbers are written with all their digits.
-
-    Raises
-    ------
-    MeshError
-        If a path does not end in ``.csv``, ``.json`` or ``.parquet``.
-    MissingExtraError
-        If pandas or pyarrow, which Parquet needs, is not installed.
-    OSError
-        If a file cannot be written.
+    per row. Numbers are written with all their digits. Parquet needs pandas and pyarrow.
     """
     endings = [known_ending(Path(path), TABLE_ENDINGS) for path, _ in tables]
     with atomic_outputs([path for path, _ in tables]) as temporaries:
@@ -87,13 +78,6 @@ def write_lines(
     """Write lines as OBJ, each in a named group; closed lines repeat their first vertex.
 
     Only vertices of lines are written.
-
-    Raises
-    ------
-    MeshError
-        If the path does not end in ``.obj``.
-    OSError
-        If it cannot be written.
     """
     known_ending(Path(path), LINE_ENDINGS)
     named = list(lines)

@@ -10,6 +10,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Ints
 from ..adapters.convert import as_cells
 from ..io.atomic import StrPath, atomic_outputs, checked_targets
 from ..io.attributes import MeshAttributes
@@ -200,41 +201,12 @@ def write_outputs(
 ) -> int:
     """Write several files, in the formats of their endings: all appear, or none.
 
-    Parameters
-    ----------
-    paths : sequence of path-like
-        As for `write_mesh`; also ``.npy``, ``.seg`` and ``.txt`` for the labels alone, see
-        `write_labels`.
-    mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`. Polygons stay polygons.
-    labels : array_like of integers, shape (F,), or None
-        0 and up; -1 where a face is in no region. None where all files are meshes.
-    streams : mapping of str to binary file, optional
-        Open binary files, by the ending that tells their format, which need not be seekable. They
-        are written when all files of `paths` are complete. If one fails, no file appears at
-        `paths`.
-    attributes : MeshAttributes, optional
-        Written to each file that can hold them, see `write_mesh`.
-    options : FormatOptions, optional
-        The further options of `write_mesh`; None for their defaults.
-    listed : array_like of integers, optional
-        Labels for files that hold only labels, if these belong to another mesh; None: `labels`.
-    listed_mesh : Mesh, PolygonMesh or mesh-like, optional
-        The mesh that `listed` belongs to; None: `mesh`.
-
-    Returns
-    -------
-    int
-        Number of regions that no vertex has in files of vertex labels; 0 if there are no such
-        files.
-
-    Raises
-    ------
-    ValueError
-        As for `write_mesh`; or if a file is given twice, or a file of labels is given and `labels`
-        is None.
-    OSError
-        If a file cannot be written.
+    Endings are those of `write_mesh` and `write_labels`. `streams` are open binary files, by the
+    ending that tells their format; they need not be seekable, and are written when all files of
+    `paths` are complete. If one fails, no file appears at `paths`. `listed` are labels for files
+    that hold only labels, if these belong to another mesh, `listed_mesh`. Returns the number of
+    regions that no vertex has in files of vertex labels. Raises the errors of `write_mesh`; a
+    ValueError if a file is given twice, or needs labels and there are none.
     """
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     options = FormatOptions() if options is None else options
@@ -273,13 +245,8 @@ def _writers(
 def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
     """Check, before a long computation, whether `write_outputs` can write these files.
 
-    Raises
-    ------
-    ValueError
-        If an ending is unknown to `write_outputs`, or a file is given twice.
-    OSError
-        If a folder does not exist or is not writable, or something other than a file is there; a
-        FileExistsError if `force` is needed, see `write_mesh`.
+    A ValueError if an ending is unknown or a file is given twice; an OSError if a folder is missing
+    or not writable, if something other than a file is there, or if `force` is needed.
     """
     if not force:
         check_truth_stays(paths)
@@ -290,7 +257,7 @@ def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
 
 def writer_of(
     cells: Cells,
-    labels: npt.NDArray[np.int32],
+    labels: Ints,
     ending: str,
     form: FormatOptions,
     attributes: MeshAttributes | None = None,
@@ -302,10 +269,7 @@ def writer_of(
 
 
 def check_fit(
-    cells: Cells,
-    labels: npt.NDArray[np.int32] | None,
-    endings: Iterable[str],
-    form: FormatOptions,
+    cells: Cells, labels: Ints | None, endings: Iterable[str], form: FormatOptions
 ) -> None:
     """Raise an error, before a long computation, if files with these endings cannot hold the cells.
 

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Ints
+from .._types import Array, Floats, Ints, Longs
 from .._validate import (
     check_spread,
     checked_count,
@@ -42,8 +42,6 @@ from ..regions.crease_labels import VertexEdges, crease_labels, large_regions
 from ..regions.vertices import with_unused
 
 __all__ = ["compute_vn", "segment_mesh", "segment_point"]
-
-Longs = npt.NDArray[np.int64]
 
 
 def segment_mesh(
@@ -203,7 +201,7 @@ def segment_point(
     return _like(labels, edges)
 
 
-def compute_vn(mesh: MeshLike) -> npt.NDArray[np.float64]:
+def compute_vn(mesh: MeshLike) -> Floats:
     """Return vertex normals: a stand-in for ``segmentator.compute_vn``, for `segment_point`.
 
     Parameters
@@ -239,7 +237,7 @@ def _checked(threshold: Any, least: Any) -> tuple[float, int]:
     return checked_number(threshold, "kThresh", zero=True), checked_count(least, "segMinVerts")
 
 
-def _array_of(values: Any) -> npt.NDArray[Any]:
+def _array_of(values: Any) -> Array:
     """The value as an array; a tensor is copied to the CPU."""
     return np.asarray(values.detach().cpu().numpy() if _is_tensor(values) else values)
 
@@ -255,7 +253,7 @@ def _like(labels: npt.NDArray[np.integer[Any]], indices: Any) -> Any:
     return indices.new_tensor(ids).long() if _is_tensor(indices) else ids
 
 
-def _checked_edges(edges: npt.NDArray[Any], n_points: int) -> Ints:
+def _checked_edges(edges: Array, n_points: int) -> Ints:
     """The edges as int32, (E, 2)."""
     if edges.ndim != 2 or edges.shape[1] != 2:
         raise ValueError(f"edges must have shape (E, 2), got {edges.shape}")

@@ -99,36 +99,17 @@ def _colors_of(cells: Cells | CellGraph, labels: Ints) -> Bytes:
 
 
 def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> Bytes:
-    """Return a color for each region, clearly different where regions touch.
+    """Return a color for each region, (K, 3), clearly different where regions touch.
 
-    Regions that touch differ by at least `MIN_COLOR_DISTANCE` in OKLab, both for normal vision and
-    in protanopia, deuteranopia and tritanopia, wherever `PALETTE` suffices, as it does for regions
-    of a surface. Regions with few neighbors are removed until none is left, and then colored in the
-    opposite order. Each gets the least used color that is far from the colors of its neighbors. In
-    a planar map, at most 5 neighbors of a region are colored before it. If neighbors have all 10
-    colors of the palette, the region gets a color of a wider choice: the color whose distance to
-    the nearest color of a neighbor is largest.
-
-    The same input gives the same colors. Time and memory are linear in arcs and in pairs of
+    `graph` is anything with undirected arcs in CSR form; `labels` are 0 to K - 1, or -1 for a cell
+    in no region. Regions that touch differ by at least `MIN_COLOR_DISTANCE` in OKLab, for normal
+    vision and in protanopia, deuteranopia and tritanopia, wherever `PALETTE` suffices, as it does
+    for regions of a surface. Regions with few neighbors are removed until none is left, and then
+    colored in the opposite order. Each gets the least used color that is far from the colors of its
+    neighbors. In a planar map, at most 5 neighbors of a region are colored before it. If neighbors
+    have all 10 colors of the palette, the region gets the color of a wider choice that is farthest
+    from the nearest color of a neighbor. Time and memory are linear in arcs and in pairs of
     neighboring regions.
-
-    Parameters
-    ----------
-    graph : FaceGraph, CellGraph, or anything with arcs in CSR form
-        ``offsets``, shape (N + 1,), and ``neighbors``, shape (M,), undirected: with both
-        directions of each arc.
-    labels : array_like of integers, shape (N,)
-        Region of each cell, 0 to K - 1, or -1 for a cell in no region.
-
-    Returns
-    -------
-    ndarray of uint8, shape (K, 3)
-        Red, green and blue, 0 to 255, sRGB.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If there is not one label per cell, or a label of 0..K-1 is missing.
     """
     checked, n_regions = checked_partial_labels(labels, len(graph.offsets) - 1)
     arcs = (graph.offsets, graph.neighbors)

@@ -36,26 +36,13 @@ _MOST_RUNS = 5
 
 
 class Score(NamedTuple):
-    """How superpoints do if each takes the object of most of its vertices.
-
-    Attributes
-    ----------
-    n_superpoints : float
-    error : float
-        Share of vertices that get another object.
-    error_away : float
-        The same of vertices more than one edge away from the border of an object.
-    mean_iou : float
-        Mean over the objects of intersection over union.
-    extra_pieces : float
-        Number of connected pieces, minus the number of superpoints.
-    """
+    """Quality of superpoints, if each takes the object of most of its vertices."""
 
     n_superpoints: float
-    error: float
-    error_away: float
-    mean_iou: float
-    extra_pieces: float
+    error: float  # share of vertices that get a wrong object
+    error_away: float  # the same, of vertices more than one edge away from borders of objects
+    mean_iou: float  # intersection over union, mean over the objects
+    extra_pieces: float  # connected pieces, minus the number of superpoints
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _core
+from ..._types import Array, Floats, Ints, Longs
 from ..._validate import checked_threads
 from ...cells.cell_graph import Arcs
 from ...cells.face_graph import FaceGraph, build_face_graph
@@ -30,13 +31,10 @@ STEPS = 65535
 # nearly all gaps between points.
 _POINT_SIZE = 2.0
 
-Ints = npt.NDArray[np.int32]
-Floats = npt.NDArray[np.float64]
-
 
 class _Graph(Protocol):
     @property
-    def offsets(self) -> npt.NDArray[np.int64]: ...
+    def offsets(self) -> Longs: ...
     @property
     def neighbors(self) -> Ints: ...
 
@@ -97,12 +95,12 @@ class Shape:
         extent = np.where(high > low, high - low, 1.0)
         return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
 
-    def parts(self, positions: npt.NDArray[Any]) -> dict[str, tuple[npt.NDArray[Any], Coding]]:
+    def parts(self, positions: Array) -> dict[str, tuple[Array, Coding]]:
         """Arrays that the front end draws, each in its most compact encoding.
 
         ``positions`` are the coordinates of `points` in the unit that the caller needs.
         """
-        found: dict[str, tuple[npt.NDArray[Any], Coding]] = {"positions": (positions, "difference")}
+        found: dict[str, tuple[Array, Coding]] = {"positions": (positions, "difference")}
         if self.triangles is not None:
             found["triangles"] = self.triangles, "newest"
         if self.sources is not None:
@@ -190,7 +188,7 @@ def _surface_shape(
 
 def _numbered_by_use(
     corners: Ints, n_vertices: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
+) -> tuple[Longs, npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
     """Vertices in order of first use, corners as new indices, new index of each (0: unused)."""
     flat = corners.ravel()
     first = np.full(n_vertices, len(flat), dtype=np.int64)  # first corner that uses each vertex

@@ -53,17 +53,9 @@ def study(options: Options) -> Report:
     """Measure all variants on the models, and some variants on some models at all scales.
 
     Rows go to ``runs.csv`` in the output folder, tables to ``tables.md``. If a run failed, its
-    model is left out of both at that scale, so that all means are over the same models.
-
-    Raises
-    ------
-    ValueError, OSError
-        If a model does not exist, the folders are not as they should be, or another start is using
-        the output.
-    MeshError
-        If no model has ground truths, or none could be measured.
-    MissingExtraError
-        If tabulate is not installed.
+    model is left out of both at that scale, so that all means are over the same models. A MeshError
+    if no model could be measured; a ValueError if a model does not exist, or another start is using
+    the output; a MissingExtraError without tabulate.
     """
     if importlib.util.find_spec("tabulate") is None:
         raise MissingExtraError("quality without tabulate", "reproduce")

@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
-import numpy as np
-import numpy.typing as npt
-
+from ..._types import Bytes
 from ...errors import reason_of
 from ...io.atomic import atomic_outputs
 from ...mesh.faces import FaceMesh
@@ -159,12 +157,7 @@ class Drawing:
         """Draw and write the picture; return the reason if that failed, otherwise None."""
         try:
             mesh, _ = load(self.picture.run.source)
-            pixels = render(
-                mesh,
-                unpack_labels(self.labels),
-                size=_SIZE,
-                view=view_of(mesh),
-            )
+            pixels = render(mesh, unpack_labels(self.labels), size=_SIZE, view=view_of(mesh))
             _write(picture_path(self.folder, self.picture), pixels, self.key)
         except Exception as error:  # any error is reported, and the other pictures are drawn
             return reason_of(error)
@@ -188,7 +181,7 @@ def is_drawn(drawing: Drawing) -> bool:
         return False
 
 
-def _write(path: Path, pixels: npt.NDArray[np.uint8], key: str) -> None:
+def _write(path: Path, pixels: Bytes, key: str) -> None:
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 

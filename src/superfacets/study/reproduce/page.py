@@ -81,13 +81,7 @@ class Files:
 
 
 def write_page(path: Path, results: Results, files: Files) -> None:
-    """Write the page. Needs Jinja2 and tabulate.
-
-    Raises
-    ------
-    OSError
-        If the page cannot be written.
-    """
+    """Write the page. Needs Jinja2 and tabulate."""
     sections = [
         _summary(results),
         *(_figure(figure, results, files) for figure in results.plan.choice.figures),

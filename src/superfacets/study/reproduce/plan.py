@@ -67,13 +67,7 @@ class Plan:
 
 
 def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
-    """Return the runs and pictures for the chosen figures.
-
-    Raises
-    ------
-    ValueError
-        If nothing is left to run.
-    """
+    """Return the runs and pictures for the chosen figures; a ValueError if there are none."""
     ranks = _ranks(models.found)
     chosen = tuple(m for m in models.found if not choice.is_subset or ranks[m] == 0)
     pictures = tuple(

@@ -96,17 +96,10 @@ def _names(runs: Iterable[Run]) -> str:
 def collect(
     plan: Plan, pieces: Mapping[Run, Piece], pictured: frozenset[Run], lost: Mapping[Path, str]
 ) -> Results:
-    """Read the records of all runs of a plan.
+    """Read the records of all runs of a plan, given the piece of each run.
 
-    Parameters
-    ----------
-    plan : Plan
-    pieces : mapping
-        From runs to their pieces, which name the records.
-    pictured : frozenset of Run
-        Runs whose labels are wanted: a record without labels does not count.
-    lost : mapping
-        Reasons why records could not be written, by path.
+    Runs of `pictured` need labels: their records without labels do not count. `lost` holds the
+    reasons why records could not be written, by path.
     """
     done: dict[Run, Record] = {}
     failed: dict[Run, str] = {}
