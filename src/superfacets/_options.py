@@ -189,7 +189,7 @@ class BalanceOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """The parameters that the result reports, by name: those that are used."""
+        """The parameters in use, by name, as the result reports them."""
         given = {
             "balance": self.balance or None,
             "max_measure": self.max_measure,

@@ -128,7 +128,7 @@ def batch(
         with a path per line, relative to its own folder.
     output_folder : path-like
         Created if missing. It gets ``manifest.jsonl`` with a record per file, and
-        ``NAME.superfacets.ply`` for each, in folders that mirror those of the inputs.
+        ``NAME.superfacets.ply`` for each, in folders that mirror the folders of the inputs.
     formats : sequence of str, optional
         Formats of the results: ``"ply"``, ``"npy"`` and so on, as the endings of `write_mesh` and
         `write_labels`. The default is PLY, and VTU for tetrahedra.

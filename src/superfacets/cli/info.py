@@ -108,7 +108,7 @@ def _rows_of(info: MeshInfo | TetInfo | CloudInfo) -> list[tuple[str, str]]:
 
 
 def _normals_of(info: CloudInfo) -> str:
-    """Whether a cloud has normals, or what is estimated in their place."""
+    """Whether a cloud has normals, or the source of estimated ones."""
     if info.has_normals:
         return "yes"
     source = "shortest axes of splats" if info.has_axes else "no: estimated"

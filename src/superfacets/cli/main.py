@@ -26,7 +26,7 @@ GROUPS = {
         "info": "Print counts and sizes of meshes and point clouds.",
         "render": "Draw a picture of a mesh or point cloud with its regions.",
         "view": "Show a mesh or point cloud with its regions in a browser.",
-        "studio": "Label a mesh or point cloud, or those of a folder, in a browser.",
+        "studio": "Label a mesh or point cloud, or all of a folder, in a browser.",
         "agree": "Compare two people's work in the studio, and merge it.",
     },
     "Work with labels": {
@@ -40,7 +40,7 @@ GROUPS = {
     "Studies": {
         "reproduce": "Repeat the paper's comparison on the Princeton benchmark.",
         "quality": "Compare variants of the method on the Princeton benchmark.",
-        "superpoints": "Compare superpoints with those of ScanNet's segmenter.",
+        "superpoints": "Compare superpoints with the segments of ScanNet's segmenter.",
     },
 }
 """Summary of each command, so that the list of commands imports none of them."""

@@ -69,7 +69,7 @@ class Real(click.FloatRange):
 
 
 class GroupedCommand(click.Command):
-    """A command whose help lists options in groups; those of no group come last."""
+    """A command whose help lists options in groups; options of no group come last."""
 
     groups: Mapping[str, tuple[str, ...]] = {}
     """Names of parameters in each group, by title."""

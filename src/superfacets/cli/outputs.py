@@ -135,7 +135,7 @@ class Job:
         return ["standard output" if name == STANDARD_STREAM else name for name in self.names]
 
     def write(self, cells: Cells, labels: Ints | None, **options: Any) -> int:
-        """Write all outputs; `options` and the result are those of `write_outputs`."""
+        """Write all outputs; `options` and the result are as for `write_outputs`."""
         streams = {self.stream: sys.stdout.buffer} if self.stream else {}
         return write_outputs(self.files, cells, labels, streams=streams, **options)
 
@@ -179,7 +179,7 @@ class OneRun:
         self, cells: Cells, labels: Ints, attributes: MeshAttributes | None = None,
         notes: Iterable[str] = (), classes: tuple[str, ...] | None = None,
     ) -> None:  # fmt: skip
-        """Write the outputs, and print the notes and those on data that the outputs lack."""
+        """Write the outputs; print these notes, and notes on data that the outputs lack."""
         form = replace(self.form, classes=classes)
         n_lost = self.job.write(cells, labels, attributes=attributes, options=form)
         if not self._is_quiet:

@@ -55,7 +55,7 @@ def _chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) 
     source = click.get_current_context().get_parameter_source
     given = click.core.ParameterSource.COMMANDLINE
     if given in (source("azimuth"), source("elevation")):
-        raise click.UsageError("--view is a pair of --azimuth and --elevation: leave out those")
+        raise click.UsageError("--view sets --azimuth and --elevation: leave them out")
     return View.named(side, up=up)
 
 
@@ -78,7 +78,7 @@ def _values_named(color_by: str | None) -> Array | str | None:
     option("--turntable OUT", FILE, "A .gif or .mp4 file of the mesh as it turns.",
            callback=_checked_turntable),
     option("--compare L", FILE,
-           "Labels to draw side by side, after those of --labels; may be given several times.",
+           "Labels to draw side by side, after the labels of --labels; may be given several times.",
            multiple=True),
     option("--color-by WHAT", None,
            "A .npy or .txt file with a value per cell or per region, or a column of superfacets"

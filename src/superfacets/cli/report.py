@@ -135,7 +135,7 @@ def notes_on_written(
     if not of_points and {".ply", ".vtp"}.isdisjoint(endings):
         replaced = []
     if replaced and are_replaced:
-        notes.append(f"replaced by those of the labels: {', '.join(replaced)}")
+        notes.append(f"replaced by properties of the labels: {', '.join(replaced)}")
     if attributes.texture is not None:
         corners = kind_of(cells).corners(cells)
         has_polygons = corners is not None and corners.size != 3

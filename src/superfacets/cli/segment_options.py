@@ -169,7 +169,7 @@ _OF_FILES = {field.name for field in fields(FileOptions)}
 def options_of(
     *, paper: bool, parts: bool, scans: bool, is_subdivided: bool, **given: Any
 ) -> FileOptions:
-    """Return the given options, completed by those of a preset; an error if they do not fit."""
+    """Return the given options, completed by a preset; an error if they do not fit."""
     of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
     keywords = {name: value for name, value in given.items() if value is not None}
     if paper and (parts or scans):

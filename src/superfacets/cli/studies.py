@@ -50,7 +50,7 @@ def reproduce_command(
     """Repeat the paper's comparison on the Princeton benchmark.
 
     BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT: a
-    second start does only what is missing or failed. OUT/index.html shows everything.
+    second start runs only missing and failed runs. OUT/index.html shows everything.
     """
     from ..study.reproduce.methods import METHODS
     from ..study.reproduce.plan import FIGURES, KS, SUBSET_KS, Choice
@@ -85,7 +85,7 @@ def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any
     """Compare variants of the method on the Princeton benchmark.
 
     BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT: a
-    second start does only what is missing or failed. Tables are printed, and written to
+    second start runs only missing and failed runs. Tables are printed, and written to
     OUT/tables.md; OUT/runs.csv has a row for every run.
     """
     from ..study.quality.measure import KS
@@ -99,7 +99,7 @@ def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any
 @click.command("superpoints")
 @click.argument("rooms", type=EXISTING_FOLDER)
 def superpoints_command(rooms: Path) -> None:
-    """Compare superpoints with those of ScanNet's segmenter.
+    """Compare superpoints with the segments of ScanNet's segmenter.
 
     ROOMS is a folder of .npz files. Each holds vertices, faces, instances (the true object of each
     vertex) and felzenszwalb (the segments of ScanNet's segmenter). A superpoint takes the object of

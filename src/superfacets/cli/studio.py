@@ -35,7 +35,7 @@ def studio_command(
     path: Path, n_segments: int | None, work: Path | None, classes: Path | None,
     port: int | None, is_list: bool, no_browser: bool,
 ) -> None:  # fmt: skip
-    """Label a mesh or point cloud, or those of a folder, in a browser.
+    """Label a mesh or point cloud, or all of a folder, in a browser.
 
     The page is served to this machine alone. All work is saved as it is done.
     """
@@ -92,7 +92,8 @@ def agree_command(
 
     MINE and THEIRS are work files of the mesh or point cloud in the file IN. Prints the share of
     the area on which both agree, and the IoU of each class and object. Classes are matched by name,
-    and objects by the area they share. What only one has labeled is in the merged work, too.
+    and objects by the area they share. Cells that only one of them has labeled are in the merged
+    work, too.
     """
     _check_extra()
     from ..studio.document import merged_work

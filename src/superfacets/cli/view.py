@@ -61,7 +61,7 @@ def view_command(
         raise click.UsageError(str(error)) from None
     names = [path.stem for path in features]
     if len(set(names)) < len(names):
-        raise click.UsageError("two features have the same name, that of their files")
+        raise click.UsageError("two features have the same name: rename their files")
     cells, attributes = read_cells_and_attributes(mesh)
     texture = None if attributes is None else attributes.texture
     n_cells = cells.n_cells

@@ -61,7 +61,7 @@ CLOUD_OUTPUTS = (".csv", ".las", ".laz")
 """Endings of files that hold only point clouds."""
 
 ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".las", ".laz")
-"""Endings of files for which attributes are read: to store them, or to note what is not stored."""
+"""Endings of files for which attributes are read, to store them or to report what is lost."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Endings of files whose array of labels may have any name."""

@@ -114,7 +114,7 @@ class _Element:
     columns: list[_Column]
 
     def add(self, attributes: Mapping[str, Array], left_out: Collection[str] = ()) -> None:
-        """Append attributes as columns, except those whose name is taken or in `left_out`."""
+        """Append attributes as columns, unless their name is taken or in `left_out`."""
         taken = {column.name for column in self.columns} | {*left_out}
         if "vertex_indices" in taken:
             taken |= {*INDEX_NAMES}

@@ -56,7 +56,7 @@ def segment_mesh(
 
     The mesh is segmented as by `superfacets.segment`. Vertices get the labels of
     `superfacets.vertex_labels` with ``method="creases"``. Regions smaller than `segMinVerts` grow,
-    and those that cannot grow join others.
+    and regions that cannot grow join others.
 
     The number of regions is the number that the method of the original finds with the same
     parameters: the method of Felzenszwalb and Huttenlocher on the edges of the mesh. The weight of
@@ -80,8 +80,8 @@ def segment_mesh(
         >= 1. Minimum number of vertices of a region. Only components that are smaller, and vertices
         without faces, are smaller regions.
     n_segments : int, optional
-        Number of regions; if given, `kThresh` has no effect, and regions do not join others: those
-        that cannot grow stay smaller than `segMinVerts`.
+        Number of regions; if given, `kThresh` has no effect, and regions do not join others: if
+        they cannot grow, they stay smaller than `segMinVerts`.
 
     Returns
     -------

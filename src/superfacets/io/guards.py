@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import mmap
 import os
 import stat
@@ -75,6 +76,15 @@ def named_errors(path: object) -> Iterator[None]:
         yield
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
+
+
+def read_json(path: Path) -> Any:
+    """The JSON in a regular file; a MeshError if it is none."""
+    check_regular(path)
+    try:
+        return json.loads(path.read_bytes())
+    except (ValueError, RecursionError):
+        raise MeshError(f"{path}: it is not JSON: is the file cut?") from None
 
 
 def open_regular(path: Path) -> io.FileIO:

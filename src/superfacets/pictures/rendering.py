@@ -201,7 +201,7 @@ def _surface_scene(
 
 
 def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
-    """Colors of new faces: of their regions where those have one color, else of their old faces."""
+    """Color of each new face: of its region if that has one color, otherwise of its old face."""
     old, new = labels + 1, cut.labels + 1  # 0: no region
     firsts = np.zeros(old.max() + 1, dtype=np.int64)
     firsts[old[::-1]] = np.arange(len(old))[::-1]

@@ -83,7 +83,7 @@ class Pool(Team):
     def run(
         self, calls: Sequence[Call], width: int | None = None, admits: Admits | None = None
     ) -> Iterator[tuple[int, Ending]]:
-        """As for `Team`. Calls start in order, except those that `admits` holds back."""
+        """As for `Team`. Calls start in order, but a call that `admits` refuses waits."""
         waiting = deque(range(len(calls)))
         kills: Counter[int] = Counter()
         n_left = len(calls)

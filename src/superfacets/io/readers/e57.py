@@ -231,7 +231,7 @@ def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | 
 
 
 def _limits_of(pye57: Any, header: Any, name: str) -> tuple[float, float]:
-    """Smallest and largest value of a color: the scan's limits, or those of the stored field."""
+    """Smallest and largest value of a color: limits of the scan, or else of the stored field."""
     if header.node.isDefined("colorLimits"):
         limits = header.node["colorLimits"]
         return _number_in(limits[f"{name}Minimum"]), _number_in(limits[f"{name}Maximum"])

@@ -71,7 +71,7 @@ _FORMATS = (
 """Items of a record, by point format."""
 
 _EXTRA = {6: 0, 10: 14}
-"""Type number of the item for extra bytes, by that of the first item of a record."""
+"""Type number of the item for extra bytes, by the type number of the first item of a record."""
 
 _EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
 

@@ -176,7 +176,7 @@ def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, Mesh
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
-    """Return what a file stores with the mesh that `read_mesh` returns.
+    """Return the data that a file stores besides the mesh that `read_mesh` returns.
 
     ``write_mesh(..., attributes=...)`` writes it to a file again.
 
@@ -193,7 +193,7 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     MeshAttributes
         Arrays of the types that the file declares, in the order of the file. An integer in a text
         file that its declared type cannot hold makes the property float64. `left_out` names
-        missing images, and says what is wrong with a texture that cannot be read.
+        missing images, and the reason if a texture cannot be read.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The whole quality study: run what is missing, and write the results."""
+"""The whole quality study: make the missing runs, and write the results."""
 
 from __future__ import annotations
 

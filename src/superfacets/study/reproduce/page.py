@@ -47,7 +47,7 @@ _PICTURE_TEXTS = {
 
 _CURVE_TEXTS = {
     "4": "Superfacets and normalized cuts",
-    "6": "Our weights and those of Shlafman, Tal and Katz",
+    "6": "Our weights, and the weights of Shlafman, Tal and Katz",
     "7": "Superfacets and Variational Shape Approximation",
     "rivals": "All methods, each at its usual alpha",
 }
