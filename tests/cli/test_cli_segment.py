@@ -419,7 +419,8 @@ def test_a_labeled_mesh_keeps_what_the_input_held(run, colored):
     assert err.splitlines() == [
         "superfacets: note: not kept of the input: element edge",
         "superfacets: note: replaced by properties of the labels: face property label, face"
-        " property quality, face property red, face property green, face property blue, face property alpha",
+        " property quality, face property red, face property green, face property blue, face"
+        " property alpha",
     ]
     found = read_attributes(output)
     assert np.array_equal(found.vertex["red"], np.arange(len(found.vertex["red"])) % 256)

@@ -15,9 +15,8 @@ from ..batches.sources import find_sources
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..export.cells import FormatOptions
-from ..export.regions import write_regions
 from ..export.scannet import GROUPS
-from ..export.write import ENDING_OF_FORMAT, check_outputs
+from ..export.write import ENDING_OF_FORMAT, check_outputs, write_regions
 from ..interop.aggregation import regroup_segments
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells

@@ -154,6 +154,13 @@ def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
     return rows
 
 
+def rotation_of(quaternion: Floats) -> Floats:
+    """Rotation matrix of a unit quaternion (w, x, y, z)."""
+    w, axis = quaternion[0], quaternion[1:]
+    crossed = np.cross(np.eye(3), axis)  # crossed @ vector is the cross product of axis and vector
+    return np.asarray(np.eye(3) + 2 * (w * crossed + crossed @ crossed))
+
+
 def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:
     """Build faces from their flat corners; a MeshError if a face has fewer than three corners."""
     check_corner_counts(corner_counts)

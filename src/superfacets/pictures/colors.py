@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Literal, Protocol, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from .._types import ArcLists, Array, Bytes, Floats, Ints, Longs
 from .._validate import checked_partial_labels, checked_threads, compact_partial_labels, refuse_mask
 from ..adapters.convert import CloudLike, MeshLike
 from ..adapters.results import NO_COLOR
-from ..cells.cell_graph import CellGraph
+from ..cells.cell_graph import CellGraph, CsrArcs
 from ..cells.kinds import as_known, kind_of
 from ..io.light import linear_of_oklab, linear_of_srgb, oklab_of_linear, srgb_of_linear
 from ..mesh.cells import Cells
@@ -107,15 +107,6 @@ _CLEAR_DISTANCE = 0.1
 _PLANAR_DEGREE = 5
 
 
-class _Arcs(Protocol):
-    """The part of a graph that `region_colors` needs: arcs in CSR form."""
-
-    @property
-    def offsets(self) -> Longs: ...
-    @property
-    def neighbors(self) -> Ints: ...
-
-
 def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
     """Return a color for each face, by region, clearly different where regions share an edge.
 
@@ -161,7 +152,7 @@ def _colors_of(cells: Cells | CellGraph, labels: Ints) -> Bytes:
     return _colors_of_adjacency(*_region_adjacency(arcs, of_cells, n_regions))
 
 
-def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> Bytes:
+def region_colors(graph: CsrArcs, labels: npt.ArrayLike) -> Bytes:
     """Return a color for each region, (K, 3), clearly different where regions touch.
 
     `graph` is anything with undirected arcs in CSR form; `labels` are 0 to K - 1, or -1 for a cell

@@ -17,7 +17,7 @@ from ..._types import Array, Floats, Ints, Singles
 from ...errors import MeshError, MissingExtraError, reason_of
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..guards import Content, counted, shortened
+from ..guards import Content, counted, rotation_of, shortened
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -206,17 +206,10 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
         length = np.linalg.norm(quaternion)
         if not (np.isfinite(length) and length > 0):
             raise MeshError(f"scan {place} has no valid rotation: {quaternion.tolist()}")
-        points = np.einsum("ij,kj->ik", points, _rotation_of(quaternion / length))
+        points = np.einsum("ij,kj->ik", points, rotation_of(quaternion / length))
     if pose.isDefined("translation"):
         points = points + [_number_in(pose["translation"][axis]) for axis in "xyz"]
     return points
-
-
-def _rotation_of(quaternion: Floats) -> Floats:
-    """Rotation matrix of a unit quaternion (w, x, y, z)."""
-    w, axis = quaternion[0], quaternion[1:]
-    crossed = np.cross(np.eye(3), axis)  # crossed @ vector is the cross product of axis and vector
-    return np.asarray(np.eye(3) + 2 * (w * crossed + crossed @ crossed))
 
 
 def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ... import _core
 from ..._types import Array, Floats, Ints, Longs
 from ..._validate import checked_threads
-from ...cells.cell_graph import Arcs
+from ...cells.cell_graph import CsrArcs
 from ...cells.face_graph import FaceGraph, build_face_graph
 from ...cells.kinds import kind_of
 from ...cells.point_graph import PointGraph, find_point_graph
@@ -32,13 +32,6 @@ STEPS = 65535
 _POINT_SIZE = 2.0
 
 
-class _Graph(Protocol):
-    @property
-    def offsets(self) -> Longs: ...
-    @property
-    def neighbors(self) -> Ints: ...
-
-
 @dataclass(frozen=True)
 class Shape:
     """The drawn surface of cells: triangles, or the points of a cloud.
@@ -54,7 +47,7 @@ class Shape:
     normals: Floats | None  # (P, 3) for a cloud; None for a mesh
     measures: Floats  # (N,) area or volume of each cell
     areas: Floats  # areas of the drawn faces or points
-    graph: _Graph  # neighbors of all cells
+    graph: CsrArcs  # neighbors of all cells
     outline: _Outline | None  # None: there are no borders to draw
 
     @cached_property
@@ -168,7 +161,7 @@ def _surface_shape(
     mesh: FaceMesh,
     cells: npt.NDArray[np.uint32] | None,
     measures: Floats | None,
-    cell_graph: Arcs | None,
+    cell_graph: CsrArcs | None,
 ) -> Shape:
     """The shape of faces, which are cells themselves or sides of cells."""
     threads = checked_threads(None)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ..princeton import CATEGORIES
 from ..sources import Source, Sources
-from .gallery import GALLERY, Picture, table_runs
+from .gallery import GALLERY, Picture, pictures_of, table_runs
 from .measure import Run
 from .methods import METHODS, Method
 
@@ -74,7 +74,7 @@ def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
         picture
         for figure in choice.figures
         if figure in GALLERY
-        for picture in GALLERY[figure](chosen, meshes.found, choice.k)
+        for picture in pictures_of(figure, chosen, meshes.found, choice.k)
         if picture.run.method in choice.methods and _accepts(picture.run, ranks, choice)
     )
     runs = {picture.run for picture in pictures}

@@ -69,28 +69,30 @@ class Results:
 
     def reasons(self) -> list[str]:
         """Return a line for each method and reason of failure, with the names of the meshes."""
-        runs: dict[tuple[str, str], list[Run]] = defaultdict(list)
-        for run, reason in self.failed.items():
-            runs[run.method, reason].append(run)
         return [
-            f"{method} on {_names(of_reason)} ({len(of_reason)} runs): {reason}"
-            for (method, reason), of_reason in runs.items()
+            f"{_runs_of(method, runs)}: {reason}"
+            for (method, reason), runs in _grouped(
+                {run: (run.method, reason) for run, reason in self.failed.items()}
+            ).items()
         ]
 
     def not_started(self) -> list[str]:
         """Return a line for each method that has missing runs, with the names of the meshes."""
-        runs: dict[str, list[Run]] = defaultdict(list)
-        for run in self.missing:
-            runs[run.method].append(run)
-        return [
-            f"{method} on {_names(of_method)} ({len(of_method)} runs)"
-            for method, of_method in runs.items()
-        ]
+        runs = _grouped({run: run.method for run in self.missing})
+        return [_runs_of(method, of_method) for method, of_method in runs.items()]
 
 
-def _names(runs: Iterable[Run]) -> str:
+def _grouped(keys: Mapping[Run, Any]) -> dict[Any, list[Run]]:
+    """The runs of each key."""
+    groups: dict[Any, list[Run]] = defaultdict(list)
+    for run, key in keys.items():
+        groups[key].append(run)
+    return groups
+
+
+def _runs_of(method: str, runs: Sequence[Run]) -> str:
     names = dict.fromkeys(run.source.name for run in runs)
-    return ", ".join(names)
+    return f"{method} on {', '.join(names)} ({len(runs)} runs)"
 
 
 def collect(
