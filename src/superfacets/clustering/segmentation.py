@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .. import _core
 from .._types import Array, Ints
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_surface
-from ..cells.patches import patches_of
 from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..cells.surface import Surface
 from ..mesh.cells import Cells
@@ -141,7 +141,12 @@ class Segmentation:
         >>> result.patches.shape[1], (result.patches < 0).sum(axis=1).nonzero()[0].size <= 1
         (64, True)
         """
-        return patches_of(self._surface, self.labels, self.n_segments)
+        surface = self._surface
+        walk = _core.walk_regions(*surface.arcs, self.labels, self.n_segments, surface.n_threads)
+        counts = np.bincount(self.labels[self.labels >= 0], minlength=self.n_segments)
+        padded = np.full((self.n_segments, int(counts.max(initial=0))), -1, np.int32)
+        padded[np.arange(padded.shape[1]) < counts[:, None]] = walk
+        return padded
 
     @cached_property
     def regions(self) -> RegionGraph:
