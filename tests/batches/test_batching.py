@@ -255,6 +255,13 @@ def test_files_are_subdivided_and_have_features_and_text(tmp_path, scan, out):
     assert sf.batch(scan, out, **keywords).n_kept == 1
 
 
+def test_clouds_with_a_viewpoint_are_kept_by_a_second_start(tmp_path, out):
+    np.save(tmp_path / "points.npy", np.random.default_rng(0).random((200, 3)))
+    keywords = {"n_segments": 3, "viewpoint": (0.5, 0.5, 9.0)}
+    assert sf.batch(tmp_path / "points.npy", out, **keywords).n_done == 1
+    assert sf.batch(tmp_path / "points.npy", out, **keywords).n_kept == 1
+
+
 def test_more_regions_than_cells_are_as_many(tmp_path, out):
     sf.write_mesh(tmp_path / "two.ply", ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
                                          [[0, 1, 2], [0, 2, 3]]))  # fmt: skip

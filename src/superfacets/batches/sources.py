@@ -44,7 +44,7 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
     for text in (os.fspath(path) for path in given):
         for source in _expanded(text):
             other = found.setdefault(source.name, source)
-            if not _is_same_file(other.input, source.input):
+            if os.path.realpath(other.input) != os.path.realpath(source.input):
                 raise ValueError(
                     f"{other.input} and {source.input} are both called {source.name}: give the"
                     " folder above them, or a pattern in quotes, and results mirror its folders"
@@ -112,10 +112,6 @@ def _matching(pattern: str) -> Iterator[Source]:
         yield Source(str(path), path.relative_to(root).as_posix())
 
 
-def _is_same_file(one: str, other: str) -> bool:
-    return os.path.realpath(one) == os.path.realpath(other)
-
-
 def result_ending(name: str) -> str:
     """Default ending of the result for a file."""
     is_of_tets = PurePosixPath(name).suffix.lower() in TET_ENDINGS
@@ -133,9 +129,7 @@ def _output_name(path: PurePosixPath, ending: str) -> str:
     """The name that readers of the format look for, or a name with our mark."""
     if ending == ".segs.json":
         return f"{path.stem}.0.010000{ending}"
-    if ending == ".aggregation.json":
-        return f"{scene_of(Path(path), path.suffix)}{ending}"
-    if ending in (".bin", "_sp_label.npy", ".pth"):
+    if ending in (".aggregation.json", ".bin", "_sp_label.npy", ".pth"):
         return f"{scene_of(Path(path), path.suffix)}{ending}"
     return f"{path.stem}{MARK}{ending}"
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from functools import partial
 
 import click
 
@@ -14,6 +13,8 @@ from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import check_inputs, load_cells, name_of
 from .interrupts import run_in_background
 from .options import INPUT, format_option, json_option
+
+Info = MeshInfo | TetInfo | CloudInfo
 
 
 @click.command("info")
@@ -33,8 +34,9 @@ def info_command(
 
     def tell(place: int) -> None:
         text = inputs[place]
-        info = run_in_background(partial(_info_of, text, format))
-        note = sliver_note(_slivers_of(info), "try segment --subdivide")
+        info: Info = run_in_background(lambda: facts_of(load_cells(text, format)))
+        slivers = info.sliver_share if isinstance(info, MeshInfo) else 0.0
+        note = sliver_note(slivers, "try segment --subdivide")
         if note is not None:
             print_note(f"{name_of(text)}: {note}")
         if as_json:
@@ -49,16 +51,7 @@ def info_command(
         ctx.exit(EXIT_DATA)
 
 
-def _info_of(text: str, format: str | None) -> MeshInfo | TetInfo | CloudInfo:
-    found: MeshInfo | TetInfo | CloudInfo = facts_of(load_cells(text, format))
-    return found
-
-
-def _slivers_of(info: MeshInfo | TetInfo | CloudInfo) -> float:
-    return info.sliver_share if isinstance(info, MeshInfo) else 0.0
-
-
-def _rows_of(info: MeshInfo | TetInfo | CloudInfo) -> list[tuple[str, str]]:
+def _rows_of(info: Info) -> list[tuple[str, str]]:
     low, high = (" ".join(f"{value:g}" for value in corner) for corner in info.bounds)
     box = f"{low} to {high}"
     if isinstance(info, CloudInfo):

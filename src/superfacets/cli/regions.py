@@ -19,7 +19,6 @@ from ..errors import MeshError
 from ..export.tables import (
     LINE_ENDINGS,
     TABLE_ENDINGS,
-    Columns,
     print_csv,
     write_lines,
     write_tables,
@@ -92,14 +91,17 @@ def regions_command(
         return graph, names, drawn
 
     graph, names, drawn = run_in_background(compute)
-    tables = [(output, _regions_of(graph, names)), (arcs, _arcs_of(graph, names))]
+    regions = graph.table() | {"region": names}
+    ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
+    of_arcs = ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
+    tables = [(output, regions), (arcs, of_arcs)]
     write_tables([(path, table) for path, table in tables if path is not None])
     if borders is not None and drawn is not None:
         write_lines(borders, *drawn)
     if output is None and sys.stdout is None:
         raise OSError("standard output is closed")
     if output is None:
-        print_csv(sys.stdout, _regions_of(graph, names))
+        print_csv(sys.stdout, regions)
     if as_json:
         names_written = [STANDARD_STREAM] * (output is None) + [str(path) for path in files]
         facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
@@ -126,15 +128,6 @@ def _checked_outputs(
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     return tuple(path for path in (output, arcs, borders) if path is not None)
-
-
-def _regions_of(graph: RegionGraph, names: Ints) -> Columns:
-    return graph.table() | {"region": names}
-
-
-def _arcs_of(graph: RegionGraph, names: Ints) -> Columns:
-    ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
-    return ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
 
 
 def _named(lines: BorderLines, names: Ints) -> Iterator[tuple[str, Ints]]:

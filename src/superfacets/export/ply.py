@@ -44,7 +44,10 @@ def write_ply(file: IO[bytes], content: Content) -> None:
     if content.vertex_labels is not None:
         vertices.columns.append(_Column("label", "<i4", content.vertex_labels))
     if attributes is not None:
-        left_out = ("label",) if _has_other_labels(attributes, content.labels) else ()
+        # The file's own vertex labels are left out if other labels of faces are written.
+        labels = attributes.face.get("label", ())
+        are_other = content.labels is not None and not np.array_equal(labels, content.labels)
+        left_out = ("label",) if are_other else ()
         vertices.add(attributes.vertex, left_out)
         faces.add(attributes.face)
     comments = () if attributes is None else attributes.comments
@@ -185,11 +188,6 @@ def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
     return list(pieces)
 
 
-def _has_other_labels(attributes: MeshAttributes, labels: Ints | None) -> bool:
-    """Whether labels are written that differ from the face labels, if any, of the attributes."""
-    return labels is not None and not np.array_equal(attributes.face.get("label", ()), labels)
-
-
 def _fill_rows(columns: list[_Column], n_rows: int) -> Array:
     """Pack columns into an array of binary rows."""
     fields: list[Any] = []
@@ -218,9 +216,7 @@ def _declaration(column: _Column) -> str:
 def _as_text(rows: Array) -> bytes:
     """Rows as text that reads back as the same numbers."""
     columns = [rows[name].reshape(len(rows), -1) for name in rows.dtype.names or ()]
-    row = " ".join(_format(column.dtype) for column in columns for _ in column.T) + "\n"
+    formats = {"f4": "%.9g", "f8": "%.17g"}
+    words = [formats.get(column.dtype.str[1:], "%d") for column in columns for _ in column.T]
+    row = " ".join(words) + "\n"
     return text_rows(row, [axis for column in columns for axis in column.T])
-
-
-def _format(dtype: np.dtype[Any]) -> str:
-    return {"f4": "%.9g", "f8": "%.17g"}.get(dtype.str[1:], "%d")

@@ -120,7 +120,7 @@ def segment_mesh(
         number = _number_in_mesh(mesh, threshold, least, threads)
     else:
         number = checked_count(n_segments, "n_segments", mesh.n_faces, "faces")
-    with warnings.catch_warnings():  # small components are additional
+    with warnings.catch_warnings():  # small components become additional regions
         warnings.simplefilter("ignore", IslandWarning)
         of_faces = segment(mesh, min(number, mesh.n_faces)).labels
     names = np.arange(of_faces.max() + 1)

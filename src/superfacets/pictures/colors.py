@@ -223,18 +223,14 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
             same |= 1 << color
         free = (whole_palette & ~close) or (whole_palette & ~same)
         if not free:
-            colors[region] = _farthest_color(sorted(taken))
+            # The color whose nearest taken color is farthest.
+            colors[region] = int(_distances()[:, sorted(taken)].min(axis=1).argmax())
             continue
         candidates = [color for color in range(len(PALETTE)) if free >> color & 1]
         color = min(candidates, key=n_uses.__getitem__)
         colors[region] = color
         n_uses[color] += 1
     return colors
-
-
-def _farthest_color(taken: list[int]) -> int:
-    """Index into `_choices` of the color whose nearest taken color is farthest."""
-    return int(_distances()[:, taken].min(axis=1).argmax())
 
 
 @cache

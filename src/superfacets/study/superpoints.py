@@ -85,7 +85,7 @@ class Room:
 
     @property
     def is_used(self) -> Bools:
-        """Whether a face has each vertex."""
+        """Whether each vertex belongs to a face."""
         is_used = np.zeros(self.mesh.n_vertices, bool)
         is_used[self.mesh.faces] = True
         return is_used

@@ -92,6 +92,11 @@ def read_piece(piece: Piece) -> Record | None:
     return read_record(piece.path, piece.key)
 
 
+def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
+    """Return the record of a piece, with the reason if it failed or is `lost`; None if missing."""
+    return {"reason": lost[piece.path]} if piece.path in lost else read_piece(piece)
+
+
 @dataclass(frozen=True)
 class _Recording:
     """A task as a job. Its result maps paths of records that could not be written to the causes."""

@@ -20,7 +20,7 @@ class _Model(NamedTuple):
     number: int
     n_focal: int  # focal lengths, before the principal point
     n_distortion: int  # coefficients after that; without distortion all are 0
-    is_central: bool = True  # whether it is a pinhole camera if they are 0
+    is_central: bool = True  # whether the camera is a pinhole if all coefficients are 0
 
 
 _MODELS = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -203,13 +203,15 @@ class Task:
             labels = _labels(subject, case)
             seconds = time.process_time() - start
             values = metrics.evaluate(subject.mesh, labels, surface)
+            overlaps = [metrics.area_overlap(labels, truth, areas) for truth in subject.truths]
+            errors = [metrics.undersegmentation_error(overlap) for overlap in overlaps]
             return {
                 "model": case.source.number,
                 "scale": case.scale,
                 "faces": subject.mesh.n_faces,
                 "variant": case.variant,
                 "k": case.k,
-                "ue": _mean_error(labels, subject.truths, areas),
+                "ue": float(np.mean(errors)),
                 "compactness": values["compactness"],
                 "valleys": valleys.share_between(labels),
                 "ridges": ridges.share_between(labels),
@@ -224,8 +226,3 @@ class Task:
 def _labels(subject: Subject, case: Case) -> Ints:
     options: dict[str, Any] = dict(VARIANTS[case.variant])
     return segment(subject.mesh, case.k, n_threads=1, **options).labels
-
-
-def _mean_error(labels: Ints, truths: Iterable[Ints], areas: Floats) -> float:
-    overlaps = [metrics.area_overlap(labels, truth, areas) for truth in truths]
-    return float(np.mean([metrics.undersegmentation_error(overlap) for overlap in overlaps]))

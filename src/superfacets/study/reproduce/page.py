@@ -322,19 +322,16 @@ def _method_rows(results: Results) -> list[list[str]]:
         [
             METHODS[method].title,
             method,
-            ", ".join(sorted({_alpha(run) for run in runs if run.method == method}, key=_size)),
+            _alphas({run.alpha for run in runs if run.method == method}),
             str(sum(run.method == method for run in results.done)),
         ]
         for method in dict.fromkeys(run.method for run in runs)
     ]
 
 
-def _alpha(run: Run) -> str:
-    return "-" if run.alpha is None else f"{run.alpha:g}"
-
-
-def _size(text: str) -> float:
-    return -1.0 if text == "-" else float(text)
+def _alphas(values: set[float | None]) -> str:
+    ordered = sorted(values, key=lambda alpha: -1.0 if alpha is None else alpha)
+    return ", ".join("-" if alpha is None else f"{alpha:g}" for alpha in ordered)
 
 
 def _seconds(value: float) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..sources import Source
 from ..table_writer import write_csv
-from ..tasks import Piece, Record, read_piece
+from ..tasks import Piece, Record, outcome_of
 from .measure import Run
 from .methods import METHODS
 from .plan import CURVES, Plan
@@ -106,11 +106,8 @@ def collect(
     done: dict[Run, Record] = {}
     failed: dict[Run, str] = {}
     for run in plan.runs:
-        piece = pieces[run]
-        record = read_piece(piece)
-        if piece.path in lost:
-            failed[run] = lost[piece.path]
-        elif record is not None and "reason" in record:
+        record = outcome_of(pieces[run], lost)
+        if record is not None and "reason" in record:
             failed[run] = record["reason"]
         elif record is not None and (run not in pictured or "labels" in record):
             done[run] = record
