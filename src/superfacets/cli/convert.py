@@ -129,64 +129,41 @@ class _Run:
     def do(self, job: Job) -> None:
         """Convert one file, and report it."""
         check_outputs(job.files, force=self.form.force)
-        found = run_in_background(lambda: self._read(job))
-        if found.labels is None and (self.folder is not None or job.holds_labels):
+        cells, labels, attributes = run_in_background(lambda: self._read(job))
+        if labels is None and (self.folder is not None or job.holds_labels):
             task = "write" if self.folder is None else "split it by"
             raise MeshError(
                 f"{job.input}: there are no labels to {task} (none called {self.labels_named}):"
                 " name a file of them, or --labels-named"
             )
-        parts, n_lost = self._write(job, found)  # in the foreground, because it writes files
+        n_lost = job.write(cells, labels, attributes=attributes, options=self.form)
+        parts: list[str] = []
+        if self.folder is not None and labels is not None:
+            paths = write_regions(
+                self.folder, cells, labels, ending=self.ending, ascii=self.form.ascii
+            )
+            parts = [str(path) for path in paths]
         if not self.is_quiet:
+            replaces = self.labels is not None  # otherwise the labels are in the input itself
             print_notes(
-                notes_on_written(
-                    found.cells, found.attributes, job.endings, n_lost, are_replaced=found.are_named
-                )
+                notes_on_written(cells, attributes, job.endings, n_lost, are_replaced=replaces)
             )
         if self.as_json:
-            facts = {"file": job.input, **found.facts, "outputs": [*job.names, *parts]}
-            job.print(json.dumps(facts))
+            n_labels = None if labels is None else len(np.unique(labels[labels >= 0]))
+            facts = {f"n_{kind_of(cells).noun}s": cells.n_cells, "n_labels": n_labels}
+            named = {"file": job.input, **facts, "outputs": [*job.names, *parts]}
+            job.print(json.dumps(named))
         elif not self.is_quiet:
             names = [*job.written, *([f"{len(parts)} files in {self.folder}"] if parts else [])]
             job.print("\n".join(f"wrote {name}" for name in names))
 
-    def _read(self, job: Job) -> _Found:
+    def _read(self, job: Job) -> tuple[Cells, Ints | None, MeshAttributes | None]:
         keep = job.holds_attributes and self.keeps_attributes
         cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
         if self.labels is None and self.format is not None:  # they are found by the ending of IN
-            return _Found(cells, None, attributes, False)
-        labels = labels_beside(Path(job.input), self.labels, cells.n_cells, self.labels_named)
-        return _Found(cells, labels, attributes, self.labels is not None)
-
-    def _write(self, job: Job, found: _Found) -> tuple[list[str], int]:
-        """Write all files; return paths of region files, and the number of regions lost."""
-        n_lost = job.write(
-            found.cells, found.labels, attributes=found.attributes, options=self.form
-        )
-        paths = []
-        if self.folder is not None and found.labels is not None:
-            paths = write_regions(
-                self.folder, found.cells, found.labels, ending=self.ending, ascii=self.form.ascii
-            )
-        return [str(path) for path in paths], n_lost
-
-
-@dataclass(frozen=True)
-class _Found:
-    """Contents of the input files."""
-
-    cells: Cells
-    labels: Ints | None
-    attributes: MeshAttributes | None
-    are_named: bool  # whether the labels come from a separate file
-
-    @property
-    def facts(self) -> dict[str, int | None]:
-        """Numbers of cells and of labels; None for labels if there are none."""
-        count = {f"n_{kind_of(self.cells).noun}s": self.cells.n_cells}
-        if self.labels is None:
-            return {**count, "n_labels": None}
-        return {**count, "n_labels": len(np.unique(self.labels[self.labels >= 0]))}
+            return cells, None, attributes
+        path = Path(job.input)
+        return cells, labels_beside(path, self.labels, cells.n_cells, self.labels_named), attributes
 
 
 def _plan(

@@ -18,8 +18,7 @@ from .._validate import checked_threads, ranked_labels
 from ..cells.kinds import kind_of
 from ..cells.named_features import features_of
 from ..errors import IslandWarning, SliverWarning
-from ..export.cells import CellWriter, FormatOptions
-from ..export.ids import IdWriter
+from ..export.cells import FormatOptions
 from ..export.scannet import write_sstk
 from ..export.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..io.atomic import atomic_outputs, checked_targets
@@ -206,13 +205,7 @@ def _writers(
             continue
         for labels in nested.levels:
             writer = writer_of(cells, labels, ending, FormatOptions(), attributes)
-            yield _with_name(writer, ending, output)
-
-
-def _with_name(
-    writer: CellWriter | IdWriter, ending: str, path: Path
-) -> Callable[[IO[bytes]], None]:
-    return lambda file: writer.write(file, ending, path)
+            yield partial(writer.write, ending=ending, path=output)
 
 
 def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> None:

@@ -8,7 +8,7 @@ from typing import IO
 import numpy as np
 
 from .._types import Array, Floats
-from ..errors import MeshError, MissingExtraError, reason_of
+from ..errors import MeshError, import_extra, reason_of
 from ..io.attributes import LasFrame
 from ..io.guards import shortened
 from ..mesh.point_cloud import PointCloud
@@ -38,10 +38,7 @@ def write_las(file: IO[bytes], content: Content) -> None:
     Version, point format and steps of coordinates are taken from the LAS file of the attributes if
     they can hold the points; otherwise LAS 1.4, format 6, or 7 with colors.
     """
-    try:
-        import laspy
-    except ModuleNotFoundError:
-        raise MissingExtraError("a .las or .laz file", "las") from None
+    laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
     frame = _frame_of(cloud, None if attributes is None else attributes.las)
     header = laspy.LasHeader(point_format=frame.point_format, version=f"1.{frame.minor}")

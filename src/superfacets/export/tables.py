@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Array, Floats
-from ..errors import MissingExtraError
+from ..errors import import_extra
 from ..io.atomic import StrPath, atomic_outputs
 from ..io.guards import known_ending
 
@@ -64,11 +64,8 @@ def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
 
 
 def _write_parquet(path: Path, columns: Columns) -> None:
-    try:
-        import pandas
-        import pyarrow  # noqa: F401  # pandas asks for it in a message of its own
-    except ModuleNotFoundError:
-        raise MissingExtraError("a .parquet file", "graph") from None
+    import_extra("pyarrow", "a .parquet file", "graph")  # or pandas would raise its own error
+    pandas = import_extra("pandas", "a .parquet file", "graph")
     pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Array, Floats, Ints, Singles
-from ...errors import MeshError, MissingExtraError, reason_of
+from ...errors import MeshError, import_extra, reason_of
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
 from ..guards import Content, counted, rotation_of, shortened
@@ -56,10 +56,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     ``record`` are the index of a point's scan and of its record in that scan. Colors and
     intensities are kept only if all scans have them, viewpoints only if all have poses.
     """
-    try:
-        import pye57
-    except ModuleNotFoundError:
-        raise MissingExtraError("an .e57 file", "e57") from None
+    pye57 = import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)
     with _file_of(data) as path:
         try:

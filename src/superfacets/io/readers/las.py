@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Array, Bytes
-from ...errors import MeshError, MissingExtraError, reason_of
+from ...errors import MeshError, import_extra, reason_of
 from ..attributes import LasFrame, is_word
 from ..guards import Content, counted, shortened
 
@@ -212,10 +212,7 @@ def _scaled(column: Array, options: int, description: bytes) -> Array:
 
 
 def _decompressed(data: Content, header: _Header) -> Bytes:
-    try:
-        import lazrs
-    except ModuleNotFoundError:
-        raise MissingExtraError("a .laz file", "las") from None
+    lazrs = import_extra("lazrs", "a .laz file", "las")
     n_bytes = header.n_points * header.size
     if n_bytes > max(_SMALL, _MOST_COMPRESSED * len(data)):
         raise MeshError(

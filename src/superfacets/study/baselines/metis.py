@@ -13,7 +13,7 @@ from ..._validate import checked_number, checked_threads
 from ...adapters.convert import MeshLike
 from ...cells.weights import WeightName, WeightOptions, Weights
 from ...clustering.segmentation import Segmentation
-from ...errors import MissingExtraError
+from ...errors import import_extra
 from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells
 
@@ -113,7 +113,7 @@ def metis_partition(
     threads = checked_threads(n_threads)
     chosen = WeightOptions.checked(weights, alpha, eta_convex)
     excess = max(1, round(1000 * checked_number(imbalance, "imbalance", zero=False)))
-    metis = _import_pymetis()
+    metis = import_extra("pymetis", "a partition by METIS", "reproduce")
     cells = read_face_cells(mesh, n_segments, chosen, weld, threads)
     with timed(cells.timings, "partition"):
         labels = _partition(metis, cells, excess)
@@ -235,11 +235,3 @@ def _whole_numbers(values: Floats) -> Longs:
     scale = min(_MEAN_INTEGER * len(values), _LARGEST_SUM) / total
     whole: Longs = np.maximum(1, np.rint(values * scale)).astype(np.int64)
     return whole
-
-
-def _import_pymetis() -> Any:
-    try:
-        import pymetis
-    except ModuleNotFoundError:
-        raise MissingExtraError("a partition by METIS", "reproduce") from None
-    return pymetis

@@ -15,7 +15,7 @@ from ...adapters.convert import MeshLike
 from ...cells.cell_graph import CellGraph
 from ...cells.weights import WeightName, WeightOptions, Weights
 from ...clustering.segmentation import Segmentation
-from ...errors import MissingExtraError
+from ...errors import import_extra
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
 
 SIGMA = 0.1
@@ -292,7 +292,7 @@ def affinity_embedding(
     if reach is not None:
         reach = checked_number(reach, "reach", zero=False)
     max_memory = checked_number(max_memory, "max_memory", zero=False)
-    _import_scipy()
+    import_extra("scipy.linalg", "normalized cuts", "reproduce")
     cells = read_face_cells(mesh, n_vectors, chosen, weld, threads)
     components = cells.components()
     _check_memory(cells, max(len(c.faces) for c in components), reach, max_memory)
@@ -479,11 +479,3 @@ def _pivoted_rotation(vectors: Floats) -> Floats:
     left, _, right = np.linalg.svd(vectors[pivots[: vectors.shape[1]]].T)
     rotation: Floats = left @ right
     return rotation
-
-
-def _import_scipy() -> None:
-    try:
-        import scipy.linalg
-        import scipy.sparse  # noqa: F401
-    except ModuleNotFoundError:
-        raise MissingExtraError("normalized cuts", "reproduce") from None
