@@ -106,7 +106,7 @@ def test_levels_replaces_no_input(run, sheet, tmp_path, monkeypatch):
 def test_levels_writes_all_files_or_none(run, sheet, tmp_path, monkeypatch):
     written = []
 
-    def write(writer, file, *others):
+    def write(writer, file, **others):
         written.append(file.write(b"part"))
         if len(written) == 2:
             raise OSError(28, "No space left on device")
