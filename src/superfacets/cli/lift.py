@@ -84,7 +84,8 @@ def lift_command(
     cells, attributes, result = run_in_background(compute)
     found = result.found.tolist()
     names = tuple(map(str, found)) if is_consistent else ("object",) * len(found)
-    run.write(cells, result.labels, attributes, notes, names)
+    scores = tuple(result.label_scores.tolist())
+    run.write(cells, result.labels, attributes, notes, classes=names, scores=scores)
     _report(run, cells, result)
 
 

@@ -159,9 +159,7 @@ def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
 class OneRun:
     """A command that writes one input with its labels: its outputs and shared options."""
 
-    def __init__(
-        self, input: Path, also_read: Sequence[Path], given: dict[str, Any], **form: Any
-    ) -> None:
+    def __init__(self, input: Path, also_read: Sequence[Path], given: dict[str, Any]) -> None:
         """Plan and check the outputs; `given` are the options of `one_output_options`."""
         ascii, force = given["ascii"], given["force"]
         read = [str(path) for path in also_read]
@@ -169,7 +167,7 @@ class OneRun:
             (str(input),), given["outputs"], given["formats"], ascii=ascii, also_read=read
         )
         check_outputs(self.job.files, force=force)
-        self.form = FormatOptions(ascii=ascii, force=force, **form)
+        self.form = FormatOptions(ascii=ascii, force=force)
         self.keeps_attributes = self.job.holds_attributes and not given.get("drop_attributes")
         self.labels_named: str = given["labels_named"]
         self.n_threads: int | None = given["n_threads"]
@@ -177,11 +175,11 @@ class OneRun:
 
     def write(
         self, cells: Cells, labels: Ints, attributes: MeshAttributes | None = None,
-        notes: Iterable[str] = (), classes: tuple[str, ...] | None = None,
+        notes: Iterable[str] = (), **form: Any,
     ) -> None:  # fmt: skip
         """Write the outputs; print these notes, and notes on data that the outputs lack."""
-        form = replace(self.form, classes=classes)
-        n_lost = self.job.write(cells, labels, attributes=attributes, options=form)
+        options = replace(self.form, **form)
+        n_lost = self.job.write(cells, labels, attributes=attributes, options=options)
         if not self._is_quiet:
             lacking = notes_on_written(cells, attributes, self.job.endings, n_lost)
             print_notes([*notes, *lacking])

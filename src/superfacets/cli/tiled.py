@@ -20,9 +20,10 @@ from .progress import TileBar
 
 tile_options = options(
     option("--tiled is_tiled", FLAG,
-           "Work in tiles, for meshes and point clouds larger than memory. IN is a file or a folder"
-           " of files, whose meshes are joined where vertices have the same position. Writes all"
-           " labels to one .npy; for a folder, with a folder for -o, one .npy per file."),
+           "Work in tiles, for meshes and point clouds larger than memory. IN is a file, a folder"
+           " of files or a tileset.json, whose meshes are joined where vertices have the same"
+           " position. Writes all labels to one .npy; for a folder, with a folder for -o, one .npy"
+           " per file."),
     option("--tile-size", COUNT,
            "Faces or points per tile, with --tiled; the memory of each worker grows with it."
            "  [default: 262144]"),
@@ -125,8 +126,9 @@ class TileOptions:
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
     """Names of the results in a folder; for a folder of files, one name per file."""
     from ..export.label_files import label_names
+    from ..io.readers.pieces import holds_files
 
-    if Path(text).is_dir():
+    if holds_files(Path(text)):
         with contextlib.suppress(OSError):  # the run reports any error
             return label_names(Path(text))
     return names_of_results(text, endings)
