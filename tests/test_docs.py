@@ -1,9 +1,10 @@
 """What the documentation shows is run: its Python, its commands, its list of public names."""
 
+import ast
 import contextlib
 import io
+import json
 import re
-import shlex
 import warnings
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,16 +12,14 @@ from types import ModuleType
 from typing import NamedTuple
 
 import gallery_meshes
-import make_gallery
+import notebooks
 import numpy as np
 import pytest
 import shrink_images
 import textured_meshes
-from click.testing import CliRunner
 from tools.sample_bear import parts_of
 
 import superfacets as sf
-from superfacets.cli.main import commands
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -175,13 +174,28 @@ def test_every_public_name_has_a_page():
     assert sorted(listed) == sorted(public_names())
 
 
-GALLERY = make_gallery.read_entries((DOCS / "gallery.md").read_text(encoding="utf-8"))
+def test_every_example_has_a_place_in_the_gallery_and_one_page_for_it():
+    """The documentation runs them: `make docs`."""
+    examples = {path.stem for path in (DOCS / "examples").glob("*.py")}
+    order = ast.parse((DOCS / "gallery_parts.py").read_text(encoding="utf-8"))
+    listed = next(
+        ast.literal_eval(node.value) for node in order.body if isinstance(node, ast.Assign)
+    )
+    assert set(listed) == examples - {"classify_regions"}
+    assert len(set(listed)) == len(listed)
+    assert set(notebooks.EXAMPLES) <= examples
 
 
-def test_each_mesh_of_the_gallery_has_a_picture_and_commands():
-    assert sorted(name for name, _ in GALLERY) == sorted(gallery_meshes.MESHES)
-    pictures = {path.stem for path in make_gallery.PICTURES.glob("*.png")}
-    assert pictures == set(gallery_meshes.MESHES)
+def test_a_page_becomes_a_notebook_of_its_text_and_code(tmp_path, monkeypatch):
+    monkeypatch.setattr(notebooks, "DOCS", tmp_path)
+    page = tmp_path / "page.md"
+    page.write_text("# A\n\n[b](howto/b.md#c)\n\n```python\nx = 1\n```\n\n```text\n1\n```\n\nEnd\n")
+    notebooks.write_notebook(page)
+    cells = json.loads((tmp_path / "notebooks" / "page.ipynb").read_text())["cells"]
+    assert [cell["cell_type"] for cell in cells] == ["markdown", "code", "markdown"]
+    assert [cell["source"] for cell in cells] == [
+        f"# A\n\n[b]({notebooks.SITE}howto/b.html#c)", "x = 1", "End",
+    ]  # fmt: skip
 
 
 def test_pictures_are_small():
@@ -190,35 +204,16 @@ def test_pictures_are_small():
     assert {name for name, size in sizes.items() if size > shrink_images.MAX_BYTES} == set()
 
 
-def test_links_of_the_readme_lead_to_files():
+def test_links_of_the_readme_lead_somewhere():
     links = re.findall(r"\]\(([^)#:]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
     assert "docs/tutorial.md" in links
-    assert [link for link in links if not (ROOT / link).is_file()] == []
+    assert [link for link in links if not (ROOT / link).exists()] == []
 
 
-@pytest.mark.parametrize(("name", "lines"), GALLERY, ids=[name for name, _ in GALLERY])
-def test_commands_of_the_gallery_run(name, lines, tmp_path, monkeypatch):
-    """They run on a coarse bear in the place of the mesh; pictures are drawn elsewhere."""
-    monkeypatch.chdir(tmp_path)
-    Path("gallery").mkdir()
-    ending = "ply"
-    if name == "body":
-        ending = "vtu"
-    make = {"body": lambda: gallery_meshes.body(4), "rug": lambda: gallery_meshes.rug(3_000),
-            "points": lambda: gallery_meshes.points(3_000)}  # fmt: skip
-    mesh = make[name]() if name in make else sf.sample_mesh(3_000)
-    sf.write_mesh(f"gallery/{name}.{ending}", mesh)
-    segment, render = (shlex.split(line)[1:] for line in lines)
-    result = CliRunner().invoke(commands, segment)
-    assert result.exit_code == 0, result.output
-    assert render[:2] == ["render", f"{name}.{ending}"]
-    assert render[2:4] == ["-o", f"{name}.png"]
-    assert sf.read_labels(f"{name}.{ending}").max() > 0
-
-
-@pytest.mark.parametrize("name", ["flange", "gears", "terrain", "scan", "room", "knot"])
+@pytest.mark.parametrize("name", ["flange", "terrain", "scan", "room", "knot"])
 def test_generated_meshes_of_the_gallery_are_sound(name):
-    info = sf.mesh_info(gallery_meshes.MESHES[name]())
+    made = getattr(gallery_meshes, name)()
+    info = sf.mesh_info(made[0] if name == "room" else made)
     assert info.n_faces < 300_000
     assert info.n_inconsistent_edges == 0
     assert (info.n_components == 1) == (name in ("flange", "terrain", "knot"))
