@@ -20,8 +20,10 @@ def position(filename: str) -> int:
 
 def save_plot(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
     """Save the plot that a block of code ends with, as a notebook shows it."""
-    plot = block_vars["example_globals"].get("___")
-    if not isinstance(plot, sf.Plot):
+    names = block_vars["example_globals"]
+    plot = names.get("___")
+    if not isinstance(plot, sf.Plot) or plot is names.get("_saved"):  # of an earlier block
         return ""
+    names["_saved"] = plot
     path = plot.save(next(block_vars["image_path_iterator"]))
     return figure_rst([path], gallery_conf["src_dir"])

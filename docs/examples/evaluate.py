@@ -18,7 +18,8 @@ import superfacets as sf
 def box(x, y, z, dx, dy, dz):
     """Return a box from a corner and its sides."""
     points = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1]]
+    quads += [[2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     faces = [[[a, b, c], [a, c, d]] for a, b, c, d in quads]
     return sf.Mesh([x, y, z] + points * [dx, dy, dz], np.reshape(faces, (-1, 3)))
 
@@ -32,19 +33,22 @@ def merged(parts):
 
 def room():
     """Return a room, z up and in meters, and the object of each face."""
-    floor = sf.Mesh(
-        [[0, 0, 0], [3.8, 0, 0], [3.8, 3, 0], [0, 3, 0], [0, 0, 2], [3.8, 3, 2], [0, 3, 2]],
-        [[0, 1, 2], [0, 2, 3], [3, 2, 5], [3, 5, 6], [0, 3, 6], [0, 6, 4]],
-    )
+    corners = [[0, 0, 0], [3.8, 0, 0], [3.8, 3, 0], [0, 3, 0]]
+    corners += [[0, 0, 2], [3.8, 3, 2], [0, 3, 2]]
+    walls = [[0, 1, 2], [0, 2, 3], [3, 2, 5], [3, 5, 6], [0, 3, 6], [0, 6, 4]]
+    floor = sf.Mesh(corners, walls)
     objects = [[floor], [box(1.5, 1.2, 0.7, 1.6, 0.9, 0.05)]]
-    objects[1] += [box(x, y, 0, 0.06, 0.06, 0.7) for x in (1.55, 2.99) for y in (1.25, 1.99)]
-    for x in (1.7, 2.5):
-        legs = [box(x + i, 0.7 + j, 0, 0.04, 0.04, 0.42) for i in (0, 0.41) for j in (0, 0.41)]
-        objects.append([box(x, 0.7, 0.42, 0.45, 0.45, 0.05), box(x, 0.7, 0.47, 0.45, 0.05, 0.45)])
-        objects[-1] += legs
+    places = [(x, y) for x in (1.55, 2.99) for y in (1.25, 1.99)]
+    objects[1] += [box(x, y, 0, 0.06, 0.06, 0.7) for x, y in places]
+    places = [(x, y) for x in (0, 0.41) for y in (0.7, 1.11)]
+    for left in (1.7, 2.5):
+        legs = [box(left + x, y, 0, 0.04, 0.04, 0.42) for x, y in places]
+        seat = box(left, 0.7, 0.42, 0.45, 0.45, 0.05)
+        objects.append([seat, box(left, 0.7, 0.47, 0.45, 0.05, 0.45), *legs])
     objects.append([box(2.5, 2.55, 0, 1.2, 0.4, 1.7)])
     parts = [part for parts in objects for part in parts]
-    truth = np.repeat(np.arange(len(objects)), [sum(p.n_faces for p in o) for o in objects])
+    n_faces = [sum(part.n_faces for part in parts) for parts in objects]
+    truth = np.repeat(np.arange(len(objects)), n_faces)
     fine = sf.subdivide(merged(parts), 0.06)
     return fine.mesh, truth[fine.sources]
 
@@ -60,7 +64,8 @@ sf.plot(mesh, labels, compare=[truth], titles=["300 regions", "truth"], view=vie
 
 truths = sf.metrics.GroundTruths(mesh, [truth])
 counts = [25, 50, 100, 200, 400]
-rows = [sf.metrics.evaluate(mesh, sf.segment(mesh, k, islands="nearest"), truths) for k in counts]
+results = [sf.segment(mesh, k, islands="nearest") for k in counts]
+rows = [sf.metrics.evaluate(mesh, result, truths) for result in results]
 for k, row in zip(counts, rows, strict=True):
     print(f"{k:4} regions: error {row['undersegmentation_error']:.4f},", end=" ")
     print(f"achievable accuracy {row['achievable_accuracy']:.2%}")
