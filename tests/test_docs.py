@@ -3,14 +3,17 @@
 import ast
 import contextlib
 import io
+import itertools
 import json
 import re
+import shlex
 import warnings
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
+import click
 import gallery_meshes
 import notebooks
 import numpy as np
@@ -20,6 +23,7 @@ import textured_meshes
 from tools.sample_bear import parts_of
 
 import superfacets as sf
+from superfacets.cli.main import commands
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -145,6 +149,36 @@ def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
         "pyfqmr", "psutil", "segment_anything", "torch",
     }  # fmt: skip
     assert all(compile(block.code, str(path), "exec") for block in python_blocks(path))
+
+
+def shown_commands(path):
+    """What follows `superfacets` on each line of a page's blocks that has it."""
+    for block in read_blocks(path):
+        if block.language in ("sh", "console", "text"):
+            for line in re.findall(r"(?:^|\| )(?:\$ )?superfacets (.*)", block.code, re.MULTILINE):
+                words = shlex.split(line, comments=True)
+                yield list(itertools.takewhile(lambda word: word not in ("|", ">"), words))
+
+
+@pytest.mark.parametrize("path", [*PAGES, DOCS / "command.md"], ids=lambda path: path.stem)
+def test_commands_that_pages_show_have_the_options_that_they_use(path):
+    for words in shown_commands(path):
+        with commands.make_context("superfacets", list(words)) as context:
+            name, command, rest = commands.resolve_command(context, words)
+            try:
+                command.make_context(name, list(rest), parent=context)
+            except click.BadParameter as error:
+                if "does not exist" not in error.message:
+                    raise
+            except click.exceptions.Exit:  # of --help
+                pass
+
+
+def test_a_command_with_an_option_that_there_is_not_is_found(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("```sh\nsuperfacets segment a.ply -n 3 --fast  # a comment\n```\n")
+    with pytest.raises(click.NoSuchOption, match="--fast"):
+        test_commands_that_pages_show_have_the_options_that_they_use(page)
 
 
 def public_names():
