@@ -11,7 +11,7 @@ import superfacets as sf
 
 
 def rug(n=60_000):
-    """Return colored points on a rug that is nearly flat: stripes at its ends, diamonds between."""
+    """Return a rug of colored points: stripes at its ends, diamonds between."""
     rng = np.random.default_rng(0)
     x, y = rng.random((2, n)) * [[3.0], [2.0]]
     heights = 0.06 * np.sin(2.5 * x + 1) * np.cos(2 * y)
@@ -32,8 +32,8 @@ sf.plot(cloud, colors=np.rint(255 * cloud.colors).astype(np.uint8), view=view)
 # ``features="color"`` adds the distance of colors to the price of a step. It works with the
 # colors of faces, of vertices and of textures, too.
 
-by_shape = sf.segment(cloud, 160).labels
-by_color = sf.segment(cloud, 160, features="color").labels
+by_shape = sf.segment(cloud, 300).labels
+by_color = sf.segment(cloud, 300, features="color").labels
 titles = ["by shape", "by color"]
 sf.plot(cloud, by_shape, compare=[by_color], titles=titles, view=view, size=(560, 420))
 

@@ -22,8 +22,9 @@ sf.plot(mesh, result)
 # concave creases of the surface. The labels are an array with one number per face, in the order
 # of the mesh.
 
-print(result.labels.shape, result.labels.dtype, result.labels.min(), "to", result.labels.max())
-print(result.n_segments, "regions,", np.bincount(result.labels).min(), "faces in the smallest")
+labels = result.labels
+print(labels.shape, labels.dtype, labels.min(), "to", labels.max())
+print("the smallest region has", np.bincount(labels).min(), "faces")
 
 # %%
 # Values of faces become values of regions. Here each region shows its mean height.
@@ -32,7 +33,7 @@ height = sf.pool(mesh.vertices[:, 1], result.labels, cells=mesh)
 sf.plot(mesh, result, color_by=height, scale_title="mean height")
 
 # %%
-# A PLY with labels and colors opens in MeshLab or Blender; a ``.npy`` holds the labels alone.
+# A PLY with labels and colors opens in MeshLab; a ``.npy`` holds the labels alone.
 
 sf.write_mesh("bear.ply", mesh, result.labels)
 sf.write_labels("bear.npy", result.labels)
