@@ -3,13 +3,13 @@
 #include <new>
 
 #include "bindings/bindings.hpp"
-#include "cells/arc_prices.hpp"
 #include "cells/components.hpp"
 #include "cells/face_graph.hpp"
 #include "cells/far_arcs.hpp"
 #include "cells/graph_surface.hpp"
 #include "cells/majority.hpp"
 #include "cells/ordered_graph.hpp"
+#include "cells/part_prices.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
 #include "cells/polygon_graph.hpp"

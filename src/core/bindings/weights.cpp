@@ -3,7 +3,7 @@
 #include "cells/weights.hpp"
 
 #include "bindings/bindings.hpp"
-#include "cells/arc_prices.hpp"
+#include "cells/part_prices.hpp"
 #include "cells/point_surface.hpp"
 #include "cells/polygon_surface.hpp"
 #include "cells/surface_weights.hpp"
@@ -19,7 +19,7 @@ auto weights_of_triangles(const TriangleSurface& surface, Points centroids, Doub
                           bool all_sharp, bool wants_turn, Bytes is_counted, ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
   const NetTurn net_turn(diagonal, is_counted);
-  const EdgeSums sums = superfacet_weights(
+  const EdgeSums sums = triangle_weights(
       surface, {centroids, areas, normals},
       {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight, all_sharp},
       wants_turn ? &net_turn : nullptr, team, weights.span());
@@ -106,7 +106,7 @@ Buffer<std::int32_t> painted_ids(std::int64_t width, std::int64_t height, int wr
 }  // namespace
 
 void bind_weights(nb::module_& module) {
-  module.def("superfacet_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
+  module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
              "areas"_a, "normals"_a, "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a,
              "ridges"_a, "evened"_a, "is_straight"_a, "all_sharp"_a, "wants_turn"_a, "is_counted"_a,
              "n_threads"_a);

@@ -541,7 +541,7 @@ def weights_and_sums(
     is_straight, all_sharp, n_threads = factors.is_straight, factors.all_sharp, surface.n_threads
     turning = (counted is not None, is_counted)
     if isinstance(handle, _core.TriangleSurface):
-        found = _core.superfacet_weights(
+        found = _core.triangle_weights(
             handle, *cells, *costs, is_straight, all_sharp, *turning, n_threads
         )
     else:
