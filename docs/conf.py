@@ -85,14 +85,27 @@ def skip_fields_of_tuples(
     return True if type(obj).__name__ == "_tuplegetter" else None
 
 
+PAGES_OF_COMMANDS = {
+    "segment": "parameters.md", "levels": "howto/levels.md", "batch": "howto/batch.md",
+    "render": "howto/pictures.md", "view": "howto/view.md", "studio": "howto/label.md",
+    "agree": "howto/label.md#two-annotators", "convert": "howto/export.md",
+    "regions": "howto/regions.md", "cut": "howto/cut.md", "transfer": "howto/transfer.md",
+    "lift": "howto/lift.md", "evaluate": "metrics.md", "reproduce": "reproduction.md",
+    "quality": "quality.md", "superpoints": "howto/scannet.md",
+}  # fmt: skip
+
+
 def write_help(app: Sphinx) -> None:
-    """Write the help text of each command to ``help/COMMAND.txt``, for the page of the command."""
-    folder = Path(app.srcdir, "help")
-    folder.mkdir(exist_ok=True)
+    """Write ``help/commands.md``, which the page of the command includes: a section for each."""
+    sections = []
     for name in COMMANDS:
         arguments = [name, "--help"]
         text = CliRunner().invoke(commands, arguments, prog_name="superfacets", terminal_width=100)
-        Path(folder, f"{name}.txt").write_text(text.output, encoding="utf-8")
+        link = f"See []({PAGES_OF_COMMANDS[name]}).\n\n" if name in PAGES_OF_COMMANDS else ""
+        sections.append(f"## {name}\n\n{link}```text\n{text.output}```\n")
+    folder = Path(app.srcdir, "help")
+    folder.mkdir(exist_ok=True)
+    Path(folder, "commands.md").write_text("\n".join(sections), encoding="utf-8")
 
 
 def write_tutorial(app: Sphinx) -> None:
