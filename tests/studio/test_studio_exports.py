@@ -8,6 +8,7 @@ import os
 
 import numpy as np
 import pytest
+from textured_meshes import grid, save_png
 
 import superfacets
 from superfacets.io.readers.labels import read_labels
@@ -223,3 +224,50 @@ def test_wrong_imports_say_what_is_wrong(files, message):
 def test_json_of_another_shape_is_one_line(name, data, message):
     with pytest.raises(superfacets.MeshError, match=f"{name}: .*{message}"):
         _read({name: data})
+
+
+@pytest.fixture
+def textured(tmp_path):
+    """The work on a wall with an image, of which the left half has class 1."""
+    from superfacets.studio.document import Document
+
+    mesh, pairs = grid(6, 6, 1, 1)
+    save_png(tmp_path / "wall.png", np.arange(8 * 8 * 3, dtype=np.uint8).reshape(8, 8, 3))
+    image = superfacets.TextureImage("wall.png", tmp_path / "wall.png")
+    texture = superfacets.Texture(
+        pairs, mesh.faces.ravel(), [superfacets.Material("wall", image=image)], [0] * mesh.n_faces
+    )
+    attributes = superfacets.MeshAttributes(texture=texture)
+    superfacets.write_mesh(tmp_path / "wall.obj", mesh, attributes=attributes)
+    opened = Document.open(tmp_path / "wall.obj", n_segments=4)
+    opened.paint(np.flatnonzero(pairs[mesh.faces].mean(axis=1)[:, 0] < 0.5), 1)
+    yield opened
+    opened.close()
+
+
+@pytest.mark.parametrize("what", ["cells", "regions"])
+@pytest.mark.parametrize("format", ["obj", "glb"])
+def test_textures_stay_with_exported_meshes(textured, what, format):
+    source = textured.source.texture
+    path = export(textured, what, format)
+    found = superfacets.read_attributes(path).texture
+    (image,) = found.images
+    assert np.array_equal(image.pixels(), source.images[0].pixels())
+    mesh = superfacets.read_mesh(path)
+
+    def rows(cells, texture):
+        pairs = texture.coordinates[texture.corners].reshape(-1, 6)
+        places = cells.vertices[cells.faces].reshape(-1, 9)
+        return sorted(np.hstack([places, pairs]).round(5).tolist())
+
+    assert rows(mesh, found) == rows(textured.cells, source)
+
+
+def test_downloads_keep_textures_where_one_file_holds_them(textured, tmp_path):
+    for format, is_kept in (("glb", True), ("obj", False)):
+        name, content = export_bytes(textured, "regions", format)
+        path = tmp_path / f"sent.{format}"
+        path.write_bytes(content)
+        assert (superfacets.read_attributes(path).texture is not None) == is_kept
+        assert (b"mtllib" in content) is False
+        assert name == f"wall.superfacets.{format}"

@@ -16,6 +16,7 @@ uniform vec3 clip_high;
 layout(location = 0) out vec4 code;
 layout(location = 1) out vec4 brightness;  // and color of the texture
 void main() {
+  vec3 paint = has_texture ? painted(triangle, at) : vec3(0.0);  // before any pixel is left out: it needs neighbors
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
   if (is_clipped) {
     vec3 here = transpose(turn) * (at + vec3(0.0, 0.0, distance_)) + target;
@@ -24,7 +25,7 @@ void main() {
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
   code = codeOf(cell);
-  brightness = vec4(light() / 1.5, has_texture ? painted(triangle, at) : vec3(0.0));
+  brightness = vec4(light() / 1.5, paint);
 }`;
 
 /** A triangle that covers the picture. */

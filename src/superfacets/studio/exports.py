@@ -19,6 +19,7 @@ from ..export.cells import CLASS_OUTPUTS
 from ..export.scannet import NO_CLASS
 from ..export.write import ENDING_OF_FORMAT, write_labels, write_mesh
 from ..io.atomic import atomic_outputs, checked_targets
+from ..io.attributes import MeshAttributes
 from ..regions.vertices import vertex_labels
 from .document import Document
 from .object_exports import FORMATS, PAIRED, vertex_instances, write_objects
@@ -34,6 +35,7 @@ _OF_KIND = {
     "points": ("ply", "csv", "las", "laz"),
 }
 _COLORED = ("ply", "off", "vtp", "las", "laz")
+_TEXTURED = (".obj", ".glb")
 
 MARKS = {
     "cells": ".classes",
@@ -129,7 +131,16 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
         return
     names = _names_of(document, np.unique(classes)) if path.suffix in CLASS_OUTPUTS else None
     colors = _colors_of(document)[classes] if format in _COLORED else None
-    write_mesh(path, document.cells, classes, colors=colors, classes=names)
+    attributes = _attributes_for(document, path)
+    write_mesh(path, document.cells, classes, colors=colors, classes=names, attributes=attributes)
+
+
+def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
+    """The texture of the input, for a file that holds it, or has its images beside it."""
+    is_alone = path.parent != document.path.parent
+    if path.suffix not in _TEXTURED or (is_alone and path.suffix != ".glb"):
+        return None
+    return MeshAttributes(texture=document.source.texture)
 
 
 def _write_vertices(document: Document, format: str, path: Path) -> None:
@@ -148,7 +159,8 @@ def _write_regions(document: Document, format: str, path: Path) -> None:
         return
     is_named = any(path.name.endswith(ending) for ending in CLASS_OUTPUTS)
     names = _names_of(document, class_of_regions(document, revision)[0]) if is_named else None
-    write_mesh(path, document.cells, revision.labels, classes=names)
+    attributes = _attributes_for(document, path)
+    write_mesh(path, document.cells, revision.labels, classes=names, attributes=attributes)
 
 
 def _write_region_classes(document: Document, format: str, path: Path) -> None:
