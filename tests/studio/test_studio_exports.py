@@ -94,7 +94,7 @@ def test_the_class_of_a_region_is_that_of_most_of_its_area(painted):
 def test_a_file_of_another_tool_is_not_replaced_unasked(painted):
     path = painted.path.with_name("sheet.bin")
     path.write_text("made by hand")
-    with pytest.raises(FileExistsError, match=r"sheet\.bin is there already"):
+    with pytest.raises(FileExistsError, match=r"sheet\.bin exists already"):
         export(painted, "regions", "bin")
     assert path.read_text() == "made by hand"
     export(painted, "regions", "bin", replace=True)
@@ -104,7 +104,7 @@ def test_a_file_of_another_tool_is_not_replaced_unasked(painted):
 
 
 def test_exports_are_sent_and_written(client, sheet):
-    client.done("paint", **{"class": 3}, regions=[0, 1], revision=client.state()["revision"])
+    client.paint_regions(3, 0, 1)
     written = client.done("export", what="cells", format="npy")
     assert written["path"] == str(sheet.with_name("sheet.classes.npy"))
     answer = client.get("export", what="cells", format="npy")
@@ -116,9 +116,8 @@ def test_exports_are_sent_and_written(client, sheet):
 
 
 def test_what_was_exported_is_imported_as_one_operation(client):
-    revision = client.state()["revision"]
-    client.done("paint", **{"class": 3}, regions=[0, 1], revision=revision)
-    client.done("paint", **{"class": 5}, regions=[2], revision=revision)
+    client.paint_regions(3, 0, 1)
+    client.paint_regions(5, 2)
     before = client.classes()
     for format in ("npy", "seg", "sstk.json"):
         data = client.get("export", what="cells", format=format).content
@@ -185,9 +184,9 @@ def test_a_cell_gets_what_most_of_its_corners_have():
 @pytest.mark.parametrize(
     ("files", "message"),
     [
-        ({}, "an import is one file of labels"),
-        ({"a.npy": b"", "b.npy": b""}, "an import is one file of labels"),
-        ({"a.aggregation.json": b"{}"}, "an import is one file of labels"),
+        ({}, "import one file of labels"),
+        ({"a.npy": b"", "b.npy": b""}, "import one file of labels"),
+        ({"a.aggregation.json": b"{}"}, "import one file of labels"),
         ({"a.sstk.json": b"[[["}, "it is not JSON"),
         ({"a.segs.json": b"\xff"}, "it is not JSON"),
         ({"a.exe": b""}, "expected the ending .sstk.json"),

@@ -15,7 +15,7 @@ export interface TextureFacts {
 }
 
 /** Color of the texture at a place of a triangle, seen by the eye. For fragments, behind EYE. */
-export const PAINT = `
+export const TEXTURE = `
 uniform bool has_texture;
 uniform usampler2D texture_corners;  // per triangle: vertices, tile
 uniform usampler2D texture_pairs;  // per triangle: two texels with bits of u, v of the corners
@@ -44,7 +44,7 @@ vec3 smoothed(uvec4 box, uvec4 wraps, vec2 uv, int level) {
   }
   return mix(rows[0], rows[1], share.y);
 }
-vec3 painted(uint piece, vec3 at) {
+vec3 textureColor(uint piece, vec3 at) {
   vec3 right = dFdx(at);
   vec3 up = dFdy(at);
   uvec4 corners = texelFetch(texture_corners, place(piece), 0);
@@ -99,7 +99,7 @@ export class Blend {
   }
 }
 
-export class Paint {
+export class TexturePaint {
   private readonly corners: Table;
   private readonly pairs: Table;
   private readonly tiles: Table;
@@ -141,7 +141,7 @@ export class Paint {
     this.isShown = true;
   }
 
-  /** Uniforms of PAINT. */
+  /** Uniforms of TEXTURE. */
   get values(): Values {
     const { corners, pairs, tiles, image, isShown } = this;
     return {
