@@ -60,8 +60,8 @@ def write_mesh(
         (a solid per region, or per class if there are `classes`; triangles only), ``.off``
         (colors) or ``.glb`` (ids and a table of regions). For a `TetMesh`, it ends in ``.vtu`` or
         ``.vtk``, which hold labels but no colors and attributes. For a `PointCloud`, it ends in
-        ``.ply``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz``; the last two need the extra
-        ``las``. Files derived from the labels end in ``.segs.json``, ``.bin``, ``_sp_label.npy`` or
+        ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz``; the last two need the
+        extra ``las``. Files derived from the labels end in ``.segs.json``, ``.bin``, ``_sp_label.npy`` or
         ``.pth`` (which needs torch). They hold an id per vertex of the mesh, as by `vertex_labels`
         with ``method="creases"`` and ``min_vertices=20``, or per point. Others end in
         ``.sstk.json`` (a label per triangle),
@@ -77,8 +77,8 @@ def write_mesh(
         Red, green, blue. If there are labels, the default is `face_colors`.
     attributes : MeshAttributes, optional
         Other properties of vertices and faces, from `read_attributes` or made by hand. Properties
-        are left out if the file itself has a property of that name, as above. Only PLY, VTP and LAS
-        store attributes.
+        are left out if the file itself has a property of that name, as above. Only PLY, VTP, PCD
+        and LAS store attributes.
     ascii : bool, default False
         Text instead of binary little-endian, for readers that need it.
     label_name : str, default "label"

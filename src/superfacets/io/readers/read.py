@@ -130,16 +130,16 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         columns, as in PLY. Without names, the three columns after x, y and z are colors if all
         numbers are whole and 0 to 255, or normals if all have length 1. ``.npy``: an (N, 3) array,
         or one with more columns as in text. ``.las``. ``.laz``, which needs the extra ``las``: its
-        points may take 1,000 times the size of the file, or 64 MB if that is more. ``.e57``, which
-        needs the extra ``e57``: the points of all scans, one scan after the other, each moved to
-        its pose.
+        points may take 1,000 times the size of the file, or 64 MB if that is more. ``.pcd`` (text,
+        binary, compressed). ``.e57``, which needs the extra ``e57``: the points of all scans, one
+        scan after the other, each moved to its pose.
 
     Returns
     -------
     PointCloud
-        The points; for a mesh in a PLY file, its vertices. Points that an E57 file declares invalid
-        have no position: they are left out, and labels belong to the remaining points in their
-        order.
+        The points; for a mesh in a PLY file, its vertices. Points that an E57 file declares
+        invalid, and points of a PCD file whose coordinates are NaN, have no position: they are left
+        out, and labels belong to the remaining points in their order.
 
     Raises
     ------
