@@ -188,7 +188,7 @@ COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + REC
     ],
 )
 def test_what_is_wrong_with_a_file_is_said(cloud_of, data, message):
-    with pytest.raises(MeshError, match="cloud.pcd: ") as caught:
+    with pytest.raises(MeshError, match=r"cloud\.pcd: ") as caught:
         cloud_of(data)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)

@@ -60,11 +60,11 @@ def write_mesh(
         (a solid per region, or per class if there are `classes`; triangles only), ``.off``
         (colors) or ``.glb`` (ids and a table of regions). For a `TetMesh`, it ends in ``.vtu`` or
         ``.vtk``, which hold labels but no colors and attributes. For a `PointCloud`, it ends in
-        ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz``; the last two need the
-        extra ``las``. Files derived from the labels end in ``.segs.json``, ``.bin``, ``_sp_label.npy`` or
-        ``.pth`` (which needs torch). They hold an id per vertex of the mesh, as by `vertex_labels`
-        with ``method="creases"`` and ``min_vertices=20``, or per point. Others end in
-        ``.sstk.json`` (a label per triangle),
+        ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz``; the last two need
+        the extra ``las``. Files derived from the labels end in ``.segs.json``, ``.bin``,
+        ``_sp_label.npy`` or ``.pth`` (which needs torch). They hold an id per vertex of the mesh,
+        as by `vertex_labels` with ``method="creases"`` and ``min_vertices=20``, or per point.
+        Others end in ``.sstk.json`` (a label per triangle),
         ``.aggregation.json`` (a group per region) or ``.npz`` (the graph of `region_graph`, as by
         `write_graphs`). A file that exists is replaced once the new one is complete, and its
         permissions are kept.

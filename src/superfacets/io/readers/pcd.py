@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ... import _core
-from ..._types import Array, Floats
+from ..._types import Array, Bools, Floats
 from ...errors import MeshError
 from ..attributes import is_word
 from ..guards import Content, as_doubles, counted, narrowed
@@ -36,8 +36,8 @@ _AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 class _Field(NamedTuple):
     name: str
-    dtype: np.dtype  # type: ignore[type-arg]
-    count: int  # numbers per point
+    dtype: np.dtype[Any]
+    length: int  # numbers per point
 
 
 class _Header(NamedTuple):
@@ -50,7 +50,7 @@ class _Header(NamedTuple):
     @property
     def record_size(self) -> int:
         """Bytes of a point."""
-        return sum(field.dtype.itemsize * field.count for field in self.fields)
+        return sum(field.dtype.itemsize * field.length for field in self.fields)
 
 
 class PcdPoints(NamedTuple):
@@ -103,10 +103,10 @@ def _header_of(data: Content) -> _Header:
         for name, size, kind, count in zip(names, sizes, kinds, counts, strict=True)
     ]
     for axis in "xyz":
-        if [field.count for field in fields if field.name == axis] != [1]:
+        if [field.length for field in fields if field.name == axis] != [1]:
             raise MeshError(f"the points of the file have no number {axis}")
     return _Header(
-        [field for field in fields if field.count],
+        [field for field in fields if field.length],
         _n_points(words),
         _viewpoint_of(words.get("VIEWPOINT", [])),
         found[1].decode("latin-1").lower(),
@@ -114,7 +114,7 @@ def _header_of(data: Content) -> _Header:
     )
 
 
-def _type_of(word: str) -> np.dtype:  # type: ignore[type-arg]
+def _type_of(word: str) -> np.dtype[Any]:
     if word not in _KINDS:
         raise MeshError(f"expected numbers of a TYPE and SIZE like F 4, got {shown(word)}")
     return np.dtype(_KINDS[word])
@@ -144,14 +144,14 @@ def _viewpoint_of(words: list[str]) -> Floats | None:
 
 def _read_text(data: Content, header: _Header) -> list[Array]:
     lines = split_lines(data, begin=header.begin, comment=b"#")
-    width = sum(field.count for field in header.fields)
+    width = sum(field.length for field in header.fields)
     lines.refuse(lines.counts != width, f"expected {counted(width, 'number')}")
     _check_points(len(lines), header)
     table = lines[: header.n_points].parse(np.float64).reshape(-1, width)
-    ends = np.cumsum([field.count for field in header.fields])[:-1]
+    ends = np.cumsum([field.length for field in header.fields])[:-1]
     parts = np.split(table, ends, axis=1)
     return [
-        _as_declared(part[:, 0] if field.count == 1 else part, field)
+        _as_declared(part[:, 0] if field.length == 1 else part, field)
         for field, part in zip(header.fields, parts, strict=True)
     ]
 
@@ -176,7 +176,7 @@ def _as_declared(values: Floats, field: _Field) -> Array:
 
 def _read_records(data: Content, header: _Header) -> list[Array]:
     _check_points((len(data) - header.begin) // header.record_size, header)
-    kinds = [(f"{i}", field.dtype, (field.count,)) for i, field in enumerate(header.fields)]
+    kinds = [(f"{i}", field.dtype, (field.length,)) for i, field in enumerate(header.fields)]
     table = np.frombuffer(data, np.dtype(kinds), header.n_points, header.begin)
     return [_flat(table[f"{i}"]) for i in range(len(kinds))]
 
@@ -189,16 +189,16 @@ def _read_compressed(data: Content, header: _Header) -> list[Array]:
     n_bytes = header.n_points * header.record_size
     if len(packed) != sizes[0] or sizes[1] != n_bytes or n_bytes > _MOST_COMPRESSED * len(packed):
         raise MeshError(
-            f"{counted(header.n_points, 'point')} take {n_bytes} bytes; the file declares {sizes[1]}"
-            f" in {sizes[0]} and has {len(packed)}: is it cut or damaged?"
+            f"{counted(header.n_points, 'point')} take {n_bytes} bytes; the file declares"
+            f" {sizes[1]} in {sizes[0]} and has {len(packed)}: is it cut or damaged?"
         )
     content = _core.unpack_lzf(packed, n_bytes)
     if len(content) != n_bytes:
         raise MeshError("the compressed points are damaged")
     columns, place = [], 0
     for field in header.fields:
-        end = place + header.n_points * field.count * field.dtype.itemsize
-        columns.append(_flat(content[place:end].view(field.dtype).reshape(-1, field.count)))
+        end = place + header.n_points * field.length * field.dtype.itemsize
+        columns.append(_flat(content[place:end].view(field.dtype).reshape(-1, field.length)))
         place = end
     return columns
 
@@ -231,7 +231,8 @@ def _with_colors(columns: dict[str, Array]) -> dict[str, Array]:
 
 
 def _with_positions(columns: dict[str, Array], left_out: list[str]) -> dict[str, Array]:
-    is_known = np.isfinite([as_doubles(columns[axis]) for axis in "xyz"]).all(axis=0)
+    points = np.array([as_doubles(columns[axis]) for axis in "xyz"])
+    is_known: Bools = np.asarray(np.isfinite(points).all(axis=0))
     records = np.flatnonzero(is_known).astype(np.int32)
     if not len(records):
         raise MeshError("no point of the file has a position")
