@@ -53,8 +53,8 @@ from .tiled import (
     "A .ply, .vtp, .obj, .stl, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of a"
     " point cloud a .ply, .csv, .pcd, .las or .laz), a .npy, .seg or .txt (labels), a .segs.json,"
     " .bin, _sp_label.npy or .pth (labels of vertices), a .sstk.json, .aggregation.json or .npz"
-    " (graph of regions); may be given several times. Or a folder (results/) for the files of all inputs, or"
-    " - for standard output.  [default: IN.superfacets.ply beside IN]"
+    " (graph of regions); may be given several times. Or a folder (results/) for the files of all"
+    " inputs, or - for standard output.  [default: IN.superfacets.ply beside IN]"
 )
 @to_option()
 @format_option("the inputs", of_stream=True)
