@@ -63,8 +63,10 @@ def write_mesh(
         ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz``; the last two need
         the extra ``las``. Files derived from the labels end in ``.segs.json``, ``.bin``,
         ``_sp_label.npy`` or ``.pth`` (which needs torch). They hold an id per vertex of the mesh,
-        as by `vertex_labels` with ``method="creases"`` and ``min_vertices=20``, or per point.
-        Others end in ``.sstk.json`` (a label per triangle),
+        as by `vertex_labels` with ``method="creases"`` and ``min_vertices=20``, or per point. For
+        the cortex, ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer) hold a label per vertex, with
+        a table of colors and names, in which region i is i + 1, and 0 no region. Others end in
+        ``.sstk.json`` (a label per triangle),
         ``.aggregation.json`` (a group per region) or ``.npz`` (the graph of `region_graph`, as by
         `write_graphs`). A file that exists is replaced once the new one is complete, and its
         permissions are kept.
@@ -147,11 +149,12 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     path : path-like
         Ends in ``.npy`` (int32), or in ``.seg`` or ``.txt`` (one integer per line, no header). For
         labels of vertices, it ends in ``.segs.json``, or in ``.bin``, ``_sp_label.npy`` or ``.pth``
-        (int64, renumbered without gaps); for labels of triangles, in ``.sstk.json``; for labels of
+        (int64, renumbered without gaps), or in ``.label.gii`` or ``.annot``, which allow -1 and
+        have a table of colors and names; for labels of triangles, in ``.sstk.json``; for labels of
         segments, in ``.aggregation.json`` (a group per label). A file that exists is replaced once
         the new one is complete, and its permissions are kept.
     labels : array_like of integers, shape (F,)
-        0 and up; -1 where a face is in no region, which formats of vertices do not allow.
+        0 and up; -1 where a face is in no region, which networks' formats of vertices do not allow.
         For ``.sstk.json`` also (n, F): nested levels, the finest first.
     force : bool, default False
         As for `write_mesh`.

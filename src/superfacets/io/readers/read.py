@@ -17,6 +17,7 @@ from ...mesh.triangle_mesh import Mesh
 from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS, holds_cloud
+from .cortex import SURFACE_ENDINGS, TRIANGLES, read_gifti, read_surface
 from .gltf import read_gltf
 from .gltf_texture import read_gltf_with_attributes
 from .obj import read_obj
@@ -35,6 +36,8 @@ _READERS: dict[str, Callable[[Content], Arrays]] = {
     ".stl": read_stl,
     ".tri": read_tri,
     ".vtp": read_vtp,
+    ".gii": read_gifti,
+    **dict.fromkeys(SURFACE_ENDINGS, read_surface),
 }
 
 _GLTF_ENDINGS = (".glb", ".gltf")
@@ -50,6 +53,9 @@ ATTRIBUTE_ENDINGS = tuple(_ATTRIBUTE_READERS)
 MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
 """Endings of meshes and of point clouds."""
+
+_BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb", TRIANGLES: SURFACE_ENDINGS[0]}
+"""Endings of files by their first bytes."""
 
 # First word of a text that is not in a comment line.
 _FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
@@ -69,12 +75,13 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
         The ending, in any case, tells the format: ``.ply`` and ``.stl`` (ASCII and binary),
         ``.obj`` (Wavefront), ``.off`` (ASCII), ``.glb`` and ``.gltf`` (2.0), ``.vtp``, and ``.tri``
         (vertex count, a line of x y z per vertex, triangle count, a line of three indices from 0
-        per triangle); for tetrahedra ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and
-        ``.mesh`` (Medit, text). Triangle strips of a PLY become their triangles. Groups and objects
-        become one mesh. All meshes of a glTF scene become one, in the order of the file, with a
-        copy of a mesh for each node that shows it; the copies may take 100 times the size of the
-        file, or 64 MB if that is more. A glTF file may refer to other files only in its folder or
-        below.
+        per triangle); for the cortex ``.gii`` (GIFTI) and FreeSurfer's ``.white``, ``.pial``,
+        ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere``; for tetrahedra ``.vtu``, ``.vtk``
+        (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and ``.mesh`` (Medit, text). Triangle strips of a PLY
+        become their triangles. Groups and objects become one mesh. All meshes of a glTF scene
+        become one, in the order of the file, with a copy of a mesh for each node that shows it; the
+        copies may take 100 times the size of the file, or 64 MB if that is more. A glTF file may
+        refer to other files only in its folder or below.
 
     Returns
     -------
@@ -291,12 +298,13 @@ def _mesh_of(arrays: Arrays) -> AnyMesh:
 
 def recognized_ending(data: Content) -> str | None:
     """Guess the ending of a file from its content; None if the format is unknown."""
-    if data[:4] in (b"ply\n", b"ply\r"):
-        return ".ply"
+    for begin, ending in _BEGINS.items():
+        if data[: len(begin)] == begin:
+            return ending
     if is_vtp(data):
         return ".vtp"
-    if data[:4] == b"glTF":
-        return ".glb"
+    if b"<GIFTI" in data[:1000]:
+        return ".gii"
     if has_binary_size(data):
         return ".stl"
     found = _FIRST_WORD.match(data)
