@@ -189,3 +189,13 @@ def test_the_package_lists_what_is_compiled_into_it():
     assert all(re.fullmatch(r"\d+\.\d+\.\d+", number) for number in found.values())
     used = {name for one in document["dependencies"] for name in one["dependsOn"]}
     assert used == {part["bom-ref"] for part in document["components"]}
+
+
+def test_the_version_is_the_same_everywhere():
+    root = Path(__file__).resolve().parents[1]
+    for name, pattern in (
+        ("CITATION.cff", r"^version: (\S+)$"),
+        ("recipe/recipe.yaml", r'version: "(.+)"'),
+    ):
+        (found,) = re.findall(pattern, (root / name).read_text(encoding="utf-8"), re.MULTILINE)
+        assert found == superfacets.__version__.removesuffix(".dev0"), name
