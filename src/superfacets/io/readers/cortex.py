@@ -39,7 +39,7 @@ def read_gifti(data: Content) -> Arrays:
     file = _Gifti(data)
     points, triangles = file.array("POINTSET"), file.array("TRIANGLE")
     if points is None or triangles is None:
-        raise MeshError("the GIFTI file holds no surface, but data of one")
+        raise MeshError("the GIFTI file has no points and triangles: it holds no surface")
     if points.shape[1:] != (3,) or triangles.shape[1:] != (3,):
         raise MeshError("points and triangles of a GIFTI file must have 3 numbers each")
     return as_doubles(points), as_integers(triangles, "vertex indices")
