@@ -34,7 +34,7 @@ Buffer<std::uint8_t> unpack_lzf(std::span<const std::uint8_t> packed, std::int64
       continue;
     }
     std::size_t size = control >> 5;
-    if (n_packed < (size == kLong ? 2 : 1)) return {};
+    if (n_packed < (size == kLong ? 2U : 1U)) return {};
     if (size == kLong) size += packed[place++];
     size += 2;
     const std::size_t distance = ((control & 31) << 8) + packed[place++] + 1;
