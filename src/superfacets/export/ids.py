@@ -83,7 +83,7 @@ class IdWriter:
             self._write_cortex(file, ending)
             return
         labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self.labels
-        _write(file, ending, path, labels, self.options.classes)
+        _write(file, ending, path, labels, self.options)
 
     def _write_graph(self, file: IO[bytes]) -> None:
         """Write the graph of the regions, in the order of their labels."""
@@ -135,7 +135,7 @@ def write_given_labels(
     if ending in CORTEX_OUTPUTS:
         check_ids(checked)
         return lambda file, ending, path: write_cortex(file, ending, checked)
-    return lambda file, ending, path: _write(file, ending, path, checked, None)
+    return lambda file, ending, path: _write(file, ending, path, checked, FormatOptions())
 
 
 def _write(
@@ -143,13 +143,13 @@ def _write(
     ending: str,
     path: Path | None,
     labels: npt.NDArray[np.integer[Any]],
-    classes: Sequence[str] | None,
+    options: FormatOptions,
 ) -> None:
     """Write checked labels, which belong to the elements that the format labels."""
     if ending == ".segs.json":
         write_segments(file, labels, scene_of(path, ending))
     elif ending == ".aggregation.json":
-        write_aggregation(file, labels, scene_of(path, ending), classes)
+        write_aggregation(file, labels, scene_of(path, ending), options.classes, options.scores)
     elif ending == ".sstk.json":
         write_sstk(file, [labels])
     elif ending == ".pth":
