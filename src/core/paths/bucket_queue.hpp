@@ -23,7 +23,7 @@ class BucketQueue {
   // bucket is between half and twice the mean length of an arc.
   explicit BucketQueue(std::int64_t n_arcs)
       : width_bits_(std::max(
-            0, kTotalBits - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(n_arcs))))),
+            0, kTotalBits - 2 - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(n_arcs))))),
         ring_(kRingSize) {}
 
   // Restarts at the bucket of the lowest length that will be pushed. The queue must be empty.
