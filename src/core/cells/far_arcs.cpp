@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/assert.hpp"
+#include "base/elementary.hpp"
 
 namespace superfacets {
 namespace {
@@ -23,7 +24,7 @@ Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   team.for_each_index(graph.n_cells(), [&](Place place) {
     auto next = static_cast<std::size_t>(graph.arcs_of(place).data() - graph.arcs.data());
     for (const Arc& arc : graph.arcs_of(place)) {
-      prices[next++] = static_cast<float>(std::nearbyint(graph.price(place, arc)));
+      prices[next++] = static_cast<float>(round_to_whole(graph.price(place, arc)));
     }
   });
   return prices;
@@ -40,12 +41,14 @@ class ArcFinder {
     walks_.clear();
     reached_.clear();
     least_[place] = 0.0;
-    extend({place, place, 0.0});
+    extend<true>({place, place, 0.0});
     std::size_t begin = 0;
-    for (int step = 1; step < n_steps_; ++step) {
+    for (int step = 2; step <= n_steps_; ++step) {
       const std::size_t end = walks_.size();
       for (; begin < end; ++begin) {
-        if (graph_.arcs_of(walks_[begin].here).size() <= kMostArcs) extend(walks_[begin]);
+        const Walk walk = walks_[begin];
+        if (graph_.arcs_of(walk.here).size() > kMostArcs) continue;
+        step < n_steps_ ? extend<true>(walk) : extend<false>(walk);
       }
     }
     least_[place] = kNone;
@@ -64,22 +67,25 @@ class ArcFinder {
   };
   static constexpr double kNone = HUGE_VAL;
 
+  // Adds an arc to a walk, in all ways. The longer walks are kept if they are to be extended, too.
+  template <bool kKeeps>
   void extend(const Walk walk) {
     const std::span<const Arc> arcs = graph_.arcs_of(walk.here);
     const float* price = prices_.data() + (arcs.data() - graph_.arcs.data());
     for (const Arc& arc : arcs) {
       const double sum = walk.price + double{*price++};
       if (arc.to == walk.here || arc.to == walk.before) continue;  // padding, or back
-      walks_.push_back({walk.here, arc.to, sum});
-      if (least_[arc.to] == kNone) reached_.push_back(arc.to);
-      least_[arc.to] = std::min(least_[arc.to], sum);
+      if constexpr (kKeeps) walks_.push_back({walk.here, arc.to, sum});
+      double& least = least_[arc.to];
+      if (least == kNone) reached_.push_back(arc.to);
+      least = std::min(least, sum);
     }
   }
 
   float length_between(Place place, Place to, double price) const {
     const double straight = norm(graph_.positions[to] - graph_.positions[place]);
     const double length = straight / graph_.straight_unit + price;
-    return static_cast<float>(std::max(1.0, std::nearbyint(length)));
+    return static_cast<float>(std::max(1.0, round_to_whole(length)));
   }
 
   const OrderedGraph& graph_;
