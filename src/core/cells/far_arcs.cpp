@@ -15,7 +15,6 @@ namespace {
 constexpr std::size_t kMostArcs = 24;
 
 constexpr std::int64_t kBlock = 1 << 10;  // places
-constexpr std::int64_t kUsualArcs = 20;
 
 // Prices of all arcs, by place and in their order: whole numbers, so that sums do not depend on the
 // order of the terms.
@@ -37,7 +36,7 @@ class ArcFinder {
       : graph_(graph), prices_(prices), n_steps_(n_steps), least_(graph.n_cells(), kNone) {}
 
   // Appends the arcs of a place; returns their number.
-  std::int64_t find(Place place, std::vector<Arc>& arcs) {
+  std::int64_t find(Place place) {
     walks_.clear();
     reached_.clear();
     least_[place] = 0.0;
@@ -53,10 +52,17 @@ class ArcFinder {
     }
     least_[place] = kNone;
     for (const Place to : reached_) {
-      arcs.push_back({to, length_between(place, to, least_[to])});
+      arcs_.push_back({to, length_between(place, to, least_[to])});
       least_[to] = kNone;
     }
     return std::ssize(reached_);
+  }
+
+  // All arcs since the last call, in memory of their own.
+  Buffer<Arc> take() {
+    Buffer<Arc> taken = copy_of<Arc>(arcs_);
+    arcs_.clear();
+    return taken;
   }
 
  private:
@@ -93,6 +99,7 @@ class ArcFinder {
   const int n_steps_;
   std::vector<Walk> walks_;
   std::vector<Place> reached_;
+  std::vector<Arc> arcs_;
   std::vector<double> least_;  // by place: the lowest price of a walk; kNone if there is none
 };
 
@@ -110,7 +117,7 @@ void add_far_arcs(OrderedGraph& graph, ThreadTeam& team) {
   const int n_steps = steps_of(graph);
   if (n_steps == 1) return;
   const Buffer<float> prices = prices_of(graph, team);
-  std::vector<std::vector<Arc>> blocks((graph.n_cells() + kBlock - 1) / kBlock);
+  std::vector<Buffer<Arc>> blocks((graph.n_cells() + kBlock - 1) / kBlock);
   PerThread<ArcFinder> finders(team.size());
   Buffer<std::int64_t> offsets(graph.n_cells() + 1);
   offsets[0] = 0;
@@ -118,10 +125,10 @@ void add_far_arcs(OrderedGraph& graph, ThreadTeam& team) {
     ArcFinder& finder = finders.get(thread, graph, prices.span(), n_steps);
     const std::int64_t begin = block * kBlock;
     const std::int64_t end = std::min<std::int64_t>(begin + kBlock, graph.n_cells());
-    blocks[block].reserve(kUsualArcs * (end - begin));
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      offsets[place + 1] = finder.find(place, blocks[block]);
+      offsets[place + 1] = finder.find(place);
     }
+    blocks[block] = finder.take();
   });
   for (Place place = 0; place < graph.n_cells(); ++place) offsets[place + 1] += offsets[place];
   Buffer<Arc> arcs(offsets[graph.n_cells()]);
