@@ -35,7 +35,7 @@ nitpick_ignore_regex = [
     (r"py:.*", r"[\"'].*"),
 ]
 
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["deflist", "dollarmath"]
 myst_heading_anchors = 3
 autodoc_typehints = "none"  # the docstrings say more
 numpydoc_show_class_members = False

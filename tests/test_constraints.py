@@ -314,7 +314,7 @@ def test_labels_begin_with_their_central_cells():
     upper = mesh.vertices[mesh.faces].mean(axis=1)[:, 1] > 3
     assert segment(mesh, init=halves, mask=upper).n_segments == 2
     assert segment(mesh, init=halves, mask=halves == 1).n_segments == 1
-    with pytest.raises(ValueError, match="all are -1 where cells are kept"):
+    with pytest.raises(ValueError, match="all kept cells are labeled -1"):
         segment(mesh, init=np.where(upper, -1, halves), mask=upper)
 
 
@@ -383,7 +383,7 @@ def test_constrained_labels_do_not_depend_on_threads():
     [
         ({"mask": [1, 0]}, TypeError, "mask must be bools, got int64"),
         ({"mask": [True]}, ValueError, r"mask must have shape \(4,\), got \(1,\)"),
-        ({"mask": [False] * 4}, ValueError, "the mask leaves no cell: it is False everywhere"),
+        ({"mask": [False] * 4}, ValueError, "the mask excludes all cells: it is False everywhere"),
         (
             {"mask": np.ma.array([True] * 4, mask=[0, 0, 0, 1])},
             ValueError,
@@ -392,13 +392,13 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"mask": [True, True, False, True], "init": [1, 2]},
             ValueError,
-            r"init\[1\] is 2, which the mask leaves out",
+            r"init\[1\] is 2, which the mask excludes",
         ),
         ({"barriers": [0.5] * 4}, TypeError, "barriers must be integers, got float64"),
         (
             {"barriers": [1, 2]},
             ValueError,
-            r"barriers must have shape \(4,\), a label per cell, or",
+            r"barriers must be one label per cell, shape \(4,\), or",
         ),
         ({"barriers": [[0, 1, 2]]}, ValueError, r"barriers must have shape \(E, 2\), got \(1, 3\)"),
         ({"barriers": [[0, 9]]}, ValueError, r"barriers\[0\] is \[0, 9\] but the mesh has 6 vert"),
@@ -417,9 +417,13 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"init": [0, 0, 2, 2]},
             ValueError,
-            "init has a label per cell, but no cell has label 1",
+            "init has one label per cell, but no cell has label 1",
         ),
-        ({"init": [-1] * 4}, ValueError, "init has a label per cell, but .*all are -1"),
+        (
+            {"init": [-1] * 4},
+            ValueError,
+            "init has one label per cell, but all kept cells are labeled -1",
+        ),
         ({"init": [0, 0, 1, 1], "n_segments": 3}, ValueError, "n_segments is 3 but 2 seeds are"),
     ],
 )
@@ -430,7 +434,7 @@ def test_wrong_arguments_are_named(options, error, message):
 
 def test_seeds_of_a_cloud_are_named_by_their_numbers_in_the_input():
     mask = np.arange(700) != 123
-    with pytest.raises(ValueError, match=r"init\[1\] is 123, which the mask leaves out"):
+    with pytest.raises(ValueError, match=r"init\[1\] is 123, which the mask excludes"):
         segment(points(), mask=mask, init=[7, 123])
     with pytest.raises(ValueError, match=r"init\[1\] is 700; it must be 0 to 699"):
         segment(points(), init=[7, 700])
@@ -440,7 +444,7 @@ def test_what_does_not_fit_the_cells_is_named():
     with pytest.raises(ValueError, match="init is a segmentation of 4 cells, not of 5"):
         segment(shapes.strip(5), init=segment(shapes.strip(4), 2))
     for cells in (points(), tets()):
-        with pytest.raises(ValueError, match=r"barriers of shape \(E, 2\) are edges of a mesh"):
+        with pytest.raises(ValueError, match=r"barriers of shape \(E, 2\) need a mesh"):
             segment(cells, 2, barriers=[[0, 1]])
-    with pytest.raises(ValueError, match=r"barriers of shape \(E, 2\) are edges of a mesh"):
+    with pytest.raises(ValueError, match=r"barriers of shape \(E, 2\) need a mesh"):
         segment_graph(shapes.line_graph([1.0, 1.0]), 2, barriers=[[0, 1]])

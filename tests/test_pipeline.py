@@ -466,7 +466,7 @@ def test_an_error_in_on_stage_ends_the_run():
     [("compactness", "alpha"), ("sigma", "denoise"), ("max_iter", "max_num_iter"), ("k", "n_seg")],
 )
 def test_names_of_other_tools_are_told_what_is_meant(name, meant):
-    with pytest.raises(TypeError, match=f"segment has no {name}, but {meant}"):
+    with pytest.raises(TypeError, match=f"segment has no parameter {name}: use {meant}"):
         segment(shapes.cube(), 3, **{name: 1})
     with pytest.raises(TypeError, match="unexpected keyword argument 'compactnes'"):
         segment(shapes.cube(), 3, compactnes=1)

@@ -99,13 +99,13 @@ from .regions.lines import border_lines as border_lines
 from .regions.lines import find_boundaries as find_boundaries
 from .regions.merge import merge_small_regions as merge_small_regions
 from .regions.nearest_labels import transfer as transfer
-from .regions.parts import Submesh as Submesh
-from .regions.parts import split_regions as split_regions
-from .regions.parts import submesh as submesh
 from .regions.pooling import pool as pool
 from .regions.pooling import snap as snap
 from .regions.pooling import unpool as unpool
 from .regions.smooth import smooth_borders as smooth_borders
+from .regions.submeshes import Submesh as Submesh
+from .regions.submeshes import split_regions as split_regions
+from .regions.submeshes import submesh as submesh
 from .regions.vertices import vertex_labels as vertex_labels
 from .sample import sample_mesh as sample_mesh
 from .study import baselines as baselines

@@ -669,7 +669,7 @@ def says_what_is_meant(others: Mapping[str, str]) -> Callable[[Function], Functi
         @functools.wraps(function)
         def checked(*args: Any, **keywords: Any) -> Any:
             for name in keywords.keys() & others.keys():
-                raise TypeError(f"{function.__name__} has no {name}, but {others[name]}")
+                raise TypeError(f"{function.__name__} has no parameter {name}: {others[name]}")
             return function(*args, **keywords)
 
         return cast(Function, checked)

@@ -84,19 +84,19 @@ Noise is smoothed, and borders follow creases at more cost in compactness.
 
 OTHER_NAMES: Mapping[str, str] = MappingProxyType(
     {
-        "compactness": "alpha: higher values follow creases more, 0 gives the most compact regions",
-        "sigma": "denoise: steps of smoothing before creases are measured",
-        "spacing": "none: lengths are those of the mesh",
-        "convert2lab": "features='color'",
-        "channel_axis": "features: one row of numbers per face",
-        "min_size_factor": "min_size: a fraction of the mean area of regions",
-        "start_label": "none: labels begin with 0",
-        "max_iter": "max_num_iter",
-        "num_threads": "n_threads",
-        "n_jobs": "n_threads",
-        "k": "n_segments",
-        "n_clusters": "n_segments",
-        "seed": "none: labels are the same on every run; init takes faces that are the seeds",
+        "compactness": "use alpha: higher values follow creases more, 0 gives the roundest regions",
+        "sigma": "use denoise: steps of smoothing before creases are measured",
+        "spacing": "lengths are those of the mesh",
+        "convert2lab": "use features='color'",
+        "channel_axis": "use features: one row of numbers per face",
+        "min_size_factor": "use min_size: a fraction of the mean area of regions",
+        "start_label": "labels begin with 0",
+        "max_iter": "use max_num_iter",
+        "num_threads": "use n_threads",
+        "n_jobs": "use n_threads",
+        "k": "use n_segments",
+        "n_clusters": "use n_segments",
+        "seed": "labels are the same on every run; init takes faces that are the seeds",
     }
 )
 """Parameters of ``slic`` of scikit-image and of other tools, and what `segment` has instead."""

@@ -291,7 +291,7 @@ def test_prepared_cells_keep_their_order():
 def test_errors_tell_numbers_of_the_input():
     mask = np.ones(BEAR.n_faces, bool)
     mask[17] = False
-    with pytest.raises(ValueError, match=r"init\[1\] is 17, which the mask leaves out"):
+    with pytest.raises(ValueError, match=r"init\[1\] is 17, which the mask excludes"):
         sf.segment(BEAR, init=[3, 17, 5], mask=mask)
     with pytest.raises(ValueError, match=r"barriers\[0\] is \[5, 5\], which is no edge"):
         sf.segment(BEAR, 9, barriers=[[5, 5]])

@@ -280,7 +280,7 @@ def test_a_subdivision_says_what_it_is_and_is_read_only():
         (math.nan, ValueError, "max_edge must be finite and positive"),
         ("1", TypeError, "max_edge must be a number"),
         (True, TypeError, "max_edge must be a number"),
-        (1e-13, ValueError, "too short beside coordinates of 1: .* move the mesh to the origin"),
+        (1e-13, ValueError, "too small for coordinates of 1: .* move the mesh to the origin"),
     ],
 )
 def test_wrong_lengths_are_refused(max_edge, error, message):
@@ -290,7 +290,7 @@ def test_wrong_lengths_are_refused(max_edge, error, message):
 
 def test_a_mesh_far_from_the_origin_ends_in_a_message_not_in_a_loop():
     mesh = Mesh(shapes.cube().vertices + 1e13, shapes.cube().faces)
-    with pytest.raises(ValueError, match="too short beside coordinates"):
+    with pytest.raises(ValueError, match="too small for coordinates"):
         bisect(mesh, 0.5)
     assert bisect(Mesh(shapes.cube().vertices + 1e11, shapes.cube().faces), 0.5).mesh.n_faces > 12
 
@@ -298,9 +298,7 @@ def test_a_mesh_far_from_the_origin_ends_in_a_message_not_in_a_loop():
 def test_more_faces_than_allowed_are_refused_before_memory_is_taken():
     with pytest.raises(ValueError, match="max_edge=1e-06 would make more than 10000000 faces"):
         bisect(shapes.cube(), 1e-6)
-    with pytest.raises(
-        ValueError, match=r"would make more than 23 faces: .* max_faces allows more"
-    ):
+    with pytest.raises(ValueError, match=r"would make more than 23 faces: .* a larger max_faces"):
         bisect(shapes.cube(), 1.2, max_faces=23)
     assert bisect(shapes.cube(), 1.2, max_faces=24).mesh.n_faces == 24
     assert bisect(shapes.cube(), math.inf, max_faces=12).mesh.n_faces == 12

@@ -158,7 +158,7 @@ def test_flat_tetrahedra_are_cells_without_a_volume():
     assert sf.mesh_info(flat).n_flat_tets == 2
     result = sf.segment(flat, 2, islands="nearest")
     assert (len(result.labels), result.n_segments) == (8, 2)
-    with pytest.raises(ValueError, match="there is no area to measure by"):
+    with pytest.raises(ValueError, match="the total area is 0"):
         metrics.compactness(TetMesh(flat.vertices, [[0, 1, 3, 8]]), [0])
 
 

@@ -149,6 +149,6 @@ def test_what_is_wrong_is_one_line_and_nothing_is_written(run, folder):
     (folder / "turned.json").write_text(json.dumps(document))
     status, _, err = run(*LIFT[:-1], "turned.json")
     assert (status, err.count("\n")) == (1, 1)
-    assert "no camera sees the mesh: are poses from camera to world" in err
+    assert "no camera sees the mesh: check that poses map camera to world" in err
     (folder / "turned.json").unlink()
     assert files_in(folder) == before

@@ -234,18 +234,18 @@ def test_what_is_wrong_is_said_in_a_line(change, error, words):
 
 def test_cameras_that_see_nothing_are_named():
     away = camera_at([2, 2, 5], [2, 2, 9], (4, 4), name="b.png")
-    with pytest.raises(sf.MeshError, match="no camera sees the mesh: are poses from camera"):
+    with pytest.raises(sf.MeshError, match="no camera sees the mesh: check that poses map camera"):
         sf.lift(SQUARE, [0, 1], [UPPER], [away])
     cameras, masks = [above(), away, above("c.png")], [UPPER, UPPER, 0 * UPPER]
     with pytest.warns(sf.ViewWarning) as caught:
         result = sf.lift(SQUARE, [0, 1], masks, cameras, consistent_ids=True)
     assert [str(one.message) for one in caught] == [
-        "nothing of the mesh is seen in image 1 (b.png)",
+        "the mesh is not visible in image 1 (b.png)",
         "there is no mask in image 2 (c.png)",
     ]
     assert caught[0].filename == __file__
     assert result.labels.tolist() == [-1, 1]
-    with pytest.warns(sf.ViewWarning, match=r"is seen in image 1 \(b.png\) and 1 more"):
+    with pytest.warns(sf.ViewWarning, match=r"is not visible in image 1 \(b.png\) and 1 more"):
         sf.lift(SQUARE, [0, 1], 3 * [UPPER], [above(), away, away])
     with pytest.raises(sf.MeshError, match="no mask shows a part of the mesh"):
         sf.lift(SQUARE, [0, 1], [0 * UPPER, UPPER], [above(), away])

@@ -186,7 +186,7 @@ def test_unpool_fills_what_is_in_no_region():
     for values, fill in [([1, 2], np.nan), ([1, 2], 0.5), (np.uint8([1, 2]), None),
                          ([True, False], None), (np.int8([1, 2]), 300), (["wood", "a"], "other"),
                          (["a", "b"], None), (np.array([1, 2], "M8[D]"), None)]:  # fmt: skip
-        with pytest.raises(ValueError, match=r"there are cells labeled -1, and \S+ cannot hold"):
+        with pytest.raises(ValueError, match=r"cells are labeled -1, and \S+ cannot represent"):
             sf.unpool(values, [0, -1], fill)
 
 
@@ -255,7 +255,7 @@ def test_what_does_not_fit_is_refused():
     for call, message in cases:
         with pytest.raises(ValueError, match=message):
             call()
-    with pytest.raises(TypeError, match="the majority is of integers or bools, got float64"):
+    with pytest.raises(TypeError, match="needs integers or bools, got float64"):
         sf.pool([1.0, 2.0], [0, 0], how="majority")
     with pytest.raises(TypeError, match="values must be numbers, got <U1"):
         sf.pool(["a", "b"], [0, 0])

@@ -1,5 +1,6 @@
 // Bindings of the base layer: selection of lists, scopes that keep threads and heap memory and, for
-// tests, properties of the build and elementary functions.
+// tests, properties of the build. Elementary functions of arrays.
+#include <algorithm>
 #include <optional>
 
 #include "base/assert.hpp"
@@ -22,6 +23,12 @@ Buffer<double> exponentials_of(Doubles x) {
   Buffer<double> powers(x.size());
   exponentials(x, powers.span());
   return powers;
+}
+
+Buffer<double> logarithms_of(Doubles x) {
+  Buffer<double> found(x.size());
+  std::transform(x.begin(), x.end(), found.begin(), logarithm);
+  return found;
 }
 
 // Python context manager that creates a scope of the core on entry and destroys it on exit. Both
@@ -60,6 +67,7 @@ void bind_base(nb::module_& module) {
   module.def("arctangents", serial(&arctangents_of), "y"_a, "x"_a, "instruction_set"_a);
   module.def("choose_lists", serial(&choose_lists), "offsets"_a, "chosen"_a);
   module.def("exponentials", serial(&exponentials_of), "x"_a);
+  module.def("logarithms", serial(&logarithms_of), "x"_a);
 }
 
 }  // namespace superfacets

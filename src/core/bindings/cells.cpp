@@ -1,36 +1,25 @@
-// Bindings of stages 1 and 2. The headers of the stages describe the functions;
-// superfacets/_validate.py ensures their preconditions.
+// Bindings of stage 1: graphs of cells, and the surfaces that later stages take. The headers of the
+// stage describe the functions; superfacets/_validate.py ensures their preconditions.
 #include <new>
 
-#include "base/elementary.hpp"
 #include "bindings/bindings.hpp"
-#include "cells/arc_prices.hpp"
 #include "cells/components.hpp"
 #include "cells/face_graph.hpp"
 #include "cells/far_arcs.hpp"
 #include "cells/graph_surface.hpp"
 #include "cells/majority.hpp"
 #include "cells/ordered_graph.hpp"
+#include "cells/part_prices.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
 #include "cells/polygon_graph.hpp"
 #include "cells/polygon_surface.hpp"
 #include "cells/sub_surface.hpp"
-#include "cells/surface_weights.hpp"
 #include "cells/tet_graph.hpp"
-#include "cells/texels.hpp"
 #include "cells/triangle_surface.hpp"
 #include "cells/turning.hpp"
 #include "cells/walk.hpp"
-#include "cells/weights.hpp"
-#include "spatial/morton.hpp"
-#include "spatial/nearest_cell.hpp"
-#include "spatial/point_tiles.hpp"
-#include "spatial/ray_thickness.hpp"
-#include "spatial/sorted_mesh.hpp"
-#include "spatial/views.hpp"
 #include "spectral/diffusion.hpp"
-#include "spectral/eigenvectors.hpp"
 
 namespace superfacets {
 namespace {
@@ -155,11 +144,6 @@ auto tet_graph(Points vertices, Tets tets, Integers representative, ThreadTeam& 
                     std::tuple(counts.edges, counts.boundary, counts.non_manifold));
 }
 
-SortedMesh mesh_in_curve_order(Points vertices, Integers representative, Integers corners,
-                               Offsets offsets, std::int64_t size, ThreadTeam& team) {
-  return sort_mesh(vertices, representative, {corners, offsets, size}, team);
-}
-
 auto sorted_point_graph(Points positions, int n_neighbors, int n_around, double cutoff,
                         bool has_normals, Points axes, ThreadTeam& team) {
   PointGraph graph =
@@ -184,32 +168,6 @@ auto point_graph(Points positions, int n_neighbors, int n_around, double cutoff,
                     std::move(graph.normals), std::move(sorted.points));
 }
 
-Buffer<double> weights_of_points(const PointSurface& surface, double alpha, double eta_convex,
-                                 double crease_length, double diagonal, double ridges,
-                                 ThreadTeam& team) {
-  Buffer<double> weights(surface.arcs().n_arcs());
-  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, ridges};
-  point_weights(surface, options, team, weights.span());
-  return weights;
-}
-
-// The number of threads is chosen as if the rays from one start took as long as building the tree
-// for a hundred faces.
-auto thickness(Points vertices, Triangles faces, Points starts, Points axes, int n_rays,
-               double least_distance, bool inside_out, int n_threads) {
-  const RayOptions options{n_rays, least_distance, inside_out};
-  return on_team(faces.size() + 100 * starts.size(), n_threads, [&](ThreadTeam& team) {
-    return ray_thickness(vertices, faces, starts, axes, options, team);
-  });
-}
-
-std::vector<double> logarithms(Doubles values) {
-  std::vector<double> found;
-  found.reserve(values.size());
-  for (const double value : values) found.push_back(logarithm(value));
-  return found;
-}
-
 auto conducting(const OrderedGraph& graph, double crease_unit, double steepness, ThreadTeam& team) {
   ConductingArcs found = conducting_arcs(graph, crease_unit, steepness, team);
   return std::tuple(std::move(found.offsets), std::move(found.neighbors), std::move(found.steps),
@@ -220,45 +178,6 @@ void price_arcs(OrderedGraph& graph, const Table<float>& vectors, double factor,
   graph.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}}, factor, team);
 }
 
-Buffer<double> sums_between(Offsets offsets, Integers neighbors, Doubles conductances,
-                            Doubles steps, Integers coarse_of, Offsets coarse_offsets,
-                            Integers coarse_neighbors) {
-  return sum_between({offsets, neighbors}, conductances, steps, coarse_of,
-                     {coarse_offsets, coarse_neighbors});
-}
-
-Buffer<float> relaxed(Offsets offsets, Integers neighbors, Doubles conductances,
-                      const Table<float>& rows, int n_sweeps, ThreadTeam& team) {
-  Buffer<float> found(rows.size());
-  std::copy(rows.data(), rows.data() + rows.size(), found.begin());
-  relax({offsets, neighbors}, conductances, rows.shape(1), n_sweeps, team, found.span());
-  return found;
-}
-
-std::vector<double> diffused(Offsets offsets, Integers neighbors, Doubles conductances,
-                             Doubles masses, Doubles values, double time, ThreadTeam& team) {
-  return diffuse({offsets, neighbors}, conductances, masses, values, time, team);
-}
-
-Buffer<float> with_part_prices(Offsets offsets, Integers neighbors, Floats lengths,
-                               Integers group_of, const Table<float>& vectors, double factor,
-                               ThreadTeam& team) {
-  const PartVectors psi{vectors.shape(1), {vectors.data(), vectors.size()}};
-  return add_part_prices({offsets, neighbors}, lengths, group_of, psi, factor, team);
-}
-
-Eigenpairs eigenpairs(Offsets offsets, Integers neighbors, Doubles conductances, Doubles measures,
-                      Integers components, Label n_components, int n_wanted) {
-  return smallest_eigenpairs({offsets, neighbors}, conductances, measures, components, n_components,
-                             static_cast<std::size_t>(n_wanted));
-}
-
-Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,
-                                  const Table<double>& features, double factor, ThreadTeam& team) {
-  return add_feature_steps({offsets, neighbors}, weights, {features.data(), features.size()},
-                           features.shape(1), factor, team);
-}
-
 Components components(Offsets offsets, Integers neighbors, Integers labels) {
   return find_components(Arcs{offsets, neighbors}, labels);
 }
@@ -266,65 +185,6 @@ Components components(Offsets offsets, Integers neighbors, Integers labels) {
 Buffer<Cell> walked(Offsets offsets, Integers neighbors, Integers labels, Label n_regions,
                     ThreadTeam& team) {
   return walk_regions({offsets, neighbors}, labels, n_regions, team);
-}
-
-auto weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
-                          Points normals, double alpha, double eta_convex, double crease_length,
-                          double diagonal, double ridges, double evened, bool is_straight,
-                          bool all_sharp, bool wants_turn, Bytes is_counted, ThreadTeam& team) {
-  Buffer<double> weights(surface.arcs().n_arcs());
-  const NetTurn net_turn(diagonal, is_counted);
-  const EdgeSums sums = superfacet_weights(
-      surface, {centroids, areas, normals},
-      {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight, all_sharp},
-      wants_turn ? &net_turn : nullptr, team, weights.span());
-  return std::tuple(std::move(weights), sums.turn, sums.n_edges, sums.n_soft, sums.n_sharp);
-}
-
-auto weights_of_surface(const Surface& surface, double alpha, double eta_convex,
-                        double crease_length, double diagonal, double ridges, double evened,
-                        bool is_straight, bool all_sharp, bool wants_turn, Bytes is_counted,
-                        ThreadTeam& team) {
-  Buffer<double> weights(surface.arcs().n_arcs());
-  const NetTurn net_turn(diagonal, is_counted);
-  const EdgeSums sums = surface_weights(
-      surface, {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight, all_sharp},
-      wants_turn ? &net_turn : nullptr, team, weights.span());
-  return std::tuple(std::move(weights), sums.turn, sums.n_edges, sums.n_soft, sums.n_sharp);
-}
-
-Buffer<double> stk02_of_triangles(const TriangleSurface& surface, Points centroids, double alpha,
-                                  ThreadTeam& team) {
-  Buffer<double> weights(surface.arcs().n_arcs());
-  stk02_weights(surface, centroids, alpha, team, weights.span());
-  return weights;
-}
-
-Buffer<double> stk02_of_polygons(const PolygonSurface& surface, double alpha, ThreadTeam& team) {
-  Buffer<double> weights(surface.arcs().n_arcs());
-  stk02_weights(surface, alpha, team, weights.span());
-  return weights;
-}
-
-auto quantized(Doubles weights, ThreadTeam& team) {
-  Buffer<float> lengths(weights.size());
-  const double unit = quantize_weights(weights, team, lengths.span());
-  return std::tuple(std::move(lengths), unit);
-}
-
-Buffer<float> rounded(Doubles weights, double unit, ThreadTeam& team) {
-  Buffer<float> lengths(weights.size());
-  round_weights(weights, unit, team, lengths.span());
-  return lengths;
-}
-
-Buffer<std::uint32_t> codes_within(Points positions, Point low, Point high, ThreadTeam& team) {
-  return morton_codes(positions, {low, high}, team);
-}
-
-Buffer<Cell> ordered_within_steps(Points positions, std::span<const std::uint32_t> codes,
-                                  ThreadTeam& team) {
-  return order_within_steps(positions, codes, BoxTree::kLeaf, team);
 }
 
 NormalTile normal_tile(const Table<Place>& rows, Integers places, Integers cells, Points normals) {
@@ -365,28 +225,6 @@ auto roots_of(TurnedSets& sets, Place begin, Place end) {
   }
   return std::tuple(std::move(roots), std::move(turned));
 }
-
-// A row of numbers per view: the projection, then the product of focal lengths; and its sizes.
-auto surface_seen(Points vertices, Triangles faces, const Table<double>& numbers, Integers sizes,
-                  int n_threads) {
-  std::vector<View> views(numbers.shape(0));
-  SUPERFACETS_ASSERT(numbers.shape(1) == 13 && sizes.size() == 2 * views.size());
-  std::size_t work = views.size() * faces.size();
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const double* row = numbers.data() + 13 * i;
-    std::copy_n(row, 12, views[i].projection);
-    views[i].focal_product = row[12];
-    views[i].width = sizes[2 * i];
-    views[i].height = sizes[2 * i + 1];
-    work += static_cast<std::size_t>(views[i].n_pixels());
-  }
-  return on_team(work, n_threads,
-                 [&](ThreadTeam& team) { return see_surface(vertices, faces, views, team); });
-}
-
-// Minimum number of cells or queries per thread. Each takes about a microsecond: a cell to insert
-// it into the search tree, a query to search the tree.
-constexpr std::int64_t kMinSearched = 1 << 10;
 
 void bind_surfaces(nb::module_& module) {
   nb::class_<Surface>(module, "Surface")
@@ -443,8 +281,6 @@ void bind_graphs(nb::module_& module) {
              "representative"_a, "n_threads"_a);
   module.def("build_tet_graph", threaded(&tet_graph), "vertices"_a, "tets"_a, "representative"_a,
              "n_threads"_a);
-  module.def("sort_mesh", threaded(&mesh_in_curve_order), "vertices"_a, "representative"_a,
-             "corners"_a, "offsets"_a, "size"_a, "n_threads"_a);
   module.def("build_point_graph", threaded(&point_graph), "positions"_a, "n_neighbors"_a,
              "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "n_threads"_a);
   module.def("build_sorted_point_graph", threaded(&sorted_point_graph), "positions"_a,
@@ -454,66 +290,6 @@ void bind_graphs(nb::module_& module) {
   module.def("find_components", serial(&components), "offsets"_a, "neighbors"_a, "labels"_a);
   module.def("walk_regions", threaded(&walked), "offsets"_a, "neighbors"_a, "labels"_a,
              "n_regions"_a, "n_threads"_a);
-}
-
-void bind_weights(nb::module_& module) {
-  module.def("superfacet_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
-             "areas"_a, "normals"_a, "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a,
-             "ridges"_a, "evened"_a, "is_straight"_a, "all_sharp"_a, "wants_turn"_a, "is_counted"_a,
-             "n_threads"_a);
-  module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "alpha"_a,
-             "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "evened"_a,
-             "is_straight"_a, "all_sharp"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
-  module.def("point_weights", threaded(&weights_of_points), "surface"_a, "alpha"_a, "eta_convex"_a,
-             "crease_length"_a, "diagonal"_a, "ridges"_a, "n_threads"_a);
-  module.def("stk02_weights", threaded(&stk02_of_triangles), "surface"_a, "centroids"_a, "alpha"_a,
-             "n_threads"_a);
-  module.def("polygon_stk02_weights", threaded(&stk02_of_polygons), "surface"_a, "alpha"_a,
-             "n_threads"_a);
-  module.def("add_feature_steps", threaded(&with_feature_steps), "offsets"_a, "neighbors"_a,
-             "weights"_a, "features"_a.noconvert(), "factor"_a, "n_threads"_a);
-  module.def("add_part_prices", threaded(&with_part_prices), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "group_of"_a, "vectors"_a.noconvert(), "factor"_a, "n_threads"_a);
-  module.def("quantize_weights", threaded(&quantized), "weights"_a, "n_threads"_a);
-  module.def("unit_of_lengths", &unit_of_lengths, "total_weight"_a);
-  module.def("round_weights", threaded(&rounded), "weights"_a, "unit"_a, "n_threads"_a);
-  module.def("sum_of", threaded(&sum_of), "values"_a, "n_threads"_a);
-  module.def("logarithms", serial(&logarithms), "values"_a);
-}
-
-void bind_spectral(nb::module_& module) {
-  module.def("step_conductances", threaded(&step_conductances), "surface"_a, "areas"_a,
-             "n_threads"_a);
-  module.def("sum_between", serial(&sums_between), "offsets"_a, "neighbors"_a, "conductances"_a,
-             "steps"_a, "coarse_of"_a, "coarse_offsets"_a, "coarse_neighbors"_a);
-  module.def("relax", threaded(&relaxed), "offsets"_a, "neighbors"_a, "conductances"_a,
-             "rows"_a.noconvert(), "n_sweeps"_a, "n_threads"_a);
-  module.def("diffuse", threaded(&diffused), "offsets"_a, "neighbors"_a, "conductances"_a,
-             "masses"_a, "values"_a, "time"_a, "n_threads"_a);
-  module.def("smallest_eigenpairs", serial(&eigenpairs), "offsets"_a, "neighbors"_a,
-             "conductances"_a, "measures"_a, "components"_a, "n_components"_a, "n_wanted"_a);
-}
-
-void bind_spatial(nb::module_& module) {
-  module.def("ray_thickness", &thickness, "vertices"_a, "faces"_a, "starts"_a, "axes"_a, "n_rays"_a,
-             "least_distance"_a, "inside_out"_a, "n_threads"_a);
-  module.def("morton_codes", threaded(&codes_within), "positions"_a, "low"_a, "high"_a,
-             "n_threads"_a);
-  module.def("order_within_steps", threaded(&ordered_within_steps), "positions"_a, "codes"_a,
-             "n_threads"_a);
-  module.def("nearest_in_part", threaded(&nearest_in_part), "positions"_a, "is_wanted"_a,
-             "n_nearest"_a, "n_threads"_a);
-  module.def("directions_around", threaded(&directions_around), "positions"_a, "axes"_a,
-             "centers"_a, "rows"_a, "n_threads"_a);
-  module.def("sorted_lists", serial(&sorted_lists), "n_cells"_a, "sources"_a, "targets"_a);
-  module.def("nearest_triangles", threaded<kMinSearched>(&nearest_triangles), "vertices"_a,
-             "faces"_a, "queries"_a, "max_distance"_a, "n_threads"_a);
-  module.def("nearest_tets", threaded<kMinSearched>(&nearest_tets), "vertices"_a, "tets"_a,
-             "queries"_a, "max_distance"_a, "n_threads"_a);
-  module.def("nearest_points", threaded<kMinSearched>(&nearest_points), "positions"_a, "queries"_a,
-             "max_distance"_a, "n_threads"_a);
-  module.def("see_surface", &surface_seen, "vertices"_a, "faces"_a, "views"_a, "sizes"_a,
-             "n_threads"_a);
   nb::class_<TurnedSets>(module, "TurnedSets")
       .def(nb::init<Place>(), "n_places"_a)
       .def("join_alike", serial(&join_alike_in), "rows"_a.noconvert(), "places"_a, "cells"_a,
@@ -524,40 +300,11 @@ void bind_spatial(nb::module_& module) {
       .def("roots", serial(&roots_of), "begin"_a, "end"_a);
 }
 
-TexelGrid grid_of(std::int64_t width, std::int64_t height, int wrap_u, int wrap_v) {
-  return {width, height, static_cast<Wrap>(wrap_u), static_cast<Wrap>(wrap_v)};
-}
-
-TexelColors colors_of_texels(Bytes pixels, std::int64_t width, std::int64_t height, int wrap_u,
-                             int wrap_v, Integers linear, Doubles coordinates, Integers corners,
-                             ThreadTeam& team) {
-  const TexelGrid grid = grid_of(width, height, wrap_u, wrap_v);
-  return texel_colors(pixels, grid, linear, {coordinates, corners}, team);
-}
-
-Buffer<std::int32_t> painted_ids(std::int64_t width, std::int64_t height, int wrap_u, int wrap_v,
-                                 Doubles coordinates, Integers corners, Integers ids, int bleed,
-                                 ThreadTeam& team) {
-  const TexelGrid grid = grid_of(width, height, wrap_u, wrap_v);
-  return paint_ids(grid, {coordinates, corners}, ids, bleed, team);
-}
-
-void bind_texels(nb::module_& module) {
-  module.def("texel_colors", threaded(&colors_of_texels), "pixels"_a, "width"_a, "height"_a,
-             "wrap_u"_a, "wrap_v"_a, "linear"_a, "coordinates"_a, "corners"_a, "n_threads"_a);
-  module.def("paint_ids", threaded(&painted_ids), "width"_a, "height"_a, "wrap_u"_a, "wrap_v"_a,
-             "coordinates"_a, "corners"_a, "ids"_a, "bleed"_a, "n_threads"_a);
-}
-
 }  // namespace
 
 void bind_cells(nb::module_& module) {
   bind_surfaces(module);
   bind_graphs(module);
-  bind_weights(module);
-  bind_spectral(module);
-  bind_spatial(module);
-  bind_texels(module);
 }
 
 }  // namespace superfacets

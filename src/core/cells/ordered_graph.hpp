@@ -10,8 +10,8 @@
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
-#include "cells/arc_prices.hpp"
 #include "cells/arcs.hpp"
+#include "cells/part_prices.hpp"
 #include "spatial/box_tree.hpp"
 
 namespace superfacets {

@@ -386,9 +386,9 @@ void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options,
 
 }  // namespace
 
-EdgeSums superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
-                            const WeightOptions& options, const NetTurn* net_turn, ThreadTeam& team,
-                            std::span<double> weights) {
+EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
+                          const WeightOptions& options, const NetTurn* net_turn, ThreadTeam& team,
+                          std::span<double> weights) {
   SUPERFACETS_ASSERT(std::cmp_equal(faces.centroids.size(), surface.n_cells()) &&
                      faces.areas.size() == faces.centroids.size());
   SUPERFACETS_ASSERT(faces.normals.empty() || faces.normals.size() == faces.areas.size());

@@ -120,9 +120,9 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
 // (then there must be a crease_length). theta is in [0, pi], and 0 if a face has no normal. The two
 // arcs of a pair get the same bits. Ridges may cost more than other convex edges. The net turn is 0
 // if net_turn is null; its faces count for the other sums, too.
-EdgeSums superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
-                            const WeightOptions& options, const NetTurn* net_turn, ThreadTeam& team,
-                            std::span<double> weights);
+EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
+                          const WeightOptions& options, const NetTurn* net_turn, ThreadTeam& team,
+                          std::span<double> weights);
 
 // weights[a] = (1 - alpha) (|c_i - m| + |m - c_j|) + alpha (1 - (n_i . n_j)^2), the weighting of
 // Shlafman, Tal and Katz 2002 (eq. 6 of the paper), 0 <= alpha <= 1; finite and >= 0. The second

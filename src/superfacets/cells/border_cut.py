@@ -19,37 +19,37 @@ from .face_graph import build_face_graph
 from .sums import sums_by_label
 
 _N_ROUNDS = 7
-"""Number of times that borders move. On 16 benchmark models compactness is 4.41 of the labels, 4.18
-after 1 round, 4.09 after 5 and 4.07 after 7. Further rounds gain little, and move borders farther
-from where the segmentation put them."""
+"""Number of rounds in which borders move. On 16 benchmark models compactness is 4.41 before, and
+4.18, 4.09 and 4.07 after 1, 5 and 7 rounds. Further rounds gain little, and move borders farther
+from those of the segmentation."""
 
 _N_STEPS = 6
-"""Steps of diffusion in a round. With 4, compactness is 4.10 where 6 give 4.07; with more, small
-regions vanish."""
+"""Diffusion steps per round. Compactness is 4.10 with 4 and 4.07 with 6; with more, small regions
+vanish."""
 
 _N_BALANCES = 6
-"""Steps of a round that bring areas back. The sum of all changes is 0.3 % of the area with 6."""
+"""Steps per round that restore areas. With 6, the sum of all changes is 0.3 % of the area."""
 
 _MARGIN = 0.1
-"""Least distance of a cut from both ends of its edge, as a fraction of the edge. With 0.01,
+"""Smallest distance of a cut from both ends of its edge, as a fraction of the edge. With 0.01,
 compactness is 0.3 % lower."""
 
 _MOST_CHANGE = 0.15
-"""Largest change of the area of a region, as a fraction of it; otherwise its faces are kept. With
-0.05, 12 of 150 regions are kept in place of 7."""
+"""Largest relative change of the area of a region. A region with a larger change keeps its faces:
+7 of 150 regions; 12 with a limit of 0.05."""
 
 _MOST_TOTAL = 0.01
 """Largest sum of all changes of areas, as a fraction of the area of the mesh. Few models would
-exceed it."""
+exceed it without this limit."""
 
 _MAX_TRIALS = 12
-"""Number of times that regions with a fault are put back before all are; from half of it on, with
-their neighbors. Most models need 3 to 5."""
+"""Number of trials before all regions keep their faces. After each trial, regions with a fault keep
+theirs; in the second half of the trials their neighbors do, too. Most models need 3 to 5."""
 
 
 @dataclass(frozen=True, eq=False)
 class BorderCut:
-    """A mesh that is cut along smooth borders of its regions; made by `cut_borders`.
+    """A mesh cut along smooth borders of its regions: the result of `cut_borders`.
 
     Attributes
     ----------
@@ -59,13 +59,13 @@ class BorderCut:
     labels : ndarray of int32, shape (F',)
         Region of each new face, -1 for none.
     sources : ndarray of int32, shape (F',)
-        The old face that each new face is a part of; never decreasing. Values of old faces are
-        carried to new ones by ``values[sources]``.
+        The old face that contains each new face, ascending. ``values[sources]`` maps values of old
+        faces to new faces.
     n_old_vertices : int
         Number of vertices of the old mesh.
     is_kept : ndarray of bool, shape (K,)
         Whether a region keeps its old faces, because smooth borders would change its area too much
-        or take it apart.
+        or disconnect it.
     """
 
     mesh: Mesh
@@ -91,28 +91,28 @@ def cut_borders(
 ) -> BorderCut:
     """Cut faces along smooth borders between regions, and return the new mesh and its labels.
 
-    Borders between labels of faces run in zigzag along edges. Here they become smooth curves across
-    faces, which are cut there: for charts, patterns to cut out, printing and pictures.
-    `smooth_borders` only changes labels, and keeps the mesh.
+    Borders of face labels zigzag along edges. This function replaces them by smooth curves, and
+    cuts the faces there: for charts, cut-out patterns, printing and pictures. `smooth_borders`
+    changes labels only, not the mesh.
 
-    Borders stay on their edges in creases: at folds of 75 degrees or more, and of 40 if the crease
-    runs on straight; and on edges with three faces or more. The boundary of an open mesh does not
-    move. The area of each region changes by at most 15 %; all changes together are at most 1 % of
-    the area, usually 0.3 %. No region comes apart. Regions that cannot be cut in this way keep
-    their faces, see `BorderCut.is_kept`.
+    Borders in creases stay on their edges: at folds of 75 degrees or more, of 40 degrees or more if
+    the crease continues in a straight line, and at edges of three or more faces. The boundary of an
+    open mesh does not move. The area of each region changes by at most 15 %, and all changes
+    together are at most 1 % of the total area, usually 0.3 %. Regions stay connected. Regions for
+    which this is impossible keep their faces; see `BorderCut.is_kept`.
 
-    An edge is cut at one point in all of its faces, so that closed meshes stay closed and seams
-    stay without gaps. Cuts keep a distance of a tenth of the edge from vertices: in all faces that
-    were sampled, the angles of parts are at least a twentieth of the smallest angle of the face. A
-    face is cut into at most six parts.
+    All faces of an edge are cut at the same point of it, so closed meshes stay closed, and seams
+    get no gaps. Cuts are at least a tenth of the edge away from vertices. In all sampled faces, the
+    angles of the parts are at least a twentieth of the smallest angle of the face. A face is cut
+    into at most six parts.
     The result is the same for any number of threads.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`; it needs faces. Polygons are cut into triangles first.
+        As for `segment`; only meshes with faces. Polygons are triangulated first.
     labels : array_like of int, shape (F,)
-        0..K-1, each at least once; -1 for faces in no region, whose borders become smooth, too.
+        0..K-1, each at least once; -1 for faces in no region. Their borders are smoothed, too.
     weld, n_threads
         As for `segment`.
 
@@ -130,9 +130,10 @@ def cut_borders(
 
     Notes
     -----
-    Time O(F), and a constant number of steps for each face near a border. The curves come from
-    threshold dynamics with given areas: shares of regions diffuse over vertices, across the surface
-    but not across creases, and each point of the surface goes to the largest.
+    Time O(F), plus a constant number of steps for each face near a border. The curves come from
+    threshold dynamics with given areas: the indicator function of each region diffuses over the
+    surface but not across creases, and each point then belongs to the region with the largest
+    value.
 
     References
     ----------
@@ -141,7 +142,7 @@ def cut_borders(
 
     Examples
     --------
-    A strip of squares whose regions meet in a corner at its middle:
+    A strip of squares. The border between its two regions has a corner in the middle:
 
     >>> from superfacets import Mesh
     >>> vertices = [[x, y, 0] for y in range(3) for x in range(4)]
@@ -170,7 +171,7 @@ _Cut = tuple[Floats, Ints, Ints, Ints]
 
 @dataclass(frozen=True, eq=False)
 class _Regions:
-    """Regions to cut, with faces in no region as one more."""
+    """Regions to cut; faces in no region form one more region."""
 
     mesh: Mesh
     labels: Ints  # 0..n_regions, where n_regions stands for no region
@@ -236,10 +237,10 @@ class _Regions:
 
 
 def _cut_until_sound(regions: _Regions) -> tuple[_Cut, Bools]:
-    """Cut, and cut anew without the regions that have a fault, until none has.
+    """Cut repeatedly; regions with faults keep their faces in the next trial, until none is left.
 
-    A region that is kept has no fault: vertices of its faces are pinned, so its label spreads to no
-    other face. If the regions beside it have faults in turn, neighbors are kept as well.
+    A kept region has no fault: the vertices of its faces are pinned, so its label spreads to no
+    other face. In later trials, the neighbors of regions with faults are kept as well.
     """
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):

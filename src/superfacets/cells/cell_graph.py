@@ -29,7 +29,7 @@ from .._validate import (
 
 @dataclass(frozen=True, eq=False)
 class ArcMeasures:
-    """Measures of the arcs of a `CellGraph`, which the clean-up and the metrics of regions need.
+    """Measures of the arcs of a `CellGraph`, for the clean-up and the metrics of regions.
 
     Lengths are in the unit of the positions of the graph, finite and >= 0.
 
@@ -38,17 +38,17 @@ class ArcMeasures:
     border_lengths : array_like, shape (M,)
         Length of the border between the two cells of each arc.
     step_lengths : array_like, shape (M,), optional
-        Length of the step from cell to cell, without what the weight adds for a crease. By default
-        the distance between their positions.
+        Distance from cell to cell, without the price of the crease. By default the distance
+        between their positions.
     angles : array_like, shape (M,), optional
         Angle by which the surface turns from cell to cell, in radians, -pi to pi, positive where
         the border is concave. By default 0.
     sides : array_like of integers, shape (M,), optional
-        Number of the side by which each arc leaves its cell, >= 0, ascending for the arcs of a
-        cell. If several cells meet at one border, the arcs to all of them leave by the same side.
-        By default each arc has a side of its own.
+        Number of the side of its cell that each arc crosses, >= 0, ascending for the arcs of a
+        cell. If several cells share one border, the arcs to all of them cross the same side. By
+        default each arc crosses a different side.
     open_lengths : array_like, shape (N,), optional
-        Length of the border of each cell that no arc crosses. By default 0.
+        For each cell, the length of its border that no arc crosses. By default 0.
 
     Raises
     ------
@@ -139,46 +139,45 @@ class Arcs(CsrArcs):
 class CellGraph(Arcs):
     """Cells and weighted arcs, in CSR form: the input of seeding and clustering.
 
-    Faces of a mesh make one (`FaceGraph.with_weights`), but cells can be anything. Arcs and their
-    weights are copied; positions and measures are not, where they are contiguous float64 already.
+    `FaceGraph.with_weights` makes one from the faces of a mesh, but cells can be anything. Arcs and
+    weights are copied. Positions and measures are not copied if they are contiguous float64.
 
     Parameters
     ----------
     positions : array_like, shape (N, 3)
-        A point that stands for each cell, finite. N >= 1.
+        A representative point of each cell, finite. N >= 1.
     measures : array_like, shape (N,)
-        Area of each cell, in the squared unit of the positions, finite, >= 0: what a cell weighs in
-        the mean of its region. The sum A makes the expected radius r = sqrt(A / (pi k)), which
-        `tol`, `radius`, ``"flood"``, ``"grid"`` and the halted mode go by.
+        Area of each cell, in the squared unit of the positions, finite, >= 0. It is the weight of
+        the cell in the mean of its region. The sum A defines the expected radius
+        r = sqrt(A / (pi k)) used by `tol`, `radius`, ``"flood"``, ``"grid"`` and the halted mode.
     offsets : array_like of integers, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)
-        The cell that each arc leads to. Arcs lead one way: where regions are to be connected, give
-        both directions of each. Where one is missing, components are those of arcs whichever way
-        they lead, seeds are distinct, but a cell that no path from a center leads to is an island:
-        a region of its own, in addition to the k asked for, or, with ``islands="nearest"``, part of
-        the nearest.
+        The target of each arc. Arcs are directed: for connected regions, give both directions of
+        each. With one-way arcs, components are those of the undirected graph, and a cell without a
+        path from any center is an island: a region of its own in addition to the k regions or, with
+        ``islands="nearest"``, part of the nearest region.
     weights : array_like, shape (M,)
         The length of each arc, finite, >= 0, in any unit.
     bounds : array_like, shape (2, 3), optional
-        Low and high corner of the box whose diagonal a ``radius`` is a fraction of; the bounding
-        box of the positions if not given.
+        Low and high corner of a box; ``radius`` is a fraction of its diagonal. By default the
+        bounding box of the positions.
     weight_unit : float, default 1.0
-        Length of one unit of weight, in the unit of the positions. The graph of a mesh has the
-        diagonal of its bounding box. Only the clean-up of regions uses it.
-    dimension : {2, 3}
-        2 if measures are areas, 3 if they are volumes: the expected radius is then the cube root of
-        3 V / (4 pi k), and ``border_lengths`` of `ArcMeasures` are areas. By default 2.
+        Length of one unit of weight, in the unit of the positions; the diagonal of the bounding box
+        for the graph of a mesh. Only the clean-up of regions uses it.
+    dimension : {2, 3}, default 2
+        2 if measures are areas, 3 if they are volumes. In a volume the expected radius is the cube
+        root of 3 V / (4 pi k), and ``border_lengths`` of `ArcMeasures` are areas.
     arc_measures : ArcMeasures, optional
-        What arcs cross; needed for the clean-up of regions and for `metrics.compactness`.
+        Needed for the clean-up of regions and for `metrics.compactness`.
 
     Attributes
     ----------
     lengths : ndarray of float32, shape (M,)
-        The weights as whole numbers (>= 1) of `unit`: sums of these are exact, so shortest paths
-        are the same in whatever order they are found.
+        The weights rounded to integer multiples (>= 1) of `unit`. Their sums are exact, so shortest
+        paths do not depend on the order of summation.
     unit : float
-        The power of two that is 2**47 to 2**48 times smaller than the sum of all weights.
+        A power of two: the sum of all weights divided by 2**47 to 2**48.
 
     Raises
     ------
@@ -248,14 +247,14 @@ class CellGraph(Arcs):
     def _check_and_quantize(self, n_threads: int) -> None:
         measures = checked_measures(self.measures, self.n_cells, n_threads)
         refuse_mask(self.weights, "weights")
-        copied = owned(np.asarray(self.weights), None)  # so that nobody can change what is checked
+        copied = owned(np.asarray(self.weights), None)  # later changes of the input have no effect
         weights = checked_weights(copied, self.n_arcs, n_threads)
         lengths, unit = _core.quantize_weights(weights, n_threads)
         freeze(self, measures=measures, weights=weights, lengths=lengths)
         object.__setattr__(self, "unit", unit)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph in the form for kernels; made on the first call, then kept."""
+        """Return the graph in the form for kernels; it is built once."""
         if self._ordered is None:
             cells = _core.PlacedCells(self.positions, self.measures, n_threads)
             graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)
@@ -263,7 +262,7 @@ class CellGraph(Arcs):
         return self._ordered  # type: ignore[return-value]  # set just above
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave the ordered graph out of copies: `ordered` makes it again."""
+        """Exclude the ordered graph from copies: `ordered` rebuilds it."""
         return {**self.__dict__, "_ordered": None}
 
     def __setstate__(self, state: Any) -> None:
@@ -292,8 +291,8 @@ def checked_graph(graph: object) -> CellGraph:
     if isinstance(graph, CellGraph):
         return graph
     raise TypeError(
-        f"expected a CellGraph, got {type(graph).__name__}; of a mesh,"
-        " build_face_graph(mesh).with_weights(weights) is one"
+        f"expected a CellGraph, got {type(graph).__name__}; for a mesh, use"
+        " build_face_graph(mesh).with_weights(weights)"
     )
 
 

@@ -46,8 +46,8 @@ class ConstraintOptions:
     ) -> Cut | None:
         """Return the kept cells and arcs of the graph of a source; None if all are kept.
 
-        `order` holds the index of each cell in the source, for graphs in another order. Raises a
-        ValueError or TypeError if the mask or the barriers do not fit.
+        `order` holds the index of each cell in the source if the graph is in another order. Raises
+        a ValueError or TypeError if the shape or type of the mask or the barriers is wrong.
         """
         if not self.is_used:
             return None
@@ -74,14 +74,14 @@ class ConstraintOptions:
 class Cut:
     """The kept cells of a graph, renumbered, and the kept arcs between them."""
 
-    n_whole: int  # cells of the graph, N
-    cells: Ints  # kept cells by old numbers, ascending
-    arcs: Longs  # kept arcs by old numbers, ascending
-    offsets: Longs  # of the kept arcs, by new numbers of cells
+    n_whole: int  # number of cells of the graph, N
+    cells: Ints  # kept cells, ascending
+    arcs: Longs  # kept arcs, ascending
+    offsets: Longs  # first kept arc of each kept cell
     neighbors: Ints
     groups: Ints
-    """Group of each kept cell, or empty. Cells of different groups must not share a region, even
-    across a gap; cells of `ANY_GROUP` may share one with all others."""
+    """Group of each kept cell; empty without barriers. Cells of different groups must not share a
+    region, even across a gap; cells of `ANY_GROUP` may share a region with any cell."""
 
     @classmethod
     def of(cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints) -> Cut:
@@ -100,7 +100,7 @@ class Cut:
         )
 
     def surface_of(self, whole: Surface) -> Surface:
-        """Return the kept cells, with their measures in the whole."""
+        """Return the surface of the kept cells, with their measures in the whole graph."""
         handle = _core.SubSurface(whole.handle, self.offsets, self.neighbors, self.cells, self.arcs)
         return Surface(
             handle, self.offsets, self.neighbors, whole.bounds, whole.weight_unit,
@@ -108,9 +108,9 @@ class Cut:
         )  # fmt: skip
 
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
-        """Return new numbers of cells; a ValueError if one is left out.
+        """Map cells of the graph to kept cells; a ValueError if one is not kept.
 
-        The error names a cell by its index in the source, from `order` if there is one.
+        The error names the cell by its index in the source, which `order` holds.
         """
         given = checked_seeds(cells, self.n_whole, name)
         places = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
@@ -118,11 +118,11 @@ class Cut:
         if is_out.any():
             place = int(np.argmax(is_out))
             number = given[place] if order is None else order[given[place]]
-            raise ValueError(f"{name}[{place}] is {number}, which the mask leaves out")
+            raise ValueError(f"{name}[{place}] is {number}, which the mask excludes")
         return places.astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
-        """Return labels of all cells, -1 where one was left out."""
+        """Return labels of all cells, -1 for cells that are not kept."""
         whole = np.full(self.n_whole, -1, np.int32)
         whole[self.cells] = labels
         return whole
@@ -137,19 +137,19 @@ def _checked_kept(mask: Any, n_cells: int) -> Bools:
     refuse_mask(mask, "mask")
     is_kept = checked_mask(mask, n_cells, "mask")
     if not is_kept.any():
-        raise ValueError("the mask leaves no cell: it is False everywhere")
+        raise ValueError("the mask excludes all cells: it is False everywhere")
     return is_kept
 
 
 def _checked_sides(barriers: Any, n_cells: int) -> Ints:
-    """Barriers by cell, as ranks 0, 1, 2, ... of their numbers."""
+    """Return barriers given per cell, renumbered to 0, 1, 2, ..."""
     given = np.asarray(barriers)
     if given.dtype.kind not in "iub":
         raise TypeError(f"barriers must be integers, got {given.dtype}")
     if given.shape != (n_cells,):
         raise ValueError(
-            f"barriers must have shape ({n_cells},), a label per cell, or (E, 2), edges of a mesh;"
-            f" got {given.shape}"
+            f"barriers must be one label per cell, shape ({n_cells},), or edges of a mesh, shape"
+            f" (E, 2); got shape {given.shape}"
         )
     _, sides = np.unique(given, return_inverse=True)
     return sides.astype(np.int32)
@@ -162,7 +162,7 @@ def _crossed_by(
     """Whether each arc, of a graph with the source of each, crosses one of these edges, (M,)."""
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):
-        raise ValueError("barriers of shape (E, 2) are edges of a mesh: give a label per cell")
+        raise ValueError("barriers of shape (E, 2) need a mesh: give one label per cell")
     given = checked_edges(barriers, source.n_vertices, "barriers")
     lowest = lowest_vertices(source.vertices, weld, n_threads)
     wanted = lowest[given]
@@ -190,9 +190,9 @@ def _keys_of(edges: Ints) -> Longs:
 
 
 def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:
-    """Number the pieces of components that barriers cut; `ANY_GROUP` in components that are whole.
+    """Number the pieces of components that barriers divide; `ANY_GROUP` in other components.
 
-    `before` and `after` tell which arcs are kept without and with the barriers.
+    `before` and `after` mark the arcs that are kept without and with the barriers.
     """
     whole, n_whole = _components_of(graph, before, sources)
     pieces, n_pieces = _components_of(graph, after, sources)

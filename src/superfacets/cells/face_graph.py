@@ -49,7 +49,7 @@ class EdgeCounts(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class FaceGraph(Arcs):
-    """Faces as cells, and an arc from each face to each face it shares an edge with.
+    """Faces as cells, with arcs between faces that share an edge.
 
     Attributes
     ----------
@@ -60,17 +60,17 @@ class FaceGraph(Arcs):
     offsets : ndarray of int64, shape (N + 1,)
         The arcs that leave face i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : ndarray of int32, shape (M,)
-        The face that each arc leads to.
-    sides : ndarray of uint8 (of int32, for a `PolygonMesh`), shape (M,)
-        The side of the face that the arc leaves by. Side s joins corners s and s + 1; the last
-        side joins the last corner to the first.
+        The target of each arc.
+    sides : ndarray of uint8 (int32 for a `PolygonMesh`), shape (M,)
+        The side of the face that each arc crosses. Side s joins corners s and s + 1; the last side
+        joins the last corner to the first.
     same_turn : ndarray of uint8, shape (M,)
-        1 where both faces traverse their edge in the same direction, that is, where they are
-        inconsistently oriented; else 0.
+        1 if the two faces traverse their edge in the same direction, and so are inconsistently
+        oriented; else 0.
     bounds : ndarray of float64, shape (2, 3)
         Low and high corner of the bounding box of the vertices that faces use.
     edge_counts : EdgeCounts
-        Edges, and those on the boundary, non-manifold and inconsistent.
+        Numbers of all, boundary, non-manifold and inconsistent edges.
     """
 
     positions: Floats
@@ -133,10 +133,10 @@ def build_face_graph(
 ) -> FaceGraph:
     """Return the graph of the faces of a mesh that share an edge.
 
-    All pairs of faces around a non-manifold edge are neighbors; a boundary edge has no arc. Faces
-    that share two edges have two arcs each way. A side whose two ends are one vertex is no edge,
-    and no face is its own neighbor. The arcs of a face are sorted by side, then by neighbor. Time
-    and memory are linear in faces and arcs.
+    All pairs of faces at a non-manifold edge are neighbors. A boundary edge has no arc. Faces that
+    share two edges have two arcs in each direction. A side whose ends are the same vertex is not an
+    edge, and no face is its own neighbor. The arcs of a face are sorted by side, then by neighbor.
+    Time and memory are linear in faces and arcs.
 
     Parameters
     ----------
@@ -151,9 +151,8 @@ def build_face_graph(
     Raises
     ------
     MeshError
-        If there are more than 16 arcs per face and more than 2**24 in all, as where five
-        thousand faces share one edge. (Just below that, the 16 million arcs of 4,000 faces on one
-        edge take `segment` some ten seconds.)
+        If there are more than 16 arcs per face and more than 2**24 arcs in total, for example if
+        five thousand faces share one edge.
 
     Examples
     --------
@@ -172,12 +171,12 @@ def build_face_graph(
 
 
 class FaceShapes(NamedTuple):
-    """Findings about faces that weights need; kept apart from the graph, as they take memory."""
+    """Measures of faces that only weights need, kept apart from the graph to save memory."""
 
     normals: Floats | None
-    """Unit normals, shape (F, 3), 0 where a face has none; None for polygons."""
+    """Unit normals, shape (F, 3), 0 for a degenerate face; None for polygons."""
     longest: Floats | None
-    """Square of the longest side in each of the core's blocks of triangles."""
+    """Squared length of the longest side in each of the core's blocks of triangles."""
 
 
 def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
@@ -203,12 +202,11 @@ def _graph_of(mesh: FaceMesh, arcs: FoundArcs, positions: Floats, measures: Floa
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, Ints, Ints]:
     """Return the graph of the triangles at borders between labels, in CSR form, and their labels.
 
-    Most triangles of a large mesh are not at borders: this takes a fraction of the time of the
-    whole graph.
+    This is much faster than the whole graph, because most triangles are not at borders.
     """
     lowest = _core.weld_vertices(mesh.vertices, n_threads)
     corners = lowest[mesh.faces]
-    some_label = np.empty(mesh.n_vertices, dtype=np.int32)  # of any of the faces at each vertex
+    some_label = np.empty(mesh.n_vertices, dtype=np.int32)  # label of any face at each vertex
     for vertices in corners.T:
         some_label[vertices] = labels
     is_shared = np.zeros(mesh.n_vertices, dtype=bool)

@@ -38,9 +38,9 @@ class MeshInfo:
     n_vertices: int
     """Vertices, used or not."""
     n_positions: int
-    """Different positions of vertices: fewer than vertices in soup and on seams."""
+    """Distinct positions of vertices: fewer than vertices in triangle soup and at seams."""
     n_components: int
-    """Sets of faces that are connected by edges."""
+    """Connected components of faces."""
     n_edges: int
     """Edges."""
     n_boundary_edges: int
@@ -48,11 +48,11 @@ class MeshInfo:
     n_nonmanifold_edges: int
     """Edges of three faces or more."""
     n_inconsistent_edges: int
-    """Edges whose two faces run through them in the same direction."""
+    """Edges that both of their faces traverse in the same direction."""
     n_degenerate_faces: int
-    """Faces that have no normal: two corners in one place, or all on a line."""
+    """Faces without a normal: two corners coincide, or all corners lie on a line."""
     is_inside_out: bool
-    """Closed, and with normals that point inwards."""
+    """Whether the mesh is closed and its normals point inwards."""
     area: float
     """Total area, in the squared unit of the vertices."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -60,8 +60,8 @@ class MeshInfo:
     diagonal: float
     """Length of the diagonal of that box."""
     sliver_share: float
-    """Share of the area, 0 to 1, in faces so long and thin that 150 regions (one per face, if these
-    are fewer) become stripes; see `Segmentation`."""
+    """Fraction of the area, 0 to 1, in faces that are long and thin compared with 150 regions (or
+    with one region per face, if there are fewer faces); see `Segmentation`."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class TetInfo:
     n_positions: int
     """Different positions of vertices."""
     n_components: int
-    """Sets of tetrahedra that are connected by triangles."""
+    """Components of tetrahedra connected by triangles."""
     n_triangles: int
     """Triangles."""
     n_boundary_triangles: int
@@ -83,9 +83,9 @@ class TetInfo:
     n_nonmanifold_triangles: int
     """Triangles of three tetrahedra or more."""
     n_flat_tets: int
-    """Tetrahedra without a volume, to within rounding errors."""
+    """Tetrahedra whose volume is 0 up to rounding errors."""
     n_turned_tets: int
-    """Tetrahedra whose fourth corner lies below the other three."""
+    """Tetrahedra with negative orientation: the fourth corner lies below the other three."""
     volume: float
     """Total volume, in the cubed unit of the vertices."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -105,16 +105,16 @@ class CloudInfo:
     n_components: int
     """Number of connected components of the graph; see `build_point_graph`."""
     n_isolated: int
-    """Points that no arc leads to."""
+    """Points without arcs."""
     has_normals: bool
     """Whether the cloud has normals."""
     knows_turns: bool
-    """Whether concave creases can be told from convex ones: by the normals or the viewpoints of the
-    cloud, or because it is closed, so that estimated normals point outwards."""
+    """Whether concave and convex creases can be distinguished: from normals or viewpoints of the
+    cloud, or because the cloud is closed, so that estimated normals point outwards."""
     has_axes: bool
     """Whether the cloud has axes: normals of unknown sign."""
     has_viewpoints: bool
-    """Whether the cloud knows where its points were seen from."""
+    """Whether the cloud has viewpoints: the scanner position of each point."""
     has_colors: bool
     """Whether the cloud has colors."""
     spacing: float
@@ -146,7 +146,7 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
     """
     cells = as_cells(mesh)
     if kind_of(cells).are_points:
-        raise MeshError("a point cloud has no faces: cloud_info counts its points")
+        raise MeshError("a point cloud has no faces: use cloud_info")
     found: MeshInfo | TetInfo = facts_of(cells, weld=weld)
     return found
 
@@ -172,7 +172,7 @@ def facts_of(cells: Cells, *, weld: bool = True) -> Any:
     """Return counts and sizes of cells that `as_cells` has returned."""
     kind = kind_of(cells)
     if kind.name not in _FACTS:
-        raise MeshError(f"there are no facts to tell about {kind.plural}")
+        raise MeshError(f"info does not support {kind.plural}")
     return _FACTS[kind.name](cells, weld)
 
 
@@ -202,7 +202,7 @@ def _face_info(mesh: FaceMesh, weld: bool) -> MeshInfo:
 
 
 def _default_radius(graph: FaceGraph, n_threads: int) -> float:
-    """Of as many regions as `segment` makes by default."""
+    """Return the expected radius for the default number of regions of `segment`."""
     n_segments = checked_n_segments(None, graph.n_cells)
     return radius_of(graph.measures, n_segments, n_threads)
 

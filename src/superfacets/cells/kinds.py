@@ -1,8 +1,8 @@
-"""All that one kind of cells knows, found by the class of the cells, in one place.
+"""The kinds of cells, and all operations that depend on the kind.
 
-A new kind is a class of cells, which derives from `Cells`, a subclass of `Kind`, and a call of
-`register`. Rooms above this one have tables by the name of a kind where they offer more for some:
-formats of files (`export.cells`), facts (`cells.info`).
+A new kind needs a class of cells that derives from `Cells`, a subclass of `Kind`, and a call of
+`register`. Optional extras of a kind are in tables by its name: file formats (`export.cells`) and
+counts (`cells.info`).
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 
 
 class Outside(NamedTuple):
-    """The faces that are drawn for cells."""
+    """The faces that represent cells in pictures."""
 
     mesh: FaceMesh
-    sources: Ints | None  # the cell that each face belongs to; None: faces are the cells
+    sources: Ints | None  # the cell of each face; None: faces are the cells
 
 
 class OrderedCells(NamedTuple):
@@ -62,23 +62,23 @@ class OrderedCells(NamedTuple):
     cells: Any  # of the class of the source
     graph: Any
     found: Any
-    """Findings of the kind about its cells, for the weights."""
+    """Measures that only the weights of this kind need."""
     order: Ints | None
     """Numbers of the cells in the source; None: 0 to N - 1."""
 
 
 class Kind:
-    """All that one kind of cells knows.
+    """Operations that depend on the kind of cells.
 
-    The methods here serve `CellGraph`, and any kind whose `build_graph` returns one with
-    `ArcMeasures`: that method alone has to be replaced then. `cells` are of the class that the kind
-    is registered for.
+    The methods of this base class work for `CellGraph`, and for each kind whose `build_graph`
+    returns a `CellGraph` with `ArcMeasures`: such a kind overrides `build_graph` only. `cells` is
+    an object of the class that the kind is registered for.
     """
 
     name: ClassVar[str] = "cells"
-    """Key of the kind in tables of other packages."""
+    """Key of the kind in tables of other modules."""
     noun: ClassVar[str] = "cell"
-    """Noun for a cell in messages; plus "s" in names of counts."""
+    """Noun for a cell in messages; counts append an "s"."""
     plural: ClassVar[str] = "cells"
     """Noun for cells in messages."""
     dimension: ClassVar[int] = 2
@@ -89,7 +89,7 @@ class Kind:
     """Whether each cell is a vertex."""
 
     def build_graph(self, cells: Any, weld: bool, n_threads: int) -> tuple[Any, Any]:
-        """Return the graph of the cells, and findings for weights, or None.
+        """Return the graph of the cells, and measures that only weights need, or None.
 
         The graph has the members of `cell_graph.Arcs`.
         """
@@ -107,11 +107,11 @@ class Kind:
         ordered = self.with_corners(
             cells, found.vertices, found.corners, found.offsets, cells.bounds
         )
-        # Already welded, if `weld`.
+        # If `weld`, the vertices are already welded.
         return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the cells with their arcs, as stages 2 and 5 to 7 take them."""
+        """Return the cells with their arcs: the input of stages 2 and 5 to 7."""
         return Surface.of_graph(graph, n_threads)
 
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
@@ -119,7 +119,7 @@ class Kind:
         return surface
 
     def weight_options(self, graph: Any, options: WeightOptions) -> WeightOptions:
-        """Return the options as these cells need them."""
+        """Return the options adapted to these cells."""
         return options
 
     def weights(
@@ -140,14 +140,14 @@ class Kind:
         return np.asarray(graph.measures)
 
     def positions(self, cells: Any) -> Floats:
-        """Return a point that stands for each cell, (N, 3)."""
+        """Return a representative point of each cell, (N, 3)."""
         graph, _ = self.build_graph(cells, True, checked_threads(None))
         return np.asarray(graph.positions)
 
     def nearest(self, cells: Any, queries: Floats, max_distance: float, n_threads: int) -> Nearest:
-        """Return the nearest cell to each query, its distance, and the nearest point of it.
+        """Return the nearest cell to each query, its distance, and its nearest point.
 
-        The cell is -1 where all are farther than the distance.
+        The cell is -1 if all cells are farther than `max_distance`.
         """
         return _core.nearest_points(self.positions(cells), queries, max_distance, n_threads)
 
@@ -158,15 +158,15 @@ class Kind:
     def part(self, cells: Any, chosen: Ints) -> Any:
         """Return chosen cells (ascending) as cells of the same kind, for kinds without corners.
 
-        `with_corners` does this for kinds that have.
+        Kinds with corners use `with_corners` instead.
         """
-        raise MeshError(f"{self.plural} cannot be taken apart: only their labels can be written")
+        raise MeshError(f"{self.plural} cannot be split: only their labels can be written")
 
     def with_corners(
         self, cells: Any, vertices: Floats, corners: Ints, offsets: Longs,
         bounds: Floats | None = None,
     ) -> Any:  # fmt: skip
-        """Return cells of the same class with these corners; not checked if `bounds` are given."""
+        """Return cells of the same class with these corners; with `bounds`, nothing is checked."""
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
@@ -178,7 +178,7 @@ class Kind:
         return PointCloud(self.positions(cells))
 
     def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
-        """Return the arcs of all cells at borders, perhaps of more cells, and their labels."""
+        """Return the arcs and labels of a set of cells that contains all cells at borders."""
         graph, _ = self.build_graph(cells, True, n_threads)
         return (graph.offsets, graph.neighbors), labels
 
@@ -322,7 +322,7 @@ _KINDS: dict[type, Kind] = {}
 
 
 def register(cells: type, kind: Kind) -> None:
-    """Let every stage take cells of this class, as cells of this kind."""
+    """Register the kind of a class of cells, so that every stage accepts them."""
     _KINDS[cells] = kind
 
 
@@ -339,7 +339,7 @@ def kind_of(cells: object) -> Kind:
         return _KINDS[type(cells)]
     except KeyError:
         raise TypeError(
-            f"{type(cells).__name__} is no registered class of cells: see cells.kinds.register"
+            f"{type(cells).__name__} is not a registered class of cells: see cells.kinds.register"
         ) from None
 
 
@@ -363,5 +363,5 @@ def graph_and_surface(cells: Cells | CellGraph, weld: bool, n_threads: int) -> t
 
 
 def measures_of(cells: Cells | CellGraph, n_threads: int) -> Floats:
-    """Area of each face, volume of each tetrahedron, area around each point, shape (N,)."""
+    """Return the area of each face, volume of each tetrahedron, or area around each point, (N,)."""
     return kind_of(cells).measures(cells, n_threads)

@@ -1,4 +1,4 @@
-"""Features by name: what files store with cells, and what is computed from the cells."""
+"""Features by name: attributes in files, and quantities computed from the cells."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from .texels import FaceTexels, check_texture, colors_of_texture
 _COLORS = ("red", "green", "blue")
 
 JUST_VISIBLE = 0.02
-"""A difference of colors in OKLab that is just visible. Deviations below count as that much: else
-the noise of a compressed image of one color would cut regions."""
+"""A just visible difference of colors in OKLab. Smaller standard deviations are raised to it, so
+that the noise of a compressed image of one color has no effect on regions."""
 
 _FROM_TEXTURE = ("texture", "texture_spread")
 
@@ -33,10 +33,10 @@ def features_of(
 ) -> FeatureTable | None:
     """Return the named features as columns of one table, one row per cell; None without names.
 
-    ``color`` is red, green and blue in the file or, where there are none, ``texture``: the mean
-    color of the texels of a face in OKLab. ``texture_spread`` is their deviation. ``normals`` and
-    ``height`` (z) are computed; any other name is a property of the faces, points or vertices in
-    the file. Raises a MeshError that lists all names if there is no such property.
+    ``color`` is red, green and blue in the file or, if there are none, ``texture``: the mean color
+    of the texels of a face in OKLab. ``texture_spread`` is the standard deviation of the texels.
+    ``normals`` and ``height`` (z) are computed. Any other name is a property of the faces, points
+    or vertices in the file; a MeshError lists all names if it does not exist.
     """
     if not names:
         return None
@@ -73,7 +73,7 @@ def _texels_of(
 
 
 def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
-    """Whether cells have colors of their own, or their file stores those of faces or vertices."""
+    """Return whether cells have colors, or their file has colors of faces or vertices."""
     if kind_of(cells).are_points and cells.colors is not None:
         return True
     return any({*_COLORS} <= {*stored} for stored in _stored(attributes))
@@ -102,7 +102,7 @@ def _columns_of(
 
 
 def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
-    """All names that cells and the attributes of their file offer."""
+    """Return all feature names of the cells and of the attributes of their file."""
     kind = kind_of(cells)
     fields = {name for table in stored for name in table}
     has_color = fields.issuperset(_COLORS) or (kind.are_points and cells.colors is not None)
@@ -134,6 +134,6 @@ def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
 
 
 def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
-    """Rows of points are unchanged; each face gets the mean of the rows of its corners."""
+    """Return rows per cell: rows of points as they are, for faces the mean over the corners."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)

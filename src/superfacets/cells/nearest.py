@@ -1,4 +1,4 @@
-"""The cell that is nearest to a point, for any kind of cells."""
+"""Find the nearest cell to a point, for any kind of cells."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from .kinds import kind_of
 
 
 class NearestFaces(NamedTuple):
-    """For each of M points, the face of a mesh that is nearest to it.
+    """For each of M points, the nearest face of a mesh.
 
     Attributes
     ----------
     faces : ndarray of int32, shape (M,)
-        The lowest of equally near ones; -1 where all are farther than `max_distance`.
+        The nearest face, the lowest in a tie; -1 if all are farther than `max_distance`.
     distances : ndarray of float64, shape (M,)
-        To that face, in the unit of the mesh; infinite where there is none.
+        Distance to that face, in the unit of the mesh; infinite for face -1.
     points : ndarray of float64, shape (M, 3)
-        The nearest point of that face; NaN where there is none.
+        The nearest point of that face; NaN for face -1.
     """
 
     faces: Ints
@@ -38,24 +38,24 @@ def nearest_faces(
     max_distance: float | None = None,
     n_threads: int | None = None,
 ) -> NearestFaces:
-    """Return the nearest face of a mesh to each point, its distance, and the nearest point of it.
+    """Return the nearest face of a mesh to each point, its distance, and its nearest point.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`. Faces without an area count, too. A polygon is represented by the
-        triangles of ``PolygonMesh.triangulate()``.
+        As for `segment`. Degenerate faces count, too. A polygon is represented by the triangles of
+        ``PolygonMesh.triangulate()``.
     points : array_like, shape (M, 3), or PointCloud or cloud-like
-        Positions, finite; there may be none.
+        Finite positions, possibly none.
     max_distance : float, optional
-        Faces beyond this distance are not found, >= 0, in the unit of the mesh.
+        Largest distance, >= 0, in the unit of the mesh.
     n_threads : int, optional
         As for `segment`. The result does not depend on it.
 
     Returns
     -------
     NearestFaces
-        For points whose nearest point is on an edge or at a vertex, the lowest of its faces.
+        If the nearest point is on an edge or at a vertex, the face is the lowest one there.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def nearest_faces(
 
     Notes
     -----
-    O(F log F) to build a tree of boxes, and O(log F) for a point near the surface.
+    O(F log F) to build a box tree, and O(log F) per point near the surface.
 
     Examples
     --------
@@ -85,14 +85,14 @@ def nearest_faces(
 
 
 def checked_distance(max_distance: Any) -> float:
-    """A distance >= 0, infinite where None is given."""
+    """Return a distance >= 0; infinity for None."""
     if max_distance is None:
         return math.inf
     return checked_number(max_distance, "max_distance", zero=True)
 
 
 def query_points(points: Any) -> Floats:
-    """Positions, shape (M, 3), of an array or of anything like a cloud; a MeshError if wrong."""
+    """Return the positions, shape (M, 3), of an array or a cloud; a MeshError if they are wrong."""
     if isinstance(points, (np.ndarray, list, tuple)):
         return checked_queries(points)
     return checked_queries(as_cloud(points).points)

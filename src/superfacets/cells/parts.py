@@ -21,72 +21,72 @@ from .size import DEFAULT_N_SEGMENTS, radius_of
 from .weights import WeightOptions
 
 PART_CREASE_SCALE = 7.0
-"""What `regions.edit.CREASE_SCALE` is with these weights. With 6, compactness is 0.01 higher."""
+"""Replaces `regions.edit.CREASE_SCALE` for these weights. With 6, compactness is 0.01 higher."""
 
 SPARE = 4.0
-"""Unit of path lengths, in multiples of that without prices: paths are up to 1 + gamma times as
-long with them."""
+"""Unit of path lengths, in multiples of the unit without prices: prices make paths up to 1 + gamma
+times as long."""
 
 N_COARSE = 700
-"""Approximate number of coarse cells that eigenvectors are computed on. 1,500 are no better."""
+"""Approximate number of coarse cells for the eigenvectors. 1,500 give no better result."""
 
 MOST_COARSE = 8 * N_COARSE
-"""Maximum number of coarse cells for which eigenvectors are computed. Only meshes in thousands of
-components, like soup, have more, and these have no parts."""
+"""Maximum number of coarse cells for the eigenvectors. Only meshes of thousands of components, such
+as triangle soup, exceed it, and these have no parts."""
 
 MOST_CELLS = 16
 """Maximum number of cells in a coarse cell, on each level."""
 
 LEAST_GROUPED = 96_000
-"""Number of cells from which groups of cells are embedded in place of cells, where the loop runs on
-all cells."""
+"""Smallest number of cells for which groups of cells are embedded instead of cells, if the loop
+runs on all cells."""
 
 GROUP_SIZE = 8
-"""Cells in such a group."""
+"""Number of cells per group."""
 
 GROUP_STEP = 0.5
-"""Factor of distances between groups, for borders between cells. A border crosses the whole
-distance in one arc, at the border of two groups, and borders of regions gather there: with 1,
-compactness is 0.1 higher on meshes of 200,000 faces."""
+"""Factor of distances between groups in border costs. The whole distance between two groups falls
+on the arcs between them, which attracts borders of regions: with 1, compactness is 0.1 higher on
+meshes of 200,000 faces."""
 
 CREASE_STEEPNESS = 20.0
 """Conductances across creases are multiplied by exp(-20 kappa), kappa = eta theta / pi."""
 
 LEAST_HINDERED, ENOUGH_HINDERED = 0.001, 0.03
-"""Shares of the flow that creases stop, up to which prices do not count, and from which they count
-in full. Where there are no concave creases, as on planes and convex bodies, there are no parts. Of
-the benchmark models, all have 0.037 or more."""
+"""Prices grow from zero to their full value between these two fractions of the flow that creases
+stop. A surface without concave creases, such as a plane or a convex body, has no parts. All
+benchmark models have 0.037 or more."""
 
 LEAST_CONDUCTANCE = 1e-6
 """Smallest conductance, as in the core, so that connected cells stay connected."""
 
 N_VECTORS = 8
-"""Number of eigenvectors. 12 are worse on the benchmark models, 4 are unstable."""
+"""Number of eigenvectors. On the benchmark models 12 are worse, and 4 are unstable."""
 
 N_COMPARED = 15
-"""Number of eigenvalues that are computed, without those of constant vectors. The last of them is
-the scale for `LEAST_VALUE`."""
+"""Number of computed eigenvalues, without those of constant vectors. The last one is the scale of
+`LEAST_VALUE`."""
 
 LEAST_VALUE = 1e-3
-"""Lower bound of eigenvalues, as a fraction of the last one computed. Smaller eigenvalues belong to
-pieces that are barely connected with the rest; as vectors are scaled by the inverse root of their
-eigenvalues, these pieces would hide all other parts."""
+"""Lower bound of eigenvalues, as a fraction of the last computed one. Smaller eigenvalues belong to
+barely connected pieces. Since vectors are scaled by the inverse root of their eigenvalues, such
+pieces would dominate all other parts."""
 
 EQUAL = 1e-3
-"""Relative difference up to which eigenvalues count as equal. Their vectors are taken all or none,
-because a single one of them is arbitrary."""
+"""Relative difference up to which eigenvalues count as equal. Their vectors are used all or none,
+because their basis is arbitrary."""
 
 NO_GROUPS = np.empty(0, np.int32)
 
 
 @dataclass(frozen=True, eq=False)
 class PartPrices:
-    """Prices of steps between the parts of a shape: differences of the spectral embedding."""
+    """Prices of steps between the parts of a shape: distances in the spectral embedding."""
 
     vectors: Singles
     """psi of each group of cells, (G, Q): Q may be 0."""
     group_of: Ints
-    """The group of each cell, (N,); empty if every cell is a group of its own."""
+    """The group of each cell, (N,); empty if each cell is a group."""
     factor: float
     """Price of a distance of 1 between vectors, in the unit of path lengths."""
 
@@ -97,10 +97,10 @@ class PartPrices:
     ) -> PartPrices:  # fmt: skip
         """Embed the cells of a graph with straight steps, or groups of them.
 
-        `groups` are coarser and coarser graphs of the graph, of which the last is embedded; an
-        empty list: all cells are. The factors are gamma, and the price of a crease of angle pi, in
-        the unit of the positions. The price is gamma times the distance between the cells in the
-        embedding, scaled so that distances and steps have the same sum over all arcs.
+        `groups` are successively coarser graphs, of which the last is embedded; if empty, the graph
+        itself is embedded. The factors are gamma and the price of a crease of angle pi, in the unit
+        of the positions. The price of a step is gamma times the distance in the embedding, scaled
+        so that distances and steps have the same sum over all arcs.
         """
         gamma, crease_price = factors
         embedded = groups[-1].graph if groups else graph
@@ -119,10 +119,10 @@ class PartPrices:
         *,
         far: bool,
     ) -> None:
-        """Add far arcs, and the prices of all arcs, to the graph and coarser and coarser ones.
+        """Add far arcs, and the prices of all arcs, to the graph and to coarser graphs.
 
         Without `far`, the graph itself gets no far arcs: for regions of thousands of cells they
-        would take longer than all else.
+        would dominate the run time.
         """
         rows = self.vectors
         if len(self.group_of):
@@ -134,7 +134,7 @@ class PartPrices:
             rows = self._add_to(level, _means(level, rows, n_threads), n_threads)
 
     def add_to_coarse(self, coarse: list[_core.CoarseGraph], n_threads: int) -> None:
-        """Do the same for the embedded graph and coarser and coarser ones."""
+        """Do the same for the embedded graph and for coarser graphs."""
         rows = self._add_to(coarse[0], self.vectors, n_threads)
         for level in coarse[1:]:
             rows = self._add_to(level, _means(level, rows, n_threads), n_threads)
@@ -146,18 +146,18 @@ class PartPrices:
         return rows
 
     def border_lengths(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
-        """Return lengths of arcs between cells with the prices, as costs of borders."""
+        """Return arc lengths with prices, for the costs of borders."""
         factor = self.factor * (GROUP_STEP if len(self.group_of) else 1.0)
         return _core.add_part_prices(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
 
 
 def _means(level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
-    """Means of rows of the cells in each coarse cell."""
+    """Return the mean row of the cells in each coarse cell."""
     return level.means_of(rows, n_threads).reshape(-1, rows.shape[1])
 
 
 def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
-    """For each cell, the cell of the coarsest graph, the last of `groups`, that contains it."""
+    """Return, for each cell, the cell of the coarsest graph (the last of `groups`) around it."""
     if not groups:
         return NO_GROUPS
     found = groups[0].coarse_cells(n_threads)
@@ -174,7 +174,7 @@ class _Level(NamedTuple):
     conductances: Floats
     measures: Floats
     coarse_of: Ints | None = None  # coarse cell, on this level, of each cell of the level above
-    hindered_share: float = 0.0  # of what would flow without creases
+    hindered_share: float = 0.0  # fraction of the flow that creases stop
 
 
 def spectral_embedding(
@@ -186,36 +186,35 @@ def spectral_embedding(
 ) -> Floats:
     r"""Return coordinates of each face in which the parts of a shape are far apart.
 
-    They are the smallest eigenvectors :math:`L \phi = \lambda A \phi`, with areas A and the
-    Laplacian L of the face graph, whose arcs have the conductances
+    The coordinates are the smallest eigenvectors :math:`L \phi = \lambda A \phi`, with areas A and
+    the Laplacian L of the face graph. The conductance of an arc is
 
     .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa)
 
-    (plus 1e-6), with the distance g between centroids. Conductances are low across concave creases,
-    kappa = theta / pi, so the fingers, which creases divide from the hand, get coordinates of their
-    own. Vector q is scaled by :math:`(\lambda_q / \lambda_1)^{-1/2}`.
+    (plus 1e-6), where g is the distance between centroids. It is low across concave creases, with
+    kappa = theta / pi. So fingers, which creases separate from the hand, have coordinates far from
+    it. Vector q is scaled by :math:`(\lambda_q / \lambda_1)^{-1/2}`.
 
     Eigenvectors are computed on about 700 coarse cells, interpolated to the faces, and relaxed
-    there. Vectors that are constant on each component are left out. Eigenvalues below a thousandth
-    of the 15th are raised to it.
+    there. Vectors that are constant on each component are excluded. Eigenvalues below a thousandth
+    of the 15th are raised to that value.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, PointCloud, TetMesh or mesh-like
-        As for `segment`. Each component has vectors of its own.
+        As for `segment`. Each component has separate vectors.
     n_vectors : int, default 8
-        How many, 1 to 15.
+        Number of coordinates, 1 to 15.
     weld, n_threads
         As for `segment`. The result does not depend on the number of threads.
 
     Returns
     -------
     ndarray of float64, shape (N, n_vectors)
-        Only ratios of distances matter, not the unit. The coordinate of largest size in each column
-        is positive. Where eigenvalues are equal, as on symmetric shapes, the basis is arbitrary:
-        distances between faces have a meaning, single coordinates do not. Columns are 0 where there
-        are fewer vectors: on meshes of few faces, and in soup of thousands of components. Takes
-        about 2 microseconds per face.
+        Only ratios of distances are meaningful. The coordinate with the largest absolute value in
+        each column is positive. If eigenvalues are equal, as for symmetric shapes, the basis is
+        arbitrary, and only distances between faces are meaningful. Missing columns are 0: in meshes
+        of few faces, and in soup of thousands of components. Time: about 2 microseconds per face.
 
     Raises
     ------
@@ -254,15 +253,15 @@ def spectral_embedding(
 
 
 def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:
-    """Groups of cells to embed where the loop runs on all cells; none for small meshes and soup."""
+    """Return groups to embed if the loop runs on all cells; none for small meshes and soup."""
     if graph.n_cells < LEAST_GROUPED:
         return []
     groups = _core.CoarseGraph(graph, GROUP_SIZE, n_threads)
-    return [groups] if 2 * groups.graph.n_cells <= graph.n_cells else []  # most are not alone
+    return [groups] if 2 * groups.graph.n_cells <= graph.n_cells else []  # unless most are alone
 
 
 def _level_of(graph: _core.OrderedGraph, crease_price: float, n_threads: int) -> _Level:
-    """The cells of a graph; `crease_price` is the price of a turn by pi."""
+    """Return the level of a graph; `crease_price` is the price of a crease of angle pi."""
     offsets, neighbors, steps, conductances, share = graph.conducting_arcs(
         crease_price / graph.straight_unit, CREASE_STEEPNESS, n_threads
     )
@@ -271,7 +270,7 @@ def _level_of(graph: _core.OrderedGraph, crease_price: float, n_threads: int) ->
 
 
 def _scale(level: _Level, vectors: Singles, n_threads: int) -> float:
-    """Ratio of the sum of steps to that of distances between the vectors of their ends, or 0."""
+    """Return the sum of all steps divided by the sum of distances in the embedding, or 0."""
     none, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, none, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)
@@ -281,7 +280,7 @@ def _scale(level: _Level, vectors: Singles, n_threads: int) -> float:
 def _embedding(
     base: _Level, graph: _core.OrderedGraph, n_threads: int, n_vectors: int = N_VECTORS
 ) -> Singles:
-    """Return psi on the cells of a graph, of which `base` is the level."""
+    """Return psi on the cells of a graph; `base` is the level of this graph."""
     levels = _coarser(base, graph, n_threads)
     if len(levels[-1].measures) > MOST_COARSE:
         return np.zeros((graph.n_cells, 0), np.float32)
@@ -289,14 +288,14 @@ def _embedding(
 
 
 def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_Level]:
-    """Return the level, and coarser and coarser ones."""
+    """Return the level and successively coarser levels."""
     levels: list[_Level] = []
     coarse: list[_core.CoarseGraph] = []  # keeps the finer graphs alive
     while graph.n_cells >= 2 * N_COARSE:
         size = _cell_size(graph.n_cells / N_COARSE)
         coarse.append(_core.CoarseGraph(graph, size, n_threads))
         if 2 * coarse[-1].graph.n_cells > graph.n_cells:
-            break  # nearly all cells are alone
+            break  # most cells have no neighbor to merge with
         levels.append(level._replace(coarse_of=coarse[-1].coarse_cells(n_threads)))
         graph = coarse[-1].graph
         offsets, neighbors, _ = coarse[-1].arcs()
@@ -307,13 +306,13 @@ def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_
 
 
 def _cell_size(ratio: float) -> int:
-    """Cells per coarse cell: the same on all levels, which together reduce cells by the ratio."""
+    """Return the cells per coarse cell on each level so that all levels together reach a ratio."""
     n_levels: int = math.ceil(math.log(ratio) / math.log(MOST_CELLS))
     return round(math.pow(ratio, 1 / n_levels))
 
 
 def _crossing_conductances(level: _Level, arcs: ArcLists, steps: Floats) -> Floats:
-    """Conductances of the steps between coarse cells: fine arcs from one to the other add up."""
+    """Return conductances between coarse cells: sums over the fine arcs between them."""
     assert level.coarse_of is not None
     flows = _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
     return np.where(flows > 0.0, flows / steps, LEAST_CONDUCTANCE)
@@ -337,7 +336,7 @@ def _eigenvectors(level: _Level, n_vectors: int) -> Floats:
 
 
 def _end_of_group(values: Floats, n_vectors: int) -> int:
-    """Number of vectors to take: n_vectors, or more so that equal values are not split."""
+    """Return the number of vectors: `n_vectors`, or more to keep equal eigenvalues together."""
     wanted = min(n_vectors, len(values))
 
     def is_end(last: int) -> bool:

@@ -23,25 +23,25 @@ from .surface import Surface
 from .weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
 
 N_NEIGHBORS = 6
-"""Nearest neighbors that arcs lead to. With arcs back, a point has seven on average."""
+"""Number of nearest neighbors with an arc. With reverse arcs, a point has seven on average."""
 
 N_AROUND = 12
-"""Nearest neighbors that a normal is estimated from."""
+"""Number of nearest neighbors for the estimate of a normal."""
 
 CUTOFF = 4.0
-"""Longest arc, in square roots of the smaller area at its ends. Among points spread at random, one
-in ten thousand of the six nearest neighbors is farther than 3.3."""
+"""Longest arc, in square roots of the smaller area at its ends. For uniformly random points, one in
+ten thousand of the six nearest neighbors is farther than 3.3."""
 
 
 OPEN_SHARE = 0.05
-"""Length of the mean normal, weighted by area, from which a cloud is an open surface. Rooms without
-a ceiling have 0.2 or more. None of 95 closed benchmark models, sampled at 100,000 points, counts as
-open; at 5,000 points 14 do, because normals are wrong in places."""
+"""A cloud is an open surface if the length of its area-weighted mean normal exceeds this. Rooms
+without a ceiling have 0.2 or more. Of 95 closed benchmark models, none counts as open when sampled
+at 100,000 points; at 5,000 points 14 do, because some normals are wrong."""
 
 
 @dataclass(frozen=True, eq=False)
 class PointGraph(Arcs):
-    """Points as cells, with arcs between near points; made by a kernel, so not checked."""
+    """Points as cells, with arcs between near points; made by a kernel, so it is not checked."""
 
     positions: Floats  # (N, 3)
     measures: Floats  # (N,) area around each point
@@ -51,7 +51,7 @@ class PointGraph(Arcs):
     order: Ints  # (N,) all cells along a space-filling curve
     bounds: Floats  # (2, 3)
     points: Ints | None = None  # (N,) index of each cell in the cloud; None: 0 to N - 1
-    knows_turns: bool = True  # whether the signs of normals tell concave from convex
+    knows_turns: bool = True  # whether normals distinguish concave from convex creases
 
 
 def find_point_graph(
@@ -62,7 +62,7 @@ def find_point_graph(
     n_around: int = N_AROUND,
     cutoff: float = CUTOFF,
 ) -> PointGraph:
-    """Return the graph of a cloud; a MeshError if all points lie at one place."""
+    """Return the graph of a cloud; a MeshError if all points coincide."""
     check_spread(cloud.bounds)
     offsets, neighbors, measures, normals, order = _core.build_point_graph(
         cloud.points,
@@ -78,7 +78,7 @@ def find_point_graph(
 
 
 def _axes_of(cloud: PointCloud) -> Floats:
-    """Return the axes of a cloud that has any, for the core."""
+    """Return the axes of a cloud for the core; empty if it has none."""
     return NO_NORMALS if cloud.axes is None else cloud.axes
 
 
@@ -98,10 +98,10 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
 
 
 def is_open(normal_sum: Floats, area: float) -> bool:
-    """Whether normals, summed by area, are those of an open surface.
+    """Return whether the area-weighted sum of normals shows that a surface is open.
 
-    Estimated normals point outwards. That is a guess for an open surface, such as a room seen from
-    within, where concave edges are convex then.
+    Estimated normals point outwards. On an open surface this may be wrong: in a room seen from
+    within, concave edges then look convex.
     """
     return bool(np.linalg.norm(normal_sum) > OPEN_SHARE * area)
 
@@ -109,8 +109,8 @@ def is_open(normal_sum: Floats, area: float) -> bool:
 def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
     """Return the graph of a cloud with cells sorted along a space-filling curve.
 
-    Later stages are two to three times as fast as on points in random order. A MeshError if all
-    points lie at one place.
+    Later stages are two to three times as fast as with points in random order. Raises a MeshError
+    if all points coincide.
     """
     check_spread(cloud.bounds)
     has_normals = cloud.normals is not None
@@ -125,7 +125,7 @@ def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
 
 
 def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-    """Return the points as cells without their normals, which take a tenth of all memory."""
+    """Return the points as cells without normals, which saves a tenth of all memory."""
     return point_surface(cloud, replace(graph, normals=NO_NORMALS), n_threads)
 
 
@@ -150,44 +150,43 @@ def build_point_graph(
 ) -> CellGraph:
     r"""Return the points of a cloud as cells, with arcs between near ones.
 
-    Two points are joined if one is among the `n_neighbors` nearest of the other, and if they are
-    not farther apart than `cutoff` times the square root of the smaller of the areas around them.
-    The graph is symmetric, and as connected as the surface that the points were taken from, where
-    they are spread evenly. Points at the same position count as one: all are joined to the lowest
-    of them by arcs of length 0, and share its area.
+    Two points are neighbors if one is among the `n_neighbors` nearest points of the other, and
+    their distance is at most `cutoff` times the square root of the smaller of the two areas around
+    them. The graph is symmetric. If points are spread evenly, its components are those of the
+    sampled surface. Duplicate points are joined to the lowest of them by arcs of length 0, and
+    share its area.
 
     Parameters
     ----------
     cloud : PointCloud or cloud-like
         As for `segment`.
     n_neighbors : int, default 6
-        Nearest neighbors that arcs lead to, the lowest index among equally near ones.
+        Number of nearest neighbors with an arc. Ties go to the lowest index.
     cutoff : float, default 4.0
-        > 0. Longer arcs are dropped: an outlier, or a point on the other side of a gap, is no
-        neighbor.
+        Longest arc, > 0: see above. It keeps outliers, and points across a gap, from becoming
+        neighbors.
     expected_radius : float, default 0.0
-        r = sqrt(A / (pi k)), >= 0, in the unit of the points, for weights as `crease_weights` of
+        r = sqrt(A / (pi k)), >= 0, in the unit of the points, for weights like `crease_weights` of
         meshes. With 0, weights are distances.
     alpha, eta_convex
         As for `crease_weights`.
     ridges : float, default 0.35
-        Weight of ridges relative to concave edges, >= 0, where that is more than `eta_convex`: of
-        convex edges between two sides that are flat and meet at 40 degrees or more, whichever
-        side of them is the outside. Where estimated normals spread an edge over more than the
-        expected radius, there are none.
+        Weight of ridges relative to concave edges, >= 0; no effect if it is less than `eta_convex`.
+        A ridge is a sharp edge between two flat sides that meet at 40 degrees or more. There are no
+        ridges where estimated normals blur an edge over more than the expected radius.
     n_threads : int, optional
         As for `segment`.
 
     Returns
     -------
     CellGraph
-        ``measures`` is the area around each point, from the squared distances of the neighbors that
-        it is joined to: :math:`2 \pi \overline{d^2} / (n + 1)`, which is unbiased where points are
-        spread at random; 0 for a point without arcs. ``weights`` are in units of the diagonal.
-        ``arc_measures`` holds for each arc the length of the border that it crosses, the mean of
-        :math:`\pi a / \sum d` at both points, so that the arcs across a line add up to its length;
-        and the angle between the normals, positive where points lie above each other's tangent
-        planes. Normals are given by the cloud or, if it has none, by `estimate_normals`.
+        ``measures`` holds the area around each point, :math:`2 \pi \overline{d^2} / (n + 1)` for
+        the distances d of its n neighbors. This is unbiased for uniformly random points, and 0 for
+        a point without arcs. ``weights`` are in units of the diagonal. ``arc_measures`` holds for
+        each arc the length of the border that it crosses, the mean of :math:`\pi a / \sum d` at
+        both points, so that the arcs across a line sum to its length; and the angle between the
+        normals, positive if the points lie above each other's tangent planes. Normals are those of
+        the cloud, or from `estimate_normals`.
 
     Raises
     ------
@@ -198,12 +197,11 @@ def build_point_graph(
 
     Notes
     -----
-    Time O(N log N) in practice. `segment` computes arc measures only where borders are, which takes
-    less memory.
+    Time O(N log N) in practice. `segment` computes arc measures only near borders, to save memory.
 
     Examples
     --------
-    Three points on a line, and one apart from them:
+    Three points on a line, and a distant one:
 
     >>> graph = build_point_graph([[0, 0, 0], [1, 0, 0], [2, 0, 0], [90, 0, 0]], 2)
     >>> [graph.neighbors[a:b].tolist() for a, b in zip(graph.offsets, graph.offsets[1:])]
@@ -241,31 +239,31 @@ def estimate_normals(
     viewpoint: npt.ArrayLike | None = None,
     n_threads: int | None = None,
 ) -> Floats:
-    """Return a normal for each point: the direction in which its neighbors vary least.
+    """Return a normal for each point: the direction of least variance of its neighbors.
 
-    Normals of neighbors are flipped to agree, along a minimum spanning tree of each component of
-    the neighbor graph (Hoppe et al. 1992). Without a viewpoint, all normals of a component then
-    point outwards, so that the volume that they enclose is positive. That is right for solids. On
-    an open surface they point to the side that bulges out. If that is wrong, as for a room scanned
-    from within, give the viewpoint of the scan.
+    Normals are flipped so that neighbors agree, along a minimum spanning tree of each component of
+    the neighbor graph (Hoppe et al. 1992). Without a viewpoint, the normals of each component then
+    point outwards: the enclosed volume is positive. This is right for solids. On an open surface,
+    normals point to the side that bulges out. If this is wrong, as in a room scanned from within,
+    give the viewpoint of the scanner.
 
     Parameters
     ----------
     cloud : PointCloud or cloud-like
-        As for `segment`. Normals that it has are not used; its axes are, in place of positions.
+        As for `segment`. Existing normals are ignored. Existing axes are used as directions.
     n_neighbors : int, default 12
-        Nearest neighbors that a normal is estimated from. More of them smooth noise, and edges.
+        Number of nearest neighbors per normal. More neighbors smooth noise, but also edges.
     viewpoint : array_like, shape (3,), optional
-        A place from which all points were seen: the normals of each component are flipped so that
-        most, by area, face it. For terrain, a place far above. By default the viewpoints of the
-        cloud, if it has any.
+        Position of the scanner: the normals of each component are flipped so that most of them, by
+        area, face it. For terrain, a point far above. By default the viewpoints of the cloud, if it
+        has any.
     n_threads : int, optional
         As for `segment`.
 
     Returns
     -------
     ndarray of float64, shape (N, 3)
-        Of length 1; zero where there is none: where neighbors lie on a line.
+        Unit vectors; zero if the neighbors lie on a line.
 
     Raises
     ------
@@ -297,7 +295,7 @@ def estimate_normals(
 
 
 def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
-    """Return three finite numbers; a ValueError if it is anything else."""
+    """Return a viewpoint as three finite numbers; a ValueError for anything else."""
     place = np.asarray(viewpoint, dtype=np.float64)
     if place.shape != (3,) or not np.isfinite(place).all():
         raise ValueError(f"viewpoint must be three finite numbers, got {viewpoint!r}")
@@ -306,7 +304,7 @@ def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
 
 
 def _turned_to(places: Floats, graph: PointGraph) -> Floats:
-    """Return normals, flipped in each component so that most of its area faces its viewpoints."""
+    """Return normals, flipped per component so that most of its area faces its viewpoints."""
     labels = np.zeros(len(graph.positions), np.int32)
     components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
     facing = facing_areas(places, graph.positions, graph.normals, graph.measures)
@@ -317,13 +315,13 @@ def _turned_to(places: Floats, graph: PointGraph) -> Floats:
 def facing_areas(
     places: npt.ArrayLike, positions: Floats, normals: Floats, measures: Floats
 ) -> Floats:
-    """Return the area of each point as it is seen from a place, negative if seen from behind.
+    """Return the visible area of each point from a place, negative if seen from behind.
 
-    There is one place for all points, or one for each.
+    `places` is one position for all points, or one per point.
     """
     toward = np.asarray(places) - positions
     farthest = np.abs(toward).max(axis=1, keepdims=True)
-    np.divide(toward, farthest, out=toward, where=farthest > 0)  # squares of far places overflow
+    np.divide(toward, farthest, out=toward, where=farthest > 0)  # keeps squares from overflowing
     facing = measures * np.einsum("ij,ij->i", normals, toward)
     lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
     np.divide(facing, lengths, out=facing, where=lengths > 0)

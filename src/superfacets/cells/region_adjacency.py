@@ -1,6 +1,6 @@
 """Stage 5: the region graph: measures of regions, and of the borders between neighbors.
 
-It is in this folder because it needs cells and labels only, and `Segmentation` offers it.
+It is in this folder because it needs only cells and labels, and `Segmentation` uses it.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from .kinds import as_surface
 from .surface import Surface
 
 _ROUNDING = 1e-14
-"""Fraction of the largest variance of a region up to which others are rounding errors."""
+"""Fraction of the largest variance of a region below which another variance is rounding error."""
 
 _NO_NORMAL = 1e-12
-"""Area vectors whose sum is at most this fraction of the area cancel out: the surface is closed."""
+"""Fraction of the area up to which the sum of area vectors counts as zero: a closed surface."""
 
 
 @dataclass(frozen=True, eq=False)
 class RegionGraph:
     """K regions, and the E arcs between neighbors, as arrays; made by `region_graph`.
 
-    Lengths, areas and volumes are in the unit of the positions. Regions of tetrahedra have volumes
-    where those of faces and points have areas, and surfaces where those have lengths of borders.
+    Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra, read
+    volume for area, and surface area for border length.
 
     Attributes
     ----------
@@ -43,11 +43,11 @@ class RegionGraph:
     measures : ndarray of float64, shape (K,)
         Area of each region; volume of tetrahedra. >= 0.
     centroids : ndarray of float64, shape (K, 3)
-        Mean position, weighted by area (by cells, where a region has no area).
+        Mean position, weighted by area (unweighted if a region has no area).
     normals : ndarray of float64, shape (K, 3)
-        Mean normal, weighted by area, of length 1, as the faces are oriented; of a cloud without
-        normals, those of `estimate_normals`. NaN where there is none: of tetrahedra, of a graph of
-        one's own, of faces without area, and of a closed surface, whose normals cancel out.
+        Unit vector of the area-weighted mean normal; for clouds without normals, from
+        `estimate_normals`. NaN for tetrahedra, a `CellGraph`, regions without area, and closed
+        surfaces, where the mean is zero.
     deviations : ndarray of float64, shape (K, 3)
         Standard deviations of a region along its three principal axes, largest first. Triangles,
         polygons and tetrahedra are integrated exactly, so the result does not depend on how a
@@ -55,31 +55,30 @@ class RegionGraph:
     bounds : ndarray of float64, shape (K, 2, 3)
         Low and high corner of the box around the vertices of the cells.
     perimeters : ndarray of float64, shape (K,)
-        Length of the border, also along the boundary of an open mesh. In a volume, the surface.
+        Length of the border, including the boundary of an open mesh.
     open_lengths : ndarray of float64, shape (K,)
-        Length of the perimeter that is boundary of an open mesh; in a volume, area of triangles of
-        one tetrahedron. 0 for points.
+        Length of the border on the boundary of an open mesh. 0 for points.
     cell_counts : ndarray of int64, shape (K,)
         Number of cells of each region, >= 1.
     centers : ndarray of int32, shape (K,)
-        The cell that stands for each region: as given, or the one nearest to the centroid, the
-        lowest among equals.
+        A representative cell of each region: the given center, or the cell nearest to the centroid
+        (the lowest in a tie).
     edge_index : ndarray of int32, shape (2, E)
         The two regions of each arc, the lower one first. Each pair of neighbors is listed once,
         sorted; `to_pyg` gives both directions.
     border_lengths : ndarray of float64, shape (E,)
-        Length of the common border. In a volume, its area.
+        Length of the common border.
     mean_angles : ndarray of float64, shape (E,)
         Mean over the border of the angle between the normals, 0 (flat) to pi, weighted by length.
     max_angles : ndarray of float64, shape (E,)
-        The sharpest angle, -pi to pi: positive where it is concave, negative where it is convex.
+        The angle of largest absolute value, -pi to pi: positive if concave, negative if convex.
     concavities : ndarray of float64, shape (E,)
         Mean of the signed angle, -pi to pi, weighted by length: positive for a groove, negative for
         a ridge, 0 where the surface is flat.
     edge_counts : ndarray of int64, shape (E,)
-        Number of edges (triangles in a volume, pairs of near points) that the border has.
+        Number of edges (triangles in a volume, pairs of points in a cloud) of the border.
     dimension : int
-        2, or 3 where measures are volumes.
+        2 if measures are areas, 3 if they are volumes.
     """
 
     labels: Ints
@@ -123,9 +122,9 @@ class RegionGraph:
 
     @property
     def areas(self) -> Floats:
-        """Area of each region; a ValueError for tetrahedra, which have volumes."""
+        """Area of each region; a ValueError for tetrahedra."""
         if self.dimension != 2:
-            raise ValueError("regions of tetrahedra have volumes, in `measures`, and no areas")
+            raise ValueError("regions of tetrahedra have no areas: their volumes are `measures`")
         return self.measures
 
     @property
@@ -146,7 +145,7 @@ class RegionGraph:
 
     @property
     def sphericity(self) -> Floats:
-        """s2 / s0, shape (K,): 1 for a ball or a cube, 0 for what is flat; NaN for a point.
+        """s2 / s0, shape (K,): 1 for a ball or a cube, 0 for a flat region; NaN for a point.
 
         Also called scattering.
         """
@@ -154,7 +153,7 @@ class RegionGraph:
 
     @property
     def curvature(self) -> Floats:
-        """s2 / (s0 + s1 + s2), shape (K,): 0 where it is flat, to 1/3; NaN for a point."""
+        """s2 / (s0 + s1 + s2), shape (K,): 0 for a flat region, at most 1/3; NaN for a point."""
         return _ratio(self.deviations[:, 2], self.deviations.sum(axis=1))
 
     @property
@@ -184,7 +183,7 @@ class RegionGraph:
 
     @cached_property
     def _both_ways(self) -> tuple[Longs, Ints, Longs]:
-        """Arcs in both directions in CSR form: offsets, regions they lead to, and which arc."""
+        """Return arcs in both directions in CSR form: offsets, target regions, indices of arcs."""
         sources, targets = np.concatenate([self.edge_index, self.edge_index[::-1]], axis=1)
         order = np.lexsort((targets, sources))
         counts = np.bincount(sources, minlength=self.n_regions)
@@ -192,14 +191,14 @@ class RegionGraph:
         return offsets, targets[order], order % max(self.n_arcs, 1)
 
     def arc_values(self, name: str) -> Array:
-        """One of `ARC_VALUES` for each arc, shape (E,); a ValueError if there is no such name."""
+        """Return one of `ARC_VALUES` for each arc, shape (E,); a ValueError for other names."""
         checked_choice(name, "value", self.ARC_VALUES)
         plural = "concavities" if name == "concavity" else f"{name}s"
         values: Array = getattr(self, plural)
         return values
 
     def table(self) -> dict[str, Array]:
-        """Columns of numbers by name, K rows each, as `to_pandas` and the command show them.
+        """Return the columns of `to_pandas` and of the command by name, K rows each.
 
         ``area`` is named ``volume`` for tetrahedra.
         """
@@ -256,12 +255,12 @@ class RegionGraph:
         Parameters
         ----------
         value : str, default "border_length"
-            The entry for two neighbors: one of `ARC_VALUES`. Zeros are stored, too.
+            Name of the entries: one of `ARC_VALUES`. Zeros are stored explicitly.
 
         Raises
         ------
         ValueError
-            If there is no such value.
+            If `value` is unknown.
         MissingExtraError
             If SciPy is not installed.
         """
@@ -272,17 +271,17 @@ class RegionGraph:
         return sparse.csr_array((values[arcs], targets, offsets), shape=shape)
 
     def to_pyg(self) -> dict[str, Array]:
-        """Return the arrays that a graph of PyTorch Geometric is made of.
+        """Return the arrays of a PyTorch Geometric graph.
 
         ``Data(**{name: torch.from_numpy(array) for name, array in graph.to_pyg().items()})`` makes
-        the graph, and ``np.savez(path, **graph.to_pyg())`` writes a file.
+        the graph, and ``np.savez(path, **graph.to_pyg())`` saves it.
 
         Returns
         -------
         dict of str to ndarray
             ``edge_index`` (2, 2 E) int64, both directions, sorted; ``edge_attr`` (2 E, 5) float32,
             the columns `ARC_VALUES`; ``pos`` (K, 3) float32, the centroids; ``x`` (K, 10) float32,
-            the columns `REGION_FEATURES`, 0 where there is none; ``super_index`` (N,) int64, the
+            the columns `REGION_FEATURES`, 0 for missing values; ``super_index`` (N,) int64, the
             region of each cell (-1: none). Numbers beyond float32 are infinite.
         """
         offsets, targets, arcs = self._both_ways
@@ -324,7 +323,7 @@ def region_graph(
     labels : array_like of int, shape (N,)
         0..K-1, each at least once; -1 for cells in no region.
     centers : array_like of int, shape (K,), optional
-        A cell of each region that stands for it. By default the one nearest to the centroid.
+        A representative cell of each region. By default the cell nearest to the centroid.
     weld, n_threads
         As for `segment`. The numbers do not depend on `n_threads`.
 
@@ -342,13 +341,13 @@ def region_graph(
 
     Notes
     -----
-    Time O(N + M), and O(B log B) for B arcs across borders. A border with cells in no region counts
-    for the perimeter but has no arc. An edge of three faces or more counts once for each pair of
+    Time O(N + M + B log B) for B arcs across borders. A border with cells in no region counts in
+    the perimeter but has no arc. An edge of three or more faces counts once for each pair of
     regions there, with the mean of the angles between their faces.
 
     Examples
     --------
-    A square of two triangles, folded up by a right angle along the diagonal, seen from above:
+    A square of two triangles, folded to a valley with a right angle:
 
     >>> from superfacets import Mesh
     >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
@@ -407,7 +406,7 @@ def _deviations(squares: Floats, products: Floats) -> Floats:
 
 
 def _unit_normals(sums: Floats, measures: Floats) -> Floats:
-    """Sums of area vectors as unit vectors; NaN where they cancel out."""
+    """Return unit vectors of sums of area vectors; NaN if the sum is zero."""
     lengths = np.sqrt(np.einsum("ij,ij->i", sums, sums))
     lengths[lengths <= _NO_NORMAL * measures] = np.nan
     normals: Floats = sums / lengths[:, np.newaxis]
@@ -415,7 +414,7 @@ def _unit_normals(sums: Floats, measures: Floats) -> Floats:
 
 
 def _ratio(above: Floats, below: Floats) -> Floats:
-    """A quotient, NaN where the divisor is 0."""
+    """Return the quotient; NaN if the divisor is 0."""
     quotients: Floats = np.full(len(below), np.nan)
     np.divide(above, below, out=quotients, where=below > 0)
     return quotients
@@ -431,13 +430,13 @@ def _by_axis(name: str, vectors: Floats) -> dict[str, Array]:
 
 
 def _rows(columns: dict[str, Array]) -> list[dict[str, Any]]:
-    """One dict of Python numbers per row."""
+    """Return one dict of Python numbers per row."""
     values = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in values]
 
 
 def _extra(module: str, task: str) -> Any:
-    """Return a module of another library; a MissingExtraError if it is not installed."""
+    """Import an optional library; a MissingExtraError if it is not installed."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError:

@@ -1,4 +1,4 @@
-"""The expected number and radius of regions, and faces too long and thin for that radius."""
+"""The expected number and radius of regions, and slivers: faces too long and thin for them."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ class RegionSize(NamedTuple):
     """The expected number and radius of regions."""
 
     n_segments: int
-    """k: as given, or the number of disks of the radius that have the area of all cells."""
+    """k: as given, or the total area divided by the area of a disk of radius r."""
     radius: float
-    """r in the unit of the positions: as given, or `radius_of`."""
+    """r in the unit of the positions: as given, or from `radius_of`."""
 
 
 def region_size(
     options: SizeOptions, measures: Floats, diagonal: float, n_threads: int, dimension: int = 2
 ) -> RegionSize:
-    """Return the size of the regions that cells with these measures are to be divided into.
+    """Return the expected number and radius of regions of cells with these measures.
 
-    Measures are areas, of regions like disks, or volumes, of regions like balls.
+    Regions are modeled as disks if measures are areas, as balls if they are volumes.
     """
     total = _core.sum_of(measures, n_threads)
     return size_of_total(options, len(measures), total, diagonal, dimension)
@@ -41,7 +41,7 @@ def region_size(
 def size_of_total(
     options: SizeOptions, n_cells: int, total: float, diagonal: float, dimension: int = 2
 ) -> RegionSize:
-    """Return the same for so many cells with measures of this sum."""
+    """Return the same from the number of cells and the sum of their measures."""
     if options.radius is not None:
         r = options.radius * diagonal
         k = _regions_of_radius(total, r, dimension)
@@ -61,7 +61,7 @@ def _regions_of_radius(total: float, r: float, dimension: int) -> float:
 
 
 def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces") -> int:
-    """The number of regions given, or the paper's, or the number of cells if that is less."""
+    """Return the given number of regions; by default the paper's, at most the number of cells."""
     if n_segments is None:
         return min(DEFAULT_N_SEGMENTS, n_cells)
     return checked_count(n_segments, "n_segments", n_cells, noun)
@@ -70,7 +70,7 @@ def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces"
 def radius_of(measures: Floats, n_regions: int, n_threads: int, dimension: int = 2) -> float:
     """Return the radius of a disk with the mean area of k regions, sqrt(A / (pi k)).
 
-    In a volume that of a ball, the cube root of 3 V / (4 pi k).
+    In a volume, return the radius of a ball, the cube root of 3 V / (4 pi k).
     """
     return _radius_of_total(_core.sum_of(measures, n_threads), n_regions, dimension)
 
@@ -82,15 +82,14 @@ def _radius_of_total(total: float, n_regions: int, dimension: int) -> float:
 
 
 MIN_LENGTH = 2.0
-"""Length above which a face is long, in r: it reaches across a whole region."""
+"""Length above which a face is long, in r: the diameter of a region."""
 
 MAX_HEIGHT = 0.5
-"""Height above the longest side up to which a face is thin, in r. A thicker face is only large: the
-mesh is coarse for so many regions, but they need not be stripes. With `MIN_LENGTH`, slivers are at
-least four times as long as high."""
+"""Height over the longest side up to which a face is thin, in r. A higher face is large rather than
+thin: regions are coarse, but not stripes. Slivers are at least four times as long as high."""
 
 MAX_SHARE = 0.1
-"""Share of the area in slivers above which `segment` warns.
+"""Fraction of the area in slivers above which `segment` warns.
 
 Chosen on 189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them also with 50
 and 500), and 12 CAD parts and 15 other meshes with 50 to 500 regions. Subdivision at r / 4 lowers
@@ -99,7 +98,7 @@ among them; the largest factor that it misses is 1.4. It also names seven of the
 which gain 1.09 to 1.18."""
 
 EDGE_PER_RADIUS = 0.25
-"""Longest edge that is advised, in r.
+"""Longest recommended edge, in r.
 
 The median compactness of 11 CAD parts with 150 regions is 10.7, and after subdivision at r, r / 2
 and r / 4 it is 8.1, 7.5 and 6.6. Each halving triples the number of faces: 1,000 become about
@@ -129,7 +128,7 @@ def area_of_slivers(mesh: FaceMesh, radius: float, n_threads: int) -> float:
 
 
 def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | None) -> float:
-    """Return the longest edge that suits the regions that `segment` is asked for."""
+    """Return the longest recommended edge for regions of this number or radius."""
     threads = checked_threads(None)
     if radius is not None:
         low, high = mesh.bounds
@@ -139,7 +138,7 @@ def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | Non
 
 
 def sliver_note(share: float, advice: str) -> str | None:
-    """Return one line on what slivers do to regions; None where there are few."""
+    """Return one line about the effect of slivers on regions; None if there are few."""
     if share <= MAX_SHARE:
         return None
     return (

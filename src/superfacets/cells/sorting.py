@@ -13,19 +13,18 @@ from ..mesh.cells import lowest_vertices
 from ..mesh.faces import Corners
 
 MIN_CELLS = 1 << 17
-"""Smallest number of cells that is sorted. Fewer fit into caches, where order matters little."""
+"""Smallest number of cells that is sorted. Fewer cells fit into the cache in any order."""
 
 MOST_FAR = 1 / 3
-"""Largest share of far steps, between cells or vertices, in a good order. Compared with a million
-sorted faces, shuffled ones take 1.7 times as long, shuffled pairs of faces 1.4 times, shuffled
-vertices alone 1.3 times; sorting adds 0.15. In files from scanners and subdivision the share is
-below 0.3."""
+"""Largest fraction of far steps, between cells or vertices, in a good order. Relative to a million
+sorted faces, the run time is 1.7 for shuffled faces, 1.4 for shuffled pairs of faces and 1.3 for
+shuffled vertices; sorting costs 0.15. Files from scanners and subdivision have less than 0.3."""
 
 N_STEPS = 512
-"""Number of steps in the sample: the share has a standard error below 0.023."""
+"""Number of sampled steps; the standard error of the fraction is below 0.023."""
 
 GOLDEN = 0.6180339887498949
-"""Golden ratio: its multiples, modulo 1, are spread evenly, and do not resonate with patterns."""
+"""Golden ratio. Its multiples modulo 1 are spread evenly and do not align with patterns."""
 
 
 class SortedCorners(NamedTuple):
@@ -33,12 +32,12 @@ class SortedCorners(NamedTuple):
 
     vertices: Floats  # welded
     corners: Ints  # flat
-    offsets: Longs  # first corner of each cell; empty if all cells have the same number
-    order: Ints  # (N,) numbers of the cells in the input
+    offsets: Longs  # first corner of each cell; empty if all cells have equally many corners
+    order: Ints  # (N,) index of each cell in the input
 
 
 def is_scattered(vertices: Floats, corners: Corners) -> bool:
-    """Whether consecutive cells or vertices are far apart; False for small meshes."""
+    """Return whether consecutive cells or vertices are far apart; False for small meshes."""
     n_cells = corners.n_cells
     if n_cells < MIN_CELLS:
         return False
@@ -56,7 +55,7 @@ def sorted_corners(vertices: Floats, corners: Corners, weld: bool, n_threads: in
 
 
 def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:
-    """Return the share of far steps between consecutive elements, 0 to 1, from a sample.
+    """Estimate the fraction of far steps between consecutive elements, 0 to 1, from a sample.
 
     A step is far if it is longer than a quarter of the median distance of two random elements.
     """

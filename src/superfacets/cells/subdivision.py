@@ -25,19 +25,19 @@ from ..mesh.triangle_mesh import Mesh
 from .sums import weighted_majority
 
 MAX_FACES = 10_000_000
-"""Default limit of the number of new faces, which take about 600 MB."""
+"""Default limit of the number of new faces; they take about 600 MB."""
 
 MAX_GROWTH = 4
 """Default limit for larger meshes, as a multiple of their number of faces."""
 
 RESOLUTION = 1e-12
-"""Shortest `max_edge`, as a fraction of the largest coordinate: 4,500 steps of float64. Midpoints
-of shorter edges are rounded so coarsely that bisection need not end."""
+"""Smallest `max_edge`, as a fraction of the largest coordinate: 4,500 steps of float64. Midpoints
+of shorter edges are rounded so coarsely that bisection may not end."""
 
 
 @dataclass(frozen=True, eq=False)
 class Subdivision:
-    """A subdivided mesh, and where its faces came from.
+    """A subdivided mesh, with the old face of each new face.
 
     Attributes
     ----------
@@ -45,12 +45,12 @@ class Subdivision:
         Vertices: the old ones, in their order, then midpoints. Faces: the parts of old face 0, of
         old face 1, and so on, oriented as those.
     sources : ndarray of int32, shape (F,)
-        The old face that each new face is a part of; never decreasing.
+        The old face that contains each new face, ascending.
     depths : ndarray of uint8, shape (F,)
-        Number of times the old face was halved: a new face has ``2.0**-depth`` of its area.
-        Polygons are cut into triangles first, and the depth counts from the triangle.
+        Number of bisections: a new face has ``2.0**-depth`` of the area of its old face. Polygons
+        are triangulated first, and the depth counts from the triangle.
     cut_areas : ndarray of float64, shape (F,), optional
-        Area of the triangle that each new face is a part of, if the old mesh has polygons.
+        Area of the triangle that contains each new face, if the old mesh has polygons.
     """
 
     mesh: Mesh
@@ -69,13 +69,12 @@ class Subdivision:
         return int(self.sources[-1]) + 1
 
     def labels_back(self, labels: npt.ArrayLike) -> Longs:
-        """Return labels of the old faces: for each the label with the most area in it.
+        """Return the label of each old face: the label with the largest area in it.
 
-        Areas are compared exactly, as the powers of two that bisection makes of them (but for
-        those of polygons); ties go to the lower label. Labels that have the most area in no old
-        face do not occur in the result.
-        For the other direction, ``labels[subdivision.sources]`` takes labels, or any values, of old
-        faces to new ones.
+        Ties go to the lower label; areas of parts of a triangle are compared exactly. A label that
+        has the largest area in no old face is missing in the result.
+        For the other direction, ``labels[subdivision.sources]`` maps labels, or any values, of old
+        faces to new faces.
 
         Parameters
         ----------
@@ -110,7 +109,7 @@ class Subdivision:
                 shares *= self.cut_areas[chosen]
             groups = (np.cumsum(is_mixed) - 1)[self.sources[chosen]]
             names, codes = np.unique(given[chosen], return_inverse=True)
-            # Sums of powers of two are exact, so what is equal compares equal.
+            # Sums of powers of two are exact, so ties are detected.
             winners = weighted_majority(
                 groups, codes.astype(np.int32), shares, int(np.count_nonzero(is_mixed))
             ).winners
@@ -126,26 +125,25 @@ def subdivide(
 ) -> Subdivision:
     """Bisect faces by their longest edge until no edge is longer than `max_edge`.
 
-    This is for meshes of long thin triangles, as CAD programs make them for flat faces and
-    cylinders: a region cannot be rounder than the faces that it consists of.
+    Use it for meshes with long thin triangles, which CAD programs make for flat faces and
+    cylinders: a region cannot be rounder than its faces.
 
-    An edge that is too long is bisected at its midpoint in all faces on it, and no other edge is:
-    a mesh without T-junctions stays without, closed meshes stay closed, and non-manifold edges keep
-    their faces. Which edges are bisected depends on positions alone, so that seams, where vertices
-    at the same position differ, stay seams without gaps. The angles of new faces are at least half
-    the smallest angle of their old face, and its parts together have its area. Edges on the
-    boundary are bisected like others, and faces without area along their edges. The result is the
-    same for any number of threads, and subdividing it again changes nothing.
+    A too long edge is bisected at its midpoint in all of its faces. So no T-junctions appear,
+    closed meshes stay closed, and non-manifold edges keep their faces. The choice of edges depends
+    on positions alone, so seams of duplicate vertices get no gaps. The angles of new faces are at
+    least half the smallest angle of their old face, and their areas sum to its area. Boundary edges
+    are bisected like others, and degenerate faces along their edges. The result does not depend on
+    the number of threads, and subdividing it again changes nothing.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`. Polygons are cut into triangles first.
+        As for `segment`. Polygons are triangulated first.
     max_edge : float
-        Length in the unit of the vertices, > 0; infinity leaves the mesh as it is. At least 1e-12
-        of the largest coordinate.
+        Longest edge in the unit of the vertices, > 0, and at least 1e-12 of the largest coordinate.
+        Infinity changes nothing.
     max_faces : int, optional
-        The most faces to make. If not given, ten million, or four times as many as the mesh has if
+        Largest number of new faces. By default ten million, or four times the number of faces if
         that is more.
     n_threads : int, optional
         As for `segment`.
@@ -153,7 +151,7 @@ def subdivide(
     Returns
     -------
     Subdivision
-        The new mesh, with the old face of each new one, and a way back for labels.
+        The new mesh, with the old face of each new face, and `labels_back` for labels.
 
     Raises
     ------
@@ -161,7 +159,7 @@ def subdivide(
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type, or there would be more faces than
-        `max_faces`, which is found before memory is taken for them.
+        `max_faces`; this is known before memory is allocated.
 
     Notes
     -----
@@ -198,8 +196,8 @@ def subdivide(
         )
     except ValueError:  # std::length_error
         raise ValueError(
-            f"max_edge={length:g} would make more than {most} faces: give a longer one (in Python,"
-            " max_faces allows more)"
+            f"max_edge={length:g} would make more than {most} faces: use a larger max_edge (or, in"
+            " Python, a larger max_faces)"
         ) from None
     if polygons is None:
         return Subdivision(Mesh(vertices, faces), sources, depths)
@@ -218,6 +216,6 @@ def _check_resolution(mesh: FaceMesh, max_edge: float) -> None:
     largest = float(np.abs(mesh.bounds).max())
     if max_edge < RESOLUTION * largest:
         raise ValueError(
-            f"max_edge={max_edge:g} is too short beside coordinates of {largest:g}:"
-            " give a longer one, or move the mesh to the origin"
+            f"max_edge={max_edge:g} is too small for coordinates of {largest:g}:"
+            " use a larger one, or move the mesh to the origin"
         )

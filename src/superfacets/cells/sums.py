@@ -16,7 +16,7 @@ def positive_total(areas: Floats) -> float:
     """Sum of areas; a ValueError if it is 0."""
     total = float(areas.sum())
     if not total > 0:
-        raise ValueError("there is no area to measure by")
+        raise ValueError("the total area is 0")
     return total
 
 
@@ -27,7 +27,7 @@ def sums_by_label(labels: npt.NDArray[np.integer], values: Floats, n_labels: int
 
 
 class Majority(NamedTuple):
-    """The label of most of the weight in each group."""
+    """The label with the largest weight in each group."""
 
     winners: Ints  # -1 for a group without members
     is_divided: Bools  # whether members have different labels
@@ -38,8 +38,8 @@ def weighted_majority(
 ) -> Majority:
     """Return the label with the largest sum of weights in each group, shape (n_groups,).
 
-    Labels are -1 and up; -1 is a label like others. Weights are finite and >= 0. Of labels with
-    equal sums the lowest wins; a group without members has -1. Time linear in groups and members.
+    Labels are >= -1, and -1 counts as a label. Weights are finite and >= 0. Ties go to the lowest
+    label; the result is -1 for a group without members. Time is linear in groups and members.
 
     Examples
     --------

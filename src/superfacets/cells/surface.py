@@ -21,18 +21,18 @@ VOLUME_NOISE = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Surface(CsrArcs):
-    """Checked cells, the arcs between them, and the object that kernels of these stages take."""
+    """Checked cells, their arcs, and the handle for the kernels of these stages."""
 
-    handle: _core.Surface  # gives lengths of borders, and the arcs around a corner
+    handle: _core.Surface  # knows border lengths, and the arcs around a corner
     offsets: Longs  # (N + 1,)
     neighbors: Ints  # (M,)
     bounds: Floats  # (2, 3)
     weight_unit: float  # of arc weights, in the unit of the positions
     n_threads: int
-    mesh: FaceMesh | None = None  # None: cells are no faces
-    weights: Floats | None = None  # of the arcs; None: computed from angles
-    volume: float = 0.0  # enclosed by the faces; 0 if they are open, or if it is unknown
-    dimension: int = 2  # 3: measures are volumes, and lengths of borders are areas
+    mesh: FaceMesh | None = None  # None: cells are not faces
+    weights: Floats | None = None  # arc weights; None: computed from angles
+    volume: float = 0.0  # enclosed volume; 0 for an open mesh, or if unknown
+    dimension: int = 2  # 3: measures are volumes, and border lengths are areas
 
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
@@ -67,7 +67,7 @@ class Surface(CsrArcs):
         given = graph.arc_measures
         if given is None:
             raise ValueError(
-                "the CellGraph has no lengths of borders: give it arc_measures=ArcMeasures(...)"
+                "the CellGraph has no border lengths: make it with arc_measures=ArcMeasures(...)"
             )
         handle = _core.GraphSurface(
             graph.positions,
@@ -124,23 +124,23 @@ def _face_handle(
 
 
 def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:
-    """Return what each arc between faces crosses, for a `CellGraph` of one's own.
+    """Return the measures of the arcs of a face graph, for a custom `CellGraph`.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like
         As for `segment`.
     graph : FaceGraph
-        Of the same mesh, from `build_face_graph`.
+        The graph of the same mesh, from `build_face_graph`.
     n_threads : int, optional
         As for `segment`.
 
     Returns
     -------
     ArcMeasures
-        ``border_lengths`` are lengths of edges, ``step_lengths`` lead from centroid to centroid
-        over the middle of the edge (eq. 1), ``angles`` are signed (radians, positive where the
-        edge is concave), ``open_lengths`` are what a face has of the boundary.
+        ``border_lengths`` are lengths of edges. ``step_lengths`` are distances from centroid to
+        centroid over the midpoint of the edge (eq. 1). ``angles`` are signed, in radians, positive
+        for a concave edge. ``open_lengths`` are the lengths of boundary edges per face.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
 
     Examples
     --------
-    A right angle that is a valley, seen from above:
+    A valley with a right angle:
 
     >>> from superfacets import Mesh, build_face_graph
     >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
@@ -163,29 +163,29 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
 
 
 def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
-    """Whether the mesh is closed and its normals point inwards: its signed volume is negative."""
+    """Return whether the mesh is closed and its normals point inwards (its volume is negative)."""
     volume = _signed_volume(mesh, graph, checked_threads(n_threads))
     return is_negative(volume, graph.diagonal)
 
 
 def enclosed(volume: float, diagonal: float) -> float:
-    """Absolute value of a signed volume; 0 if it is rounding error."""
+    """Return the absolute value of a signed volume; 0 if it is a rounding error."""
     return abs(volume) if abs(volume) > VOLUME_NOISE * diagonal**3 else 0.0
 
 
 def is_negative(volume: float, diagonal: float) -> bool:
-    """Whether a signed volume is below zero by more than rounding errors."""
+    """Return whether a signed volume is below zero by more than rounding errors."""
     return volume < -VOLUME_NOISE * diagonal**3
 
 
 def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
-    """Volume enclosed by a mesh, negative if normals point inwards; 0 if it is open."""
+    """Return the volume of a mesh, negative if normals point inwards; 0 if it is open."""
     if graph.edge_counts.boundary:
         return 0.0
     positions, measures = graph.positions, graph.measures
-    # If faces are inconsistently oriented, the volume depends on the origin: take the centroid,
-    # which moves and turns with the mesh.
-    # Not measures @ positions: the threads of a BLAS would go on spinning afterwards.
+    # If faces are inconsistently oriented, the volume depends on the origin. The centroid as origin
+    # makes it invariant under rigid motion.
+    # Avoid measures @ positions: threads of a BLAS would keep spinning afterwards.
     total = _core.sum_of(measures, n_threads)
     moment = np.einsum("i,ij->j", measures, positions)
     x, y, z = (moment / total if total else positions[0]).tolist()

@@ -1,4 +1,4 @@
-"""Stages 1 and 2 for tetrahedra: those that share a triangle, and the steps between them."""
+"""Stages 1 and 2 for tetrahedra: the graph of tetrahedra that share a triangle."""
 
 from __future__ import annotations
 
@@ -31,28 +31,26 @@ class TriangleCounts(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TetGraph(Arcs):
-    """Tetrahedra as cells, and an arc from each to each that it shares a triangle with.
-
-    Made by `build_tet_graph`.
+    """Tetrahedra as cells, with arcs between those that share a triangle; see `build_tet_graph`.
 
     Attributes
     ----------
     positions : ndarray of float64, shape (N, 3)
         Centroids.
     measures : ndarray of float64, shape (N,)
-        Volumes, >= 0 whichever way a tetrahedron is turned; 0 for a flat one.
+        Volumes, >= 0 for either orientation; 0 for a flat tetrahedron.
     offsets : ndarray of int64, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : ndarray of int32, shape (M,)
-        The cell that each arc leads to.
+        The target of each arc.
     bounds : ndarray of float64, shape (2, 3)
         Low and high corner of the bounding box of the vertices that tetrahedra use.
     arc_measures : ArcMeasures
-        ``border_lengths`` are areas of triangles. ``step_lengths`` lead from centroid to centroid
-        over the centroid of the triangle. ``sides`` are the corners opposite to the triangle.
-        ``open_lengths`` are areas of the triangles of a tetrahedron on the outside.
+        ``border_lengths`` are areas of triangles. ``step_lengths`` are distances from centroid to
+        centroid over the centroid of the triangle. ``sides`` are the corners opposite to the
+        triangle. ``open_lengths`` are the boundary areas of the tetrahedra.
     triangle_counts : TriangleCounts
-        Numbers of triangles: all, on the outside, and of three tetrahedra or more.
+        Numbers of all, boundary and non-manifold triangles.
     """
 
     positions: Floats
@@ -66,7 +64,7 @@ class TetGraph(Arcs):
     def with_weights(
         self, weights: npt.ArrayLike | None = None, *, n_threads: int | None = None
     ) -> CellGraph:
-        """Return the input of the clustering; by default weights are steps in diagonals."""
+        """Return the input of the clustering; default weights are step lengths / diagonal."""
         steps = self.arc_measures.step_lengths
         assert steps is not None
         given = steps / self.diagonal if weights is None else weights
@@ -79,8 +77,8 @@ class TetGraph(Arcs):
 def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
     """Return the graph of the tetrahedra of a mesh that share a triangle.
 
-    All pairs of tetrahedra on one triangle are neighbors, so that one that is given twice has
-    itself as a neighbor over all four. A triangle that names a vertex twice is none. Time and
+    All pairs of tetrahedra at a triangle are neighbors, so duplicates of a tetrahedron are
+    neighbors across all four triangles. Triangles with a repeated vertex are ignored. Time and
     memory are linear in tetrahedra and arcs.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Colors of faces from the texels that they cover, and images of ids in the same layout."""
+"""Colors of faces from their texels, and images of region ids in the same layout."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from ..io.textures import WRAPS, Texture, TextureImage
 from ..mesh.faces import FaceMesh, corner_triangles, corners_of
 
 LINEAR = np.rint(65535 * linear_of_srgb(np.arange(256) / 255)).astype(np.int32)
-"""Linear light of each value of sRGB, as the core takes it."""
+"""Linear light, 0 to 65,535, of each 8-bit sRGB value."""
 
 BLEED = 2
-"""Texels by which ids grow over the borders of charts, for viewers that sample beyond them."""
+"""Number of texels by which ids extend beyond charts, for viewers that sample across borders."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +34,10 @@ class FaceTexels:
     linear : ndarray of float64, shape (F, 3)
         Mean red, green and blue in linear light, 0 to 1.
     spread : ndarray of float64, shape (F,)
-        Standard deviation of the color within the face, in linear light, 0 to 1; 0 where one
-        material has one color.
+        Standard deviation of the color within the face, in linear light, 0 to 1; 0 without an
+        image.
     is_textured : ndarray of bool, shape (F,)
-        Whether the color is from an image.
+        Whether the color comes from an image.
     """
 
     linear: Floats
@@ -60,20 +60,20 @@ def texture_colors(
 ) -> FaceTexels:
     """Return the color of each face: the mean of the texels that it covers.
 
-    Faces that cover the center of no texel are sampled between texels. Of faces with more than
-    16,384 texels, every n-th row and column is used. Coordinates outside of [0, 1] repeat, clamp or
-    mirror the image as the material says. Faces without an image, or with coordinates that are
-    missing, not finite or more than 2**20 images away, have the color of their material; white
-    without a material.
+    Faces that contain no texel center are sampled between texels. Of faces with more than 16,384
+    texels, only every n-th row and column is used. Coordinates outside [0, 1] repeat, clamp or
+    mirror the image, as the material specifies. Faces without an image have the color of their
+    material, and white without a material; so do faces whose coordinates are missing, not finite or
+    larger than 2**20.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
         As for `segment`.
     texture : Texture, optional
-        From `read_attributes`. May be left out if `mesh` is a path.
+        From `read_attributes`. By default it is read from the file if `mesh` is a path.
     n_threads : int, optional
-        Colors do not depend on it.
+        As for `segment`. Colors do not depend on it.
 
     Returns
     -------
@@ -82,15 +82,15 @@ def texture_colors(
     Raises
     ------
     MeshError
-        If there is no texture, it does not fit the mesh, or an image that faces need is missing or
-        damaged, or too large.
+        If there is no texture, it has another number of faces or corners than the mesh, or an image
+        is missing, damaged or too large.
     MissingExtraError
-        If Pillow is not installed: the extra ``texture``.
+        If Pillow is missing: install the extra ``texture``.
 
     Notes
     -----
-    One image is in memory at a time. A million faces that cover an image of 8192 x 8192 take about
-    half a second on two cores, once the image is decoded.
+    One image is in memory at a time. A million faces that cover an image of 8192 x 8192 texels take
+    about half a second on two cores, plus the time to decode the image.
 
     Examples
     --------
@@ -113,12 +113,12 @@ def texture_colors(
 
 
 def check_texture(texture: Texture, mesh: FaceMesh) -> None:
-    """Raise a MeshError if a texture does not fit the faces and corners of a mesh."""
+    """Raise a MeshError if the numbers of faces and corners of texture and mesh differ."""
     n_corners = len(corners_of(mesh).vertices)
     if len(texture.corners) != n_corners or len(texture.face_materials) != mesh.n_faces:
         raise MeshError(
-            f"the texture is for {len(texture.corners)} corners of {len(texture.face_materials)}"
-            f" faces, and the mesh has {n_corners} of {mesh.n_faces}"
+            f"the texture has {len(texture.corners)} corners of {len(texture.face_materials)} faces"
+            f" but the mesh has {n_corners} corners of {mesh.n_faces} faces"
         )
 
 
@@ -149,7 +149,7 @@ _Sampled = tuple[TextureImage, tuple[str, str]]
 
 
 def _materials_by_image(texture: Texture) -> dict[_Sampled, list[int]]:
-    """Numbers of materials by their image and its way to repeat: each image is decoded once."""
+    """Group materials by image and wrap mode, so that each image is decoded once."""
     numbers: dict[_Sampled, list[int]] = {}
     for number, material in enumerate(texture.materials):
         if material.image is not None:
@@ -160,7 +160,7 @@ def _materials_by_image(texture: Texture) -> dict[_Sampled, list[int]]:
 def _texels_under(
     sampled: _Sampled, texture: Texture, corners: Ints, n_threads: int
 ) -> tuple[Floats, Floats]:
-    """Mean and spread of the texels of one image under triangles."""
+    """Return mean and spread of the texels of one image per triangle."""
     image, wrap = sampled
     pixels = image.pixels()
     height, width = pixels.shape[:2]
@@ -173,7 +173,7 @@ def _texels_under(
 
 
 def _uv_areas(texture: Texture, places: Array) -> Floats:
-    """Areas of triangles in the image, and a little for those without."""
+    """Return the areas of triangles in the image, with a small minimum."""
     a, b, c = texture.coordinates[texture.corners[places]].swapaxes(0, 1)
     (ux, uy), (vx, vy) = (b - a).T, (c - a).T
     return np.asarray(np.abs(ux * vy - uy * vx) + 1e-12)
@@ -182,7 +182,7 @@ def _uv_areas(texture: Texture, places: Array) -> Floats:
 def _means_by_face(
     means: Floats, spreads: Floats, areas: Floats, faces: Ints, n_faces: int
 ) -> tuple[Floats, Floats, Bools]:
-    """Means and spreads of faces, weighted by area, and which faces have any."""
+    """Return area-weighted means and spreads per face, and which faces have triangles."""
     if len(faces) == n_faces and np.array_equal(faces, np.arange(n_faces)):
         return means, spreads, np.ones(n_faces, np.bool_)
     totals = np.bincount(faces, areas, n_faces)
@@ -199,9 +199,9 @@ def ids_in_layout(
     mesh: FaceMesh, texture: Texture, labels: Ints, is_here: Bools, wrap: tuple[str, str],
     size: tuple[int, int],
 ) -> Ints:  # fmt: skip
-    """Labels of some faces in the layout of an image, (height, width); -1 where there is none.
+    """Return an image of the labels of some faces, (height, width); -1 for no label.
 
-    Borders to texels without a label grow by `BLEED` texels.
+    Labels extend by `BLEED` texels into texels without a label.
     """
     width, height = size
     places, sources = corner_triangles(mesh)
@@ -221,7 +221,7 @@ def texture_of_parts(
 ) -> Texture | None:
     """Return the texture of triangles that are parts of the triangles `sources` of a mesh.
 
-    Coordinates are interpolated. None if the mesh has other polygons.
+    Coordinates are interpolated. Returns None if the mesh has polygons with more corners.
     """
     corners = corners_of(mesh)
     if corners.size != 3:

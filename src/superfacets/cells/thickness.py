@@ -1,4 +1,4 @@
-"""The shape diameter function: the thickness of a body below its surface, measured by rays."""
+"""The shape diameter function: the thickness of a solid below its surface, measured by rays."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .kinds import graph_and_surface, kind_of
 from .surface import is_inside_out
 
 N_RAYS = 30
-"""Rays of a face, as in the paper."""
+"""Number of rays per face, as in the paper of Shapira et al."""
 
 MOST_RAYS = 10_000
-"""Largest number of rays per face. They take about ten milliseconds; more must be a mistake."""
+"""Largest number of rays per face, about ten milliseconds per face. More must be a mistake."""
 
 LEAST_DISTANCE = 1e-6
-"""Hits nearer than this fraction of the diagonal do not count: they are on the face itself, or on
-the back of a sheet that is closed upon itself and has no thickness."""
+"""Smallest distance of a hit, as a fraction of the diagonal. Nearer hits are on the face itself, or
+on the back of a double sheet, and are ignored."""
 
 
 def shape_diameter(
@@ -35,36 +35,35 @@ def shape_diameter(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Floats:
-    r"""Return how thick the body is below each face: small at a finger, large at the palm.
+    r"""Return the thickness of the solid below each face: small at a finger, large at the palm.
 
-    Rays start at the centroid of a face and point into the body, in a cone of half-angle 60 degrees
-    about the inward normal. A ray counts if it leaves the body at its first hit: the normal of the
-    face that it hits points along the ray. Lengths within one standard deviation of the median are
-    averaged, with weights 1 / (angle + 0.2). The logarithm is then smoothed along the surface:
-    :math:`(A + t^2 L)\,x = A \log s`, with areas A and the Laplacian L of the face graph, whose
-    arcs have the conductance :math:`\sqrt{A_i + A_j} / g`, step g between centroids.
+    Rays start at the centroid of a face, in a cone of half-angle 60 degrees about the inward
+    normal. A ray counts if the first face that it hits is seen from inside. Ray lengths within one
+    standard deviation of the median are averaged, with weights 1 / (angle + 0.2). The logarithm is
+    then smoothed along the surface: :math:`(A + t^2 L)\,x = A \log s`, with areas A and the
+    Laplacian L of the face graph. Its arcs have the conductance :math:`\sqrt{A_i + A_j} / g`, where
+    g is the step between centroids.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, or mesh-like
-        As for `segment`. It may be open: a face has a thickness if at least a quarter of its rays
-        count. The normals of a closed mesh may all point inwards.
+        As for `segment`. In an open mesh, a face has a thickness if at least a quarter of its rays
+        count. The normals of a closed mesh may point inwards.
     smoothing : float, default 0.01
-        The length t, as a fraction of the diagonal of the bounding box, >= 0. With 0 nothing is
-        smoothed.
+        The length t, as a fraction of the diagonal of the bounding box, >= 0. 0 means no smoothing.
     n_rays : int, default 30
-        Rays from each face, 1 to 10,000.
+        Number of rays per face, 1 to 10,000.
     weld : bool, default True
-        As for `segment`; it decides along which faces values are smoothed.
+        As for `segment`: faces connected after welding are smoothed together.
     n_threads : int, optional
         As for `segment`. The result does not depend on it.
 
     Returns
     -------
     ndarray of float64, shape (N,)
-        In the unit of the vertices, > 0. Smoothing fills in faces without a thickness from their
-        neighbors. NaN without smoothing, and if no face of the component has a thickness: single
-        sheets, most of triangle soup, points and tetrahedra. Takes about a microsecond per ray.
+        In the unit of the vertices, > 0. Faces without a thickness get values from their neighbors
+        by smoothing. They are NaN without smoothing, and in components where no face has a
+        thickness: single sheets and most of triangle soup. Time: about a microsecond per ray.
 
     Raises
     ------
@@ -80,7 +79,7 @@ def shape_diameter(
 
     Examples
     --------
-    A slab of thickness 1 that is 20 wide and 20 long, in the middle of its upper side:
+    The upper side of a slab of 20 x 20 x 1:
 
     >>> from superfacets import PolygonMesh
     >>> corners = [[x, y, z] for z in (0, 1) for y in (-10, 10) for x in (-10, 10)]
@@ -114,7 +113,7 @@ def rays_from(
     n_rays: int,
     n_threads: int,
 ) -> Floats:
-    """Return the thickness below the given faces; NaN where there is none."""
+    """Return the thickness below the given faces; NaN for faces without one."""
     triangles, _ = cut_into_triangles(mesh)
     outward = area_vectors(mesh, n_threads)[faces]
     sizes = np.sqrt(np.einsum("ij,ij->i", outward, outward))
@@ -140,9 +139,9 @@ def smoothed(
     length: float,
     n_threads: int,
 ) -> Floats:
-    """Return logarithms of the thickness, smoothed over a length; NaN if a component has none.
+    """Return logarithms of the thickness, smoothed over a length; NaN in components without any.
 
-    The same for any number of threads, and for any C library.
+    The result does not depend on the number of threads or the C library.
     """
     is_known = np.isfinite(thickness)
     logs = _core.logarithms(np.where(is_known, thickness, 1.0))

@@ -25,13 +25,13 @@ HOLLOW = 0.15
 """Roundness up to which a shape is fully hollow. Insides and outsides of thin walls cancel out."""
 
 MOST_EVENED = 0.25
-"""Share of the cost of smooth concave edges that smooth convex ones take over in hollow shapes."""
+"""Largest share s of `crease_weights`: the cost of smooth convex edges of a fully hollow shape."""
 
 STEPS = 1 << 16
-"""Shares are rounded to multiples of 1 / `STEPS`, so that they do not depend on rounding errors."""
+"""Shares are rounded to multiples of 1 / `STEPS`, to hide rounding errors."""
 
 TURN_BITS = 31
-"""The core sums turns in units of about the diagonal / 2**`TURN_BITS`."""
+"""The core sums length times angle in units of about the diagonal / 2**`TURN_BITS`."""
 
 
 def evened_share(turn: int, volume: float, area: float, diagonal: float) -> float:
@@ -49,16 +49,15 @@ def evened_share(turn: int, volume: float, area: float, diagonal: float) -> floa
 
 
 UNKNOWN_TURN = 0.5
-"""Weight of convex creases where the sides of a surface are unknown. Of a synthetic room without
-normals, 1.5 % of the points are in a region of another surface, 8.5 % with 0 and 1.4 % with 1."""
+"""Weight of convex creases if the inside of a surface is unknown. In a synthetic room without
+normals, 1.5 % of the points end up in a region of another surface; 8.5 % with 0, 1.4 % with 1."""
 
 NO_NORMALS = np.empty((0, 3))
 """Argument for the core: no normals given, the core computes them."""
 
 MOST_SOFT = 2
-"""Largest number of edges that bend by 10 to 40 degrees, for each sharp one, of machine parts. On
-the benchmark models that are machine parts there are up to 1.3, and 3.4 or more on those of other
-categories that have sharp edges at all."""
+"""Largest ratio of soft edges (10 to 40 degrees) to sharp edges in machine parts. Machine parts of
+the benchmark have up to 1.3; models of other categories that have sharp edges have 3.4 or more."""
 
 ALL_COUNT = np.empty(0, np.uint8)
 """Argument for the core: all arcs count."""
@@ -95,10 +94,10 @@ class EdgeFactors(NamedTuple):
 class EdgeSums(NamedTuple):
     """Sums over edges."""
 
-    turn: int  # what `evened_share` takes
-    n_edges: int  # this and the following are 0 without ridges
-    n_soft: int  # edges that bend by 10 to 40 degrees
-    n_sharp: int  # convex edges that bend by more
+    turn: int  # sum of length times angle, for `evened_share`
+    n_edges: int  # number of edges; this and the following are 0 without ridges
+    n_soft: int  # number of edges with an angle of 10 to 40 degrees
+    n_sharp: int  # number of convex edges with a larger angle
 
     @classmethod
     def total(cls, parts: Iterable[EdgeSums]) -> EdgeSums:
@@ -107,7 +106,7 @@ class EdgeSums(NamedTuple):
 
     @property
     def are_of_machine_part(self) -> bool:
-        """Whether most edges are flat, and a large part of the others is sharp."""
+        """Whether at least half of the edges are flat, and a third of the others is sharp."""
         is_sharp = self.n_sharp > 0 and self.n_soft <= MOST_SOFT * self.n_sharp
         return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
 
@@ -131,29 +130,29 @@ def superfacet_weights(
     .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,|e|\,\theta / \pi}{d}
 
     where theta is the angle between the normals, eta is 1 on a concave edge and `eta_convex` on a
-    convex one, and d is the diagonal of the bounding box. The edge is concave if each centroid
-    lies above the plane of the other face, in the sum over both. The weights do not change under
-    rigid motion and uniform scaling. Time is linear in the arcs.
+    convex one, and d is the diagonal of the bounding box. The edge is concave if the signed heights
+    of each centroid above the plane of the other face have a positive sum. The weights do not
+    change under rigid motion and uniform scaling. Time is linear in the arcs.
 
-    If two neighbors are inconsistently oriented, the normal of the smaller one (of the one with the
-    higher index, if the areas are equal) is flipped for their arc. On a closed mesh whose normals
-    point inwards, concave and convex swap. If a face has no normal, theta is 0.
+    If two neighbors are inconsistently oriented, the normal of the smaller face (in a tie, of the
+    face with the higher index) is flipped for their arc. If a mesh is closed and its normals point
+    inwards, concave and convex are swapped. If a face has no normal, theta is 0.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like
         As for `segment`.
     graph : FaceGraph
-        Of the same mesh, from `build_face_graph`.
+        The graph of the same mesh, from `build_face_graph`.
     alpha : float, default 200.0
         Weight of the angular term, >= 0. With 0, weights are distances.
     eta_convex : float, default 0.2
         Weight of convex edges relative to concave ones, >= 0.
     crease_length : float, optional
         Replaces \|e\|, > 0, in the unit of the vertices. By default the length of each edge, as in
-        the paper: the finer the mesh, the less it costs to cross a crease, while the distance term
-        of a path does not change. With one length for all edges, of the size of a region, the cost
-        is the same at every resolution, and `alpha` can be smaller.
+        the paper. Creases then cost less in a finer mesh, while the distance term of a path does
+        not change. With one length for all edges, such as the radius of a region, the cost does not
+        depend on the resolution, and `alpha` can be smaller.
     n_threads : int, optional
         As for `segment`.
 
@@ -210,24 +209,24 @@ def crease_weights(
 
     .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,r\,\theta / \pi}{d}
 
-    The expected radius r of a region replaces the length of the edge in eq. 2. Edges become shorter
-    as a mesh is refined, and with them the cost of creases, while the distance term of a path does
-    not change. With r, a path that turns by theta in total costs the same on fine and on coarse
-    meshes. The rest is as for `superfacet_weights`.
+    The expected radius r of a region replaces the length of the edge in eq. 2. When a mesh is
+    refined, edges get shorter, and so creases get cheaper relative to distances. With r, a path
+    that turns by theta in total costs the same on fine and on coarse meshes. The rest is as for
+    `superfacet_weights`.
 
-    Convex edges cost nothing by default, except for ridges: the sharp edges of machine parts, which
-    rounded limbs do not have. A ridge is a convex edge that bends by 40 degrees or more, while each
-    other edge of its two faces bends by less than 0.3 of that. At the corner of a box, a second
-    sharp edge of a face is allowed: convex or concave, at least 40 degrees, with neither of the two
-    angles below 0.7 of the other, and at most one per triangle. A ridge must also continue: at both
-    ends it meets another such edge or the boundary of an open mesh.
+    Convex edges are free by default, except ridges: sharp edges of machine parts, as opposed to
+    rounded limbs. A ridge is a convex edge with an angle of 40 degrees or more whose two faces have
+    no other edge with 0.3 of this angle or more. As an exception, for corners of boxes, each
+    triangle may have a second sharp edge: convex or concave, of at least 40 degrees, with neither
+    of the two angles below 0.7 of the other. A ridge must also continue: at each end it meets
+    another such edge or the boundary of an open mesh.
 
-    Smooth edges, of less than 40 degrees, have other costs on a hollow shape, such as a cup or a
-    ring, whose surface turns inward about as much as outward: if only concave edges had a cost, the
-    inside would be one crease and the outside would have none. Let V be the volume that a closed
-    mesh encloses, A its area and M its total mean curvature: half the sum of length times angle
-    over all edges but ridges, negative for concave edges. :math:`y = 3 V M / A^2` is 1 for a ball,
-    less for any other convex body, 3/4 for a long rod, below 0.2 for cups, and about 0 or less for
+    On a hollow shape, such as a cup or a ring, smooth edges (of less than 40 degrees) have other
+    costs. Its surface is about as concave as it is convex: if only concave edges had a cost, the
+    whole inside would be a crease and the outside would have none. Let V be the volume of a closed
+    mesh, A its area and M its total mean curvature: half the sum of length times angle over all
+    edges except ridges, negative for concave edges. :math:`y = 3 V M / A^2` is 1 for a ball, less
+    for any other convex body, 3/4 for a long rod, below 0.2 for cups, and about 0 or less for
     rings. Below y = 0.3, smooth convex edges cost the fraction s = min(2 - y / 0.15, 1) / 4 and
     smooth concave edges the fraction 1 - s. Open and inconsistently oriented meshes do not count as
     hollow.
@@ -240,12 +239,11 @@ def crease_weights(
         r = sqrt(A / (pi k)), >= 0, in the unit of the vertices: ``params["expected_radius"]`` of a
         `Segmentation`. With 0 (no face has an area), weights are distances.
     alpha : float, default 20.0
-        Cost, in radii, of a turn by pi at a concave edge, >= 0.
+        Cost, in radii, of a concave edge with angle pi, >= 0.
     eta_convex : float, default 0.0
         Weight of convex edges relative to concave ones, >= 0.
     ridges : float, default 0.35
-        Weight of ridges relative to concave edges, >= 0, where that is more than `eta_convex`. 0
-        turns it off.
+        Weight of ridges relative to concave edges, >= 0; no effect if it is less than `eta_convex`.
     hollows : bool, default True
         Whether smooth edges have other costs on hollow shapes.
 
@@ -266,7 +264,7 @@ def crease_weights(
     >>> crease_weights(valley, build_face_graph(valley), 0.5, alpha=10).round(3).tolist()
     [1.874, 1.874]
 
-    A ridge of the same angle counts about a third of that, or nothing:
+    A ridge of the same angle costs about a third of this, or nothing:
 
     >>> ridge = Mesh(valley.vertices, [[0, 1, 2], [0, 2, 3]])
     >>> crease_weights(ridge, build_face_graph(ridge), 0.5, alpha=10).round(3).tolist()
@@ -297,9 +295,9 @@ def stk02_weights(
 
     .. math:: w_{ij} = (1 - \alpha) (|c_i - m| + |m - c_j|) + \alpha (1 - (n_i \cdot n_j)^2)
 
-    Lengths are in the unit of the vertices, so regions change when the mesh is scaled or refined,
-    and concave and convex edges weigh the same. The paper's own weights avoid both; it compares
-    with these. Time is linear in the arcs.
+    Lengths are in the unit of the vertices, so regions change when the mesh is scaled or refined.
+    Concave and convex edges have the same weight. Simari et al. compare their own weights with
+    these. Time is linear in the arcs.
 
     Parameters
     ----------
@@ -543,7 +541,7 @@ def weights_and_sums(
     is_straight, all_sharp, n_threads = factors.is_straight, factors.all_sharp, surface.n_threads
     turning = (counted is not None, is_counted)
     if isinstance(handle, _core.TriangleSurface):
-        found = _core.superfacet_weights(
+        found = _core.triangle_weights(
             handle, *cells, *costs, is_straight, all_sharp, *turning, n_threads
         )
     else:

@@ -1,9 +1,9 @@
-"""Stage 4: regions of given sizes. Paths from each center begin with an offset of its own.
+"""Stage 4: regions of given sizes, by shortest paths with an additive weight (offset) per center.
 
 After the loop, centers jump from regions that are too small to regions that are too large. Then
-offsets grow where regions are larger than their goals, and shrink where they are smaller, and
-centers move on: shortest paths with additive weights. Regions stay connected, and their borders
-stay in creases. Stage 5 moves single cells to remove the error that remains.
+the offset of each region grows while the region is larger than its goal and shrinks while it is
+smaller, and centers keep moving. Regions stay connected, and their borders stay in creases. Stage 5
+moves single cells to remove the remaining error.
 """
 
 from __future__ import annotations
@@ -31,54 +31,54 @@ from .seeding import CORE_ISLANDS
 Offsets: TypeAlias = npt.NDArray[np.uint64]
 
 JUMP_ROUNDS = 6
-"""Largest number of times that centers jump."""
+"""Largest number of rounds of jumps."""
 
 ITERATIONS_PER_JUMP = 4
-"""Iterations after centers have jumped."""
+"""Iterations after each round of jumps."""
 
 MOST_JUMPING = 0.15
-"""Largest share of the centers of a component that jump at once; at least one may."""
+"""Largest fraction of the centers of a component that jump in a round; at least one may jump."""
 
 SMALL, LARGE = 0.6, 1.5
-"""Size, in goals, below which a region may lose its center, and above which it may get one more."""
+"""Centers jump from regions below SMALL to regions above LARGE, in multiples of the goal."""
 
 ROUNDS = 20
-"""Rounds in which offsets and centers move. 40 are as good."""
+"""Rounds in which offsets and centers move. 40 give no better result."""
 
 ROUNDS_ON_ALL = 6
-"""The same on all cells, after those on coarse cells."""
+"""Further rounds on all cells, after the rounds on coarse cells."""
 
 GAIN = 0.35
-"""Change of an offset in a round, in mean path lengths of a border, per relative excess of size."""
+"""Change of an offset per round and relative excess of size, in mean path lengths to a border."""
 
 MOST_OFFSET = 0.5
-"""Largest offset, in the same unit. Regions with larger ones flow around their neighbors and leave
-their part of the shape: with 1, the undersegmentation error is 0.01 higher."""
+"""Largest offset, in the same unit. Regions with larger offsets flow around their neighbors into
+other parts of the shape: with 1, the undersegmentation error is 0.01 higher."""
 
 RESCUES = 10
-"""Most rounds at the end that bring back regions that have lost their center."""
+"""Largest number of final rounds that restore regions whose center is in another region."""
 
 ISLAND = 0.5
-"""Components of less than this share of the mean size of a region are islands, as for seeds."""
+"""Components smaller than this fraction of the mean size of a region are islands, as for seeds."""
 
 
 MAX_TOTAL = 1e150
-"""Largest sum of the sizes of all cells, and the inverse of the least: ratios stay finite."""
+"""Largest sum of the sizes of all cells; its inverse is the smallest. Keeps ratios finite."""
 
 
 @dataclass(frozen=True, eq=False)
 class SizeRules:
-    """Target sizes of regions and their bounds; a region is as large as its cells together."""
+    """Target sizes of regions and their bounds; the size of a region is the sum over its cells."""
 
     options: BalanceOptions
     sizes: Floats  # (n,) of the kept cells
-    components: Ints  # (n,) component of each
+    components: Ints  # (n,) component of each kept cell
 
     @classmethod
     def of(
         cls, options: BalanceOptions, graph: Any, cut: Cut | None, order: Ints | None
     ) -> SizeRules | None:
-        """Return the rules for the kept cells of a graph; None if there are none."""
+        """Return the rules for the kept cells of a graph; None if sizes are free."""
         if not options.is_used:
             return None
         sizes = graph.measures
@@ -93,13 +93,13 @@ class SizeRules:
         with np.errstate(over="ignore"):
             total = float(sizes.sum())
         if not total > 0:
-            raise MeshError("cells have no size to balance by: all measures are 0")
+            raise MeshError("regions cannot be balanced: the size of every cell is 0")
         if not 1 / MAX_TOTAL < total < MAX_TOTAL:
             raise MeshError(f"sizes of cells add up to {total:g}: scale cell_weights")
         return cls(options, exact_array(sizes, np.float64), components)
 
     def asked(self, size: SizeOptions) -> SizeOptions:
-        """Return the size of regions as asked for, by `cells_per_region` if that is given."""
+        """Return the number of regions that follows from `cells_per_region`, if that is given."""
         per_region = self.options.cells_per_region
         if per_region is None:
             return size
@@ -107,7 +107,7 @@ class SizeRules:
         return replace(size, n_segments=n_segments)
 
     def check(self, n_segments: int) -> None:
-        """Raise a MeshError if so many regions cannot keep the bounds."""
+        """Raise a MeshError if this number of regions cannot keep the bounds."""
         low, high = self.options.bounds
         total, largest = float(self.sizes.sum()), float(self.sizes.max())
         if largest > high:
@@ -125,7 +125,7 @@ class SizeRules:
             )
 
     def counts(self, found: Longs) -> Longs:
-        """Number of regions of each component, given those that they have."""
+        """Return the number of regions that each component should have, given the current ones."""
         totals = sums_by_label(self.components, self.sizes, len(found))
         if self.options.cells_per_region is not None:
             return np.asarray(np.ceil(totals / self.options.cells_per_region), np.int64)
@@ -141,14 +141,14 @@ class SizeRules:
         if n_least > n:
             n_regions = int(found.sum())
             raise MeshError(
-                f"max_measure={high:g} needs {n_regions + n_least - n} regions, as each is of one"
-                f" component of the mesh, and there are {n_regions}"
+                f"max_measure={high:g} needs {n_regions + n_least - n} regions because none spans"
+                f" two components of the mesh, but there are {n_regions}"
             )
         counts[shared] = _divided(n, totals[shared], least[shared], most[shared])
         return counts
 
     def goals(self, found: Floats, components: Ints) -> Floats:
-        """Return the target sizes of regions, given their sizes and components."""
+        """Return the target sizes of regions, given their current sizes and components."""
         counts = np.bincount(components)
         totals = sums_by_label(components, found, len(counts))
         if self.options.cells_per_region is not None:
@@ -162,7 +162,7 @@ class SizeRules:
 
 
 def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
-    """Apportion n by Sainte-Lague's method: from `least` to `most` each, and at least 1."""
+    """Apportion n by Sainte-Lague's method, with `least` to `most` and at least 1 for each."""
     counts = np.minimum(least, np.maximum(most, 1)).astype(np.int64)
     rest = n - int(counts.sum())
     queue = [(-totals[i] / (counts[i] + 0.5), i) for i in range(len(counts)) if counts[i] < most[i]]
@@ -177,7 +177,7 @@ def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
 
 
 def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
-    """Goals for cells: so many per region, and the remainder for the smallest of a component."""
+    """Return `per_region` for each region; the smallest of a component gets the remainder."""
     goals = np.full(len(found), float(per_region))
     order = np.lexsort((found, components))
     is_first = np.ones(len(order), bool)
@@ -191,7 +191,10 @@ def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
 
 
 def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float, float]) -> Floats:
-    """Pull the goals of each component towards their mean until all are within bounds, if it is."""
+    """Scale the goals of each component towards their mean until all are within bounds.
+
+    Goals whose mean is out of bounds become the mean.
+    """
     low, high = bounds
     spread = goals - means
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -204,22 +207,22 @@ def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float,
 
 @dataclass(eq=False)
 class Balancer:
-    """The rules on each level of the loop, with the current goals and offsets of regions."""
+    """Balances regions on each level of the loop, and holds their current goals and offsets."""
 
     rules: SizeRules
-    sizes: list[Floats]  # of the cells of each level, all cells first
-    components: list[Ints]
+    sizes: list[Floats]  # sizes of the cells of each level, all cells first
+    components: list[Ints]  # component of each cell, per level
     n_threads: int
     islands: _core.Islands
-    may_jump: bool  # whether centers may: not if they are given
-    goals: Floats = field(default_factory=lambda: np.empty(0))  # (K,) empty at first
+    may_jump: bool  # False if the user gives the centers
+    goals: Floats = field(default_factory=lambda: np.empty(0))  # (K,) empty before the first run
     offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))  # (K,)
 
     @classmethod
     def of(
         cls, rules: SizeRules, coarse: list[CoarseCells], plan: Plan, loop: LoopOptions
     ) -> Balancer:
-        """Return a balancer for the levels of a loop, the finest coarse one first."""
+        """Return a balancer for all cells and for coarse levels, the finest first."""
         n_threads, islands = loop.n_threads, CORE_ISLANDS[loop.islands]
         may_jump = isinstance(plan.init, str)
         sizes, components = [rules.sizes], [rules.components]
@@ -231,7 +234,7 @@ class Balancer:
         return cls(rules, sizes, components, n_threads, islands, may_jump)
 
     def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
-        """Balance regions of the cells of a level, the number of coarsenings, after the loop."""
+        """Balance regions on a level after the loop; `level` counts coarsenings, 0 is all cells."""
         cells = (self.sizes[level], self.components[level])
         if len(self.goals):
             clustering.classify(clustering.centers(), self.paths_from())
@@ -248,13 +251,16 @@ class Balancer:
         return clustering
 
     def paths_from(self) -> Offsets:
-        """The offsets, for the core."""
+        """Return the offsets as unsigned integers, as the core takes them."""
         return self.offsets.astype(np.uint64)
 
     def _counted(
         self, graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints]
     ) -> Clustering:
-        """Give each component as many centers as it is to have, one more in a region at a time."""
+        """Add and remove centers until each component has its number of regions.
+
+        Each round adds at most one center per region.
+        """
         n_components = int(cells[1].max()) + 1
         while self.may_jump:
             found = _Regions.of(clustering, *cells)
@@ -269,13 +275,13 @@ class Balancer:
             more = found.farthest(clustering.lengths())[gets]
             more = more[~np.isin(more, found.centers)]
             if stays.all() and not len(more):
-                break  # the regions to divide have one cell each: no center can be added
+                break  # regions of one cell cannot be divided
             centers = np.concatenate([found.centers[stays], more])
             clustering = Clustering(graph, centers, math.inf, self.n_threads, self.islands)
         return clustering
 
     def _even_out(self, clustering: Clustering, cells: tuple[Floats, Ints]) -> None:
-        """Let centers jump from small regions to large ones, within components."""
+        """Move centers of small regions into large regions of the same component."""
         strength = self.rules.options.strength
         for _ in range(JUMP_ROUNDS if strength > 0 else 0):
             found = _Regions.of(clustering, *cells)
@@ -294,7 +300,7 @@ class Balancer:
     def _move_offsets(
         self, clustering: Clustering, cells: tuple[Floats, Ints], n_rounds: int
     ) -> None:
-        # Mean path length of a border, as far from the center as that of a disk.
+        # Mean path length to the border: 3/2 of the mean over all cells, as in a disk.
         scale = 1.5 * float(clustering.lengths().astype(np.float64).mean())
         goals = np.maximum(self.goals, 1e-9 * self.goals.mean())
         for n in range(n_rounds + RESCUES):
@@ -304,7 +310,7 @@ class Balancer:
             centers, offsets = found.centers, self.offsets
             if n < n_rounds:
                 moved = clustering.update()
-                is_taken = np.isin(moved, centers[found.are_lost])  # these stay, in other regions
+                is_taken = np.isin(moved, centers[found.are_lost])  # lost centers do not move
                 centers = np.where(is_taken, centers, moved)
                 excess = np.clip(found.sizes / goals - 1.0, -1.0, 1.0)
                 offsets = offsets + np.rint(GAIN * scale * excess).astype(np.int64)
@@ -312,14 +318,14 @@ class Balancer:
                 offsets = np.clip(offsets, middle - limit, middle + limit)
             if found.are_lost.any():
                 centers, offsets = self._rescued(found, clustering.lengths(), centers, offsets)
-            offsets = offsets - int((offsets - self.offsets).min())  # none may decrease
+            offsets = offsets - int((offsets - self.offsets).min())  # offsets must not decrease
             self.offsets = offsets
             clustering.classify(centers, self.paths_from())
 
     def _rescued(
         self, found: _Regions, lengths: Offsets, centers: Ints, offsets: Longs
     ) -> tuple[Ints, Longs]:
-        """Place centers that other regions have taken over anew, in the largest regions."""
+        """Move centers that are in other regions to new places in the largest regions."""
         pairs = found.matched(found.are_lost, found.sizes > 0, 1.0)
         lost, large = pairs[:, 0], pairs[:, 1]
         at = found.farthest(lengths)[large]
@@ -353,24 +359,24 @@ class _Regions:
 
     @property
     def are_lost(self) -> Bools:
-        """Whether the center of each region is in another."""
+        """Whether the center of each region is in another region."""
         return np.asarray(self.labels[self.centers] != np.arange(len(self.centers)))
 
     @property
     def means(self) -> Floats:
-        """Mean size of the regions of the component of each region."""
+        """For each region, the mean size of the regions of its component."""
         counts = np.bincount(self.components)
         totals = sums_by_label(self.components, self.sizes, len(counts))
         means = np.asarray((totals / np.maximum(counts, 1))[self.components])
         return np.maximum(means, np.finfo(np.float64).tiny)
 
     def ranks(self, keys: Floats) -> Ints:
-        """The rank of each region in its component, by these keys."""
+        """Return the rank of each region among the regions of its component, by keys."""
         order = np.lexsort((keys, self.components))
         return _places_in_groups(order, self.components)
 
     def farthest(self, lengths: Offsets) -> Ints:
-        """The cell with the longest path in each region; its center if it has no cell."""
+        """Return the cell with the longest path in each region; the center of an empty region."""
         order = np.lexsort((lengths, self.labels))
         ends = np.searchsorted(self.labels[order], np.arange(len(self.centers)), side="right")
         cells = order[np.maximum(ends - 1, 0)].astype(np.int32)
@@ -378,10 +384,10 @@ class _Regions:
         return np.where(is_own, cells, self.centers)
 
     def matched(self, are_small: Bools, are_large: Bools, most: float) -> Longs:
-        """Pairs of a small region and a large one of the same component, (P, 2).
+        """Return pairs of a small and a large region of the same component, (P, 2).
 
-        The smallest and the largest first, each at most once, and at most this share of the
-        regions of each component, or one.
+        In each component, the smallest region is paired with the largest, and so on; at most a
+        fraction `most` of its regions, or one, are paired.
         """
         limits = np.maximum(1, (most * np.bincount(self.components)).astype(np.int64))
         small, large = np.flatnonzero(are_small), np.flatnonzero(are_large)
@@ -400,7 +406,7 @@ class _Regions:
 
 
 def _places_in_groups(order: Array, groups: Ints) -> Ints:
-    """The place of each element among those of its group, in an order sorted by group."""
+    """Return the position of each element within its group; `order` sorts elements by group."""
     sorted_groups = groups[order]
     places = np.empty(len(order), np.int32)
     places[order] = np.arange(len(order)) - np.searchsorted(sorted_groups, sorted_groups)

@@ -1,4 +1,4 @@
-"""Stage 4a: labels from centers."""
+"""Stage 4a: label cells by their nearest center."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ..cells.cell_graph import CellGraph, checked_graph
 
 
 class Classification(NamedTuple):
-    """Labels of all cells, and the centers that they belong to.
+    """Labels of all cells, and their centers.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        Index in ``centers`` of the center of each cell, 0..K-1.
+        For each cell, the index of its center in ``centers``, 0..K-1.
     centers : ndarray of int32, shape (K,)
-        The centers given, then the orphans that became centers.
+        The given centers, then unreached cells that became centers.
     distances : ndarray of float64, shape (N,)
-        Length of the shortest path from its center to each cell, in the unit of the weights.
+        Length of the shortest path to each cell from its center, in the unit of the weights.
     """
 
     labels: Ints
@@ -47,20 +47,19 @@ def classify(
     centers : array_like of int, shape (K,)
         Distinct cells.
     reach : float, optional
-        If not given, the classification is *exact*: the true nearest center, by one expansion from
-        all centers at once. Regions are connected. O((N + M) log N) at worst.
-        If given, it is *halted*, as in the paper: every center expands on its own by Dijkstra's
-        algorithm, and a cell farther (Euclidean, in the unit of the positions) than `reach` from
-        the center is labeled but not expanded. Regions may be disconnected.
+        By default the classification is *exact*: each cell gets the center with the shortest path,
+        by one expansion from all centers at once. Regions are connected. O((N + M) log N) at worst.
+        With a reach it is *halted*, as in the paper: Dijkstra's algorithm runs from each center
+        separately, and labels but does not expand cells farther from the center than `reach`
+        (Euclidean, in the unit of the positions). Regions may be disconnected.
     n_threads : int, optional
         As for `segment`.
 
     Returns
     -------
     Classification
-        Equal distances go to the lower label. As long as there are cells that no center reaches
-        (in another component, or out of reach), the one with the lowest index becomes a center and
-        expands likewise.
+        Ties go to the lower label. While some cells are unreached (in other components, or out of
+        reach), the one with the lowest index becomes a center and expands in the same way.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Graphs for the loop: in memory or not, and coarser ones on which most of it runs."""
+"""Graphs of the loop, in memory or in tiles, and the coarser graphs on which most of it runs."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from .plan import Plan
 
 
 class Regions(Protocol):
-    """Regions around centers, after the loop; `_core.Clustering` is one."""
+    """Regions around centers, after the loop. `_core.Clustering` implements this."""
 
     def centers(self) -> Ints:
-        """The centers, then unreached cells that became centers."""
+        """Return the centers, then unreached cells that became centers."""
 
     def labels(self) -> Ints:
-        """The label of each cell."""
+        """Return the label of each cell."""
 
 
 class CoarseCells(Protocol):
-    """Coarse cells of a graph; `_core.CoarseGraph` is one."""
+    """Coarse cells of a graph. `_core.CoarseGraph` implements this."""
 
     @property
     def graph(self) -> OrderedGraph:
         """The graph of coarse cells."""
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
-        """Return centers among the cells for regions of coarse cells."""
+        """Return centers among the finer cells for regions of coarse cells."""
 
     def spread(
         self, lengths: Array, labels: Ints, centers: Ints, n_threads: int
     ) -> tuple[Array, Ints]:
-        """Lengths and labels of paths to the cells, over those to coarse cells."""
+        """Extend paths from coarse cells to all finer cells; return their lengths and labels."""
 
 
 class LargeGraph(Protocol):
-    """A graph that is not in memory: the loop runs on coarse cells, then labels all cells once."""
+    """A graph on disk: the loop runs on coarse cells in memory, then labels all cells once."""
 
     @property
     def n_cells(self) -> int:
@@ -47,14 +47,14 @@ class LargeGraph(Protocol):
 
     @property
     def is_symmetric(self) -> bool:
-        """Whether each arc has one back of the same length."""
+        """Whether each arc has a reverse arc of the same length."""
 
     @property
     def straight_unit(self) -> float:
-        """Unit of lengths, if steps are straight, or else 0."""
+        """Unit of arc lengths if steps are straight, 0 otherwise."""
 
     def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
-        """Coarse cells of about so many cells."""
+        """Return coarse cells of about `cell_size` cells each."""
 
     def regions(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
@@ -62,44 +62,44 @@ class LargeGraph(Protocol):
         """Regions around centers."""
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Labels of all cells, the number of islands that joined a region, and new centers."""
+        """Return labels of all cells, the number of joined islands, and the centers."""
 
     def gathered(self, n_threads: int) -> OrderedGraph:
-        """The graph in memory."""
+        """Return the whole graph in memory."""
 
 
 AnyGraph: TypeAlias = OrderedGraph | LargeGraph
 
 CELL_SIZES = (16, 8, 4)
-"""Cells per coarse cell on the first level: the first size that leaves regions enough of them."""
+"""Cells per coarse cell on the first level. The first size with enough coarse cells is used."""
 
 NEXT_CELL_SIZE = 4
 """Cells per coarse cell on each further level."""
 
 CELLS_PER_REGION = 24
-"""Least mean number of coarse cells in a region.
+"""Smallest mean number of coarse cells per region.
 
-With 16 to 32, and one to three iterations on all cells after the coarse ones, undersegmentation
-error and compactness of the 95 benchmark models are those of the loop on all cells or better
-(k = 50: .2088 to .2109 / 4.21 to 4.22, against .2143 / 4.23; k = 150: .1279 to .1287 / 4.47 to
-4.48, against .1283 / 4.48)."""
+With 16 to 32, and one to three iterations on all cells after the coarse levels, undersegmentation
+error and compactness of the 95 benchmark models are as good as without coarse levels, or better:
+.2088 to .2109 and 4.21 to 4.22 against .2143 and 4.23 at k = 50, and .1279 to .1287 and 4.47 to
+4.48 against .1283 and 4.48 at k = 150."""
 
 FINEST_PER_REGION = 48
-"""The same where steps are straight, and all cells are labeled by the paths on coarse cells. With
+"""The same for straight steps, where labels of all cells follow from paths on coarse cells. With
 24, the undersegmentation error is 0.003 to 0.006 higher; with 96, it is 0.001 to 0.003 lower."""
 
 COARSEST_PER_REGION = 12
-"""The same on further levels where steps are straight: seeds are placed there, and relocated."""
+"""The same for straight steps on further levels, where seeds are placed and relocated."""
 
 ENOUGH_OF_SEEDED = 0.75
-"""Share of these coarse cells that must be in components with seeds."""
+"""Fraction of these coarse cells that must lie in components with seeds."""
 
 MIN_REDUCTION = 2
-"""Least factor by which the number of cells must fall from level to level."""
+"""Smallest factor by which the number of cells must fall from level to level."""
 
 
 def _coarsened(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
-    """Coarse cells of about so many cells."""
+    """Return coarse cells of about `cell_size` cells each."""
     if isinstance(graph, OrderedGraph):
         return _core.CoarseGraph(graph, cell_size, n_threads)
     return graph.coarsened(cell_size, n_threads)
@@ -113,7 +113,7 @@ def in_memory(graph: AnyGraph, n_threads: int) -> OrderedGraph:
 def regions_of(
     graph: AnyGraph, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
 ) -> Regions:
-    """Regions around centers."""
+    """Return regions around centers."""
     if isinstance(graph, OrderedGraph):
         return _core.Clustering(graph, centers, reach, n_threads, islands)
     return graph.regions(centers, reach, n_threads, islands)
@@ -122,17 +122,17 @@ def regions_of(
 def join_islands(
     graph: AnyGraph, labels: Ints, groups: Ints, n_threads: int
 ) -> tuple[Ints, int, Ints]:
-    """Labels of all cells, where islands join the nearest region."""
+    """Join islands to the nearest regions; return labels, number of joined islands, and centers."""
     if isinstance(graph, OrderedGraph):
         return _core.join_islands(graph, labels, groups, n_threads)
     return graph.join_islands(labels, groups, n_threads)
 
 
 def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
-    """Whether the loop may begin on coarse cells.
+    """Return whether the loop may begin on coarse cells.
 
-    Not with given seeds, in the halted mode, with ``tol=0``, for a single iteration, or if some
-    arcs have no arc back of the same length.
+    It must run on all cells if seeds are given, in the halted mode, with ``tol=0``, for a single
+    iteration, or if an arc has no reverse arc of the same length.
     """
     is_exact = loop.radius_factor is None and loop.tol > 0 and loop.max_num_iter > 1
     return isinstance(plan.init, str) and is_exact and is_symmetric
@@ -140,18 +140,18 @@ def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
 
 @dataclass
 class Levels:
-    """Coarser and coarser graphs, and which of them the loop runs on."""
+    """The coarse graphs, and which of them the loop runs on."""
 
     coarse: list[CoarseCells]
-    """The finest first; the loop removes those that it no longer needs, to free memory."""
+    """The finest first. The loop removes graphs after their last use, to free memory."""
     n_finer: int = 0
-    """Number of graphs, of the finest, that labels are only spread over."""
+    """Number of finest graphs on which the loop does not run: labels are only spread over them."""
     on_all: bool = True
-    """Whether the loop also runs on all cells. Otherwise these are labeled once, at the end."""
+    """Whether the loop also runs on all cells. If not, all cells are labeled once, at the end."""
 
     @classmethod
     def of(cls, graph: AnyGraph, n_segments: int, n_threads: int) -> Levels:
-        """Make graphs as long as regions have enough coarse cells."""
+        """Build coarser graphs as long as regions have enough coarse cells."""
         if not is_straight(graph):
             enough = (CELLS_PER_REGION * n_segments, CELLS_PER_REGION * n_segments)
             coarse = _coarser(graph, CELL_SIZES, enough, n_segments, n_threads)
@@ -166,12 +166,12 @@ class Levels:
 
 
 def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
-    """Whether regions have too few cells to label all cells by paths on coarse cells."""
+    """Return whether regions have too few cells to label all cells by paths on coarse cells."""
     return graph.n_cells < CELL_SIZES[-1] * FINEST_PER_REGION * n_segments
 
 
 def is_straight(graph: AnyGraph) -> bool:
-    """Whether arcs of a graph are as long as straight lines plus prices."""
+    """Return whether arc lengths are straight distances plus prices."""
     return graph.straight_unit > 0.0
 
 
@@ -182,20 +182,20 @@ def _coarser(
     n_segments: int,
     n_threads: int,
 ) -> list[CoarseCells]:
-    """Return coarser and coarser graphs, the finest first.
+    """Return successively coarser graphs, the finest first.
 
-    `sizes` are those of the first coarse cells, in the order of preference; `enough` is the least
-    number of coarse cells on the first level, and on further ones.
+    `sizes` lists sizes of the first coarse cells in order of preference. `enough` holds the
+    smallest number of coarse cells on the first level and on further levels.
     """
     coarse: list[CoarseCells] = []
     n_enough, n_next = enough
     while fitting := [size for size in sizes if graph.n_cells >= size * n_enough]:
         larger = _coarsened(graph, fitting[0], n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
-            break  # nearly all cells are alone
+            break  # most cells have no neighbor to merge with
         n_seeded = _core.n_cells_of_large_components(larger.graph, n_segments, n_threads)
         if n_seeded < ENOUGH_OF_SEEDED * n_enough:
-            break  # most cells belong to islands, which get no seeds
+            break  # most cells are in islands, which get no seeds
         coarse.append(larger)
         graph = larger.graph
         sizes, n_enough = (NEXT_CELL_SIZE,), n_next

@@ -1,4 +1,4 @@
-"""Stages 4a and 4b in turn: label all cells and move the centers, first on coarse cells."""
+"""Stages 4a and 4b in alternation: label cells and move centers, first on coarse cells."""
 
 from __future__ import annotations
 
@@ -19,33 +19,33 @@ from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
 
 RELOCATED_SHARES = (0.13, 0.0975, 0.065, 0.0325)
-"""Largest share of centers that move in each round of relocation; at least one may move."""
+"""Largest fraction of centers that move in each round of relocation; at least one may move."""
 
 ITERATIONS_PER_ROUND = 8
-"""Most iterations after each round of relocation."""
+"""Largest number of iterations after each round of relocation."""
 
 
 @dataclass
 class Iteration:
-    """The loop, and a record of each level that it has run on."""
+    """The loop, with a record of each level on which it has run."""
 
-    radius: float  # expected, of regions
+    radius: float  # expected radius of a region
     options: LoopOptions
     timings: dict[str, float]  # seconds of "classify" and "update" are added
     levels: list[Level] = field(default_factory=list)
     is_cancelled: bool = False  # `progress` returned False
-    balancer: Balancer | None = None  # of regions of given sizes
+    balancer: Balancer | None = None  # if sizes of regions are given
 
     @property
     def stop_reason(self) -> StopReason:
-        """The rule that ended the iterations on the last level."""
+        """The reason why the iterations on the last level ended."""
         return self.levels[-1].stop_reason
 
     def run(self, levels: Levels, graph: AnyGraph, centers: Ints) -> tuple[Ints, Ints]:
-        """Run on the coarse graphs, from the last to the first, and then on all cells.
+        """Run on the coarse graphs, the coarsest first, then on all cells; return labels, centers.
 
-        `centers` are cells of the graph that the loop begins on. The result is labels and centers,
-        for the classification by these centers: the last move is dropped, whatever ends the loop.
+        `centers` are cells of the coarsest graph. Labels are the classification by the returned
+        centers: the update after the last classification is dropped.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")
@@ -69,7 +69,7 @@ class Iteration:
         return self._spread(coarse, paths, centers)
 
     def _balanced(self, graph: AnyGraph, clustering: Regions, level: int) -> Regions:
-        """Give regions their sizes, if they are to have any."""
+        """Balance the sizes of regions, if sizes are given."""
         if self.balancer is None:
             return clustering
         assert isinstance(graph, OrderedGraph)
@@ -80,9 +80,9 @@ class Iteration:
     def _spread(
         self, coarse: list[CoarseCells], paths: tuple[Array, Ints], centers: Ints
     ) -> tuple[Ints, Ints]:
-        """Label all cells by paths on the last of these graphs, which are rounder than on cells.
+        """Label all cells by paths on the last of these graphs, which give rounder regions.
 
-        `centers` are cells of the graph that the last one was made of. The list is emptied.
+        `centers` are cells of the next finer graph. The list of graphs is emptied.
         """
         while coarse:
             start = time.perf_counter()
@@ -104,11 +104,11 @@ class Iteration:
         assert isinstance(level, CoarseGraph)  # tiles have no balance
         offsets = self.balancer.paths_from()
         lengths, labels = level.spread(*paths, centers, self.options.n_threads, offsets)
-        labels[centers] = np.arange(len(centers))  # paths of other regions may lead there
+        labels[centers] = np.arange(len(centers))  # a path of another region may be shorter
         return lengths, labels
 
     def _run_level(self, graph: AnyGraph, centers: Ints, *, must_stay: bool = False) -> Regions:
-        """Classify by these centers, and iterate until one of the stop rules holds."""
+        """Classify by these centers, and iterate until a stop rule applies."""
         start = time.perf_counter()
         reach = math.inf
         if self.options.radius_factor is not None:
@@ -127,9 +127,9 @@ class Iteration:
     def _relocate(
         self, graph: AnyGraph, clustering: Clustering, n_iter: int, reason: StopReason
     ) -> tuple[int, StopReason]:
-        """Move centers to where they are needed, and iterate again, until none moves.
+        """Relocate centers to regions with large errors and iterate again, until none moves.
 
-        Takes and returns the number of iterations on this level, and the rule that ended the last.
+        Takes and returns the number of iterations on this level and the last stop reason.
         """
         for share in RELOCATED_SHARES:
             max_num_iter = min(self.options.max_num_iter - n_iter, ITERATIONS_PER_ROUND)
@@ -157,17 +157,17 @@ class Iteration:
         max_num_iter: int | None = None,
         n_before: int = 0,
     ) -> tuple[int, StopReason]:
-        """Return the number of iterations, and the rule that ended them.
+        """Return the number of iterations and the stop reason.
 
-        `n_before` iterations have run on this level before. With `must_stay`, none runs: the stop
-        reason is that of the previous level.
+        `n_before` iterations have already run on this level. With `must_stay`, no iteration runs,
+        and the stop reason of the previous level is returned.
         """
         if self.is_cancelled:
             return 1, "cancelled"
         if must_stay:
             return 1, self.stop_reason
         assert isinstance(graph, OrderedGraph)
-        assert isinstance(clustering, Clustering)  # all cells of tiles are classified once
+        assert isinstance(clustering, Clustering)  # cells in tiles are classified only once
         if max_num_iter is None:
             max_num_iter = self.options.max_num_iter
         seen: set[bytes] = set()
@@ -198,9 +198,9 @@ class Iteration:
 
 
 def _labels_and_centers(clustering: Regions) -> tuple[Ints, Ints]:
-    """The labels of a clustering, in which each center has its own, and the centers.
+    """Return labels and centers of a clustering, with each center in its own region.
 
-    With offsets, a center may be in another region: it is a region of one cell then.
+    With offsets, a center may be in another region. It then becomes a region of one cell.
     """
     labels, centers = clustering.labels(), clustering.centers()
     labels[centers] = np.arange(len(centers), dtype=labels.dtype)
@@ -213,5 +213,5 @@ def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -
 
 
 def _fingerprint(centers: Ints) -> bytes:
-    """128-bit hash of a set of centers, kept in place of the set."""
+    """Return a 128-bit hash of a set of centers, which takes less memory than the set."""
     return hashlib.blake2b(np.sort(centers).tobytes(), digest_size=16).digest()

@@ -1,4 +1,4 @@
-"""Stage 4: the loop. Place seeds; label all cells; move the centers; repeat."""
+"""Stage 4: the loop. Place seeds, label all cells, move the centers, repeat."""
 
 from __future__ import annotations
 
@@ -50,22 +50,22 @@ def segment_graph(
 ) -> Segmentation:
     """Label every cell of a graph with one of k compact regions.
 
-    This is the clustering of `segment` for cells of any kind, given by positions, measures and
-    weighted arcs, without a mesh.
+    This is the clustering of `segment` without a mesh: cells have positions, measures and weighted
+    arcs.
 
     Parameters
     ----------
     graph : CellGraph
     n_segments, radius, init, radius_factor, max_num_iter, tol, islands, n_threads, progress
-        As for `segment`; `radius` is a fraction of the diagonal of ``graph.bounds``. Where arcs
-        lead one way, cells that no path from a center leads to are islands, too.
+        As for `segment`; `radius` is a fraction of the diagonal of ``graph.bounds``. In a graph
+        with one-way arcs, cells without a path from any center are islands, too.
     relocate : bool, default False
         As for `segment`.
     mask, barriers
-        As for `segment`; barriers are one number per cell, as cells of a graph have no edges.
+        As for `segment`. Barriers are one number per cell, because a graph has no edges.
     features, feature_weight, scale_features
-        As for `segment`, a row of features per cell. What they add to a weight is in units of
-        ``graph.weight_unit``, as the weights are.
+        As for `segment`, one row of features per cell. The price of a difference of features has
+        the unit of the weights, ``graph.weight_unit``.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def segment_graph(
 
 
 def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:
-    """Return the graph with the price for differences of features added to its weights."""
+    """Return the graph with prices for differences of features added to its weights."""
     return CellGraph(
         graph.positions,
         graph.measures,
@@ -130,7 +130,7 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
 
 
 def coarsened(graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]) -> Levels:
-    """Return the graphs that the loop runs on before all cells; the time is added to `timings`."""
+    """Return the coarse graphs of the loop; the time is added to `timings`."""
     if not can_be_coarse(graph.is_symmetric, plan, loop):
         return Levels([])
     with timed(timings, "coarsen", loop.on_stage):
@@ -146,11 +146,10 @@ def segment_cells(
     join_pieces: Callable[[Ints, Ints], Ints] | None = None,
     balancer: Balancer | None = None,
 ) -> Segmentation:
-    """Segment a checked graph of kept cells, by its plan.
+    """Segment a checked graph of kept cells by a plan.
 
-    `levels` are those from `coarsened`; their list is emptied. `join_pieces` takes labels and
-    centers of regions that may be in pieces, and returns labels of regions in one piece each. With
-    a balancer, regions have about the sizes that are its goals.
+    `levels` come from `coarsened`; their list is emptied. `join_pieces` takes labels and centers,
+    and returns labels of connected regions. A balancer brings regions close to given sizes.
     """
     size, options, init = plan.size, plan.asked, plan.init
     timings: dict[str, float] = {}

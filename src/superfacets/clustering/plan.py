@@ -1,4 +1,4 @@
-"""The plan of a run, made once the graph is known: kept cells, size of regions, initial centers.
+"""The plan of a run, made from the graph: kept cells, size of regions, initial centers.
 
 The initial centers come from a seeding method, a segmentation, labels, or an array.
 """
@@ -29,9 +29,9 @@ ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 class Plan:
     """The cells to segment, the size of their regions, and the initial centers."""
 
-    cut: Cut | None  # cells and arcs that are kept; None: all
+    cut: Cut | None  # kept cells and arcs; None: all
     size: RegionSize
-    asked: SizeOptions  # the size as asked for, with the seeds in `init`
+    asked: SizeOptions  # size options of the user, including seeds in `init`
     init: Init | Seeds  # a seeding method, or the initial centers among kept cells
 
     @classmethod
@@ -39,10 +39,10 @@ class Plan:
         cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start], n_threads: int,
         *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
-        """Return the plan for a graph; errors are those of `segment`.
+        """Return the plan for a graph; raises the errors of `segment`.
 
-        `order` holds the index of each cell in the source, for graphs in another order: seeds and
-        labels in `start` are for cells of the source.
+        `order` holds the index of each cell in the source if the graph is in another order. Seeds
+        and labels in `start` refer to the source.
         """
         asked, given = start
         kept, measures = None, graph.measures
@@ -57,7 +57,7 @@ class Plan:
 
     @property
     def groups(self) -> Ints:
-        """Group of each kept cell, see `Cut`; empty if there are none."""
+        """Group of each kept cell (see `Cut`); empty without groups."""
         return NO_GROUPS if self.cut is None else self.cut.groups
 
     def placed_cells(
@@ -65,7 +65,7 @@ class Plan:
     ) -> tuple[_core.PlacedCells, ArcLengths]:
         """Return the kept cells in their final order, and their arcs.
 
-        `placed` are all cells, if an earlier stage has already ordered them.
+        `placed` holds all cells if an earlier stage has already ordered them.
         """
         cut = self.cut
         if cut is None:
@@ -76,7 +76,7 @@ class Plan:
         return _core.PlacedCells(*cells, n_threads), (cut.offsets, cut.neighbors, lengths[cut.arcs])
 
     def whole(self, result: Segmentation) -> Segmentation:
-        """Return the result for all cells, with label -1 where a cell was left out."""
+        """Return the result for all cells; cells that are not kept are labeled -1."""
         if self.cut is None:
             return result
         labels, centers = self.cut.whole_labels(result.labels), self.cut.cells[result.centers]
@@ -91,11 +91,11 @@ def _first_centers(
     n_threads: int,
     order: Ints | None = None,
 ) -> Init | Seeds:
-    """Return the name of a way to place seeds, or the first centers as indices of positions.
+    """Return the name of a seeding method, or the initial centers as indices of positions.
 
-    A segmentation gives its centers. Labels, one per cell, give for each region the cell nearest to
-    the centroid of its kept cells (None: all are kept). Other arrays are centers already. `order`
-    holds the index of each cell in the source, to which labels and centers refer.
+    The initial centers are the centers of a segmentation; or, for one label per cell, the kept cell
+    nearest to the centroid of each region (None: all are kept); or a given array of centers. Labels
+    and centers refer to the source; `order` holds the index of each cell in the source.
     """
     if isinstance(init, str):
         return init
@@ -123,14 +123,14 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
 
 
 def _places_of(cells: Ints, order: Ints) -> Ints:
-    """The positions of these cells in an order: its inverse permutation."""
+    """Return the positions of these cells in an order, by its inverse permutation."""
     places = np.empty_like(order)
     places[order] = np.arange(len(order), dtype=order.dtype)
     return places[cells]
 
 
 def _are_all_different(given: Array) -> bool:
-    """Whether this is a permutation of 0..N-1: then each cell is a center."""
+    """Return whether this is a permutation of 0..N-1, so that each cell is a center."""
     return bool(np.array_equal(np.sort(given), np.arange(len(given))))
 
 
@@ -138,14 +138,14 @@ def _labels_of(given: Array, n_cells: int) -> Ints:
     try:
         return checked_partial_labels(given, n_cells)[0]
     except ValueError as error:
-        raise ValueError(f"init has a label per cell, but {error}") from None
+        raise ValueError(f"init has one label per cell, but {error}") from None
 
 
 def _centers_of(labels: Ints, positions: Floats, measures: Floats, n_threads: int) -> Ints:
-    """The center of each region, in the order of labels; cells labeled -1 are in no region."""
+    """Return the center of each region by label; cells labeled -1 are in no region."""
     kept = np.flatnonzero(labels >= 0)
     if not len(kept):
-        raise ValueError("init has a label per cell, but all are -1 where cells are kept")
+        raise ValueError("init has one label per cell, but all kept cells are labeled -1")
     values, compact = np.unique(labels[kept], return_inverse=True)
     placed = _core.PlacedCells(positions[kept], measures[kept], n_threads)
     no_arcs = (np.zeros(len(kept) + 1, np.int64), np.empty(0, np.int32), np.empty(0, np.float32))

@@ -1,4 +1,4 @@
-"""Stage 3: the first centers."""
+"""Stage 3: place seeds, the initial centers."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
 
 SEED_SPACING = 2.0
-"""Reach of a flooded region, and edge of a grid cube, in radii."""
+"""Reach of a flooded region and edge length of a grid cube, in expected radii."""
 
 CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
-"""The enumeration of the core, by the names that users give."""
+"""Enumerators of the core by public name."""
 
 
 def place_seeds(
@@ -25,32 +25,38 @@ def place_seeds(
     islands: Islands = "keep",
     n_threads: int | None = None,
 ) -> Ints:
-    """Return the first centers.
+    """Return the initial centers.
 
     Parameters
     ----------
     graph : CellGraph
     n_segments : int, optional
-        Number of regions k, 1 to N: the expected radius is then r = sqrt(A / (pi k)), A the sum of
-        all measures. 150 (N, if that is less) if neither this nor `radius` is given.
+        Number of regions k, 1 to N. The expected radius is then r = sqrt(A / (pi k)), where A is
+        the sum of all measures. The default is 150, or N if N is less, unless `radius` is given.
     radius : float, optional
-        r as a fraction of the diagonal of the graph's bounds, > 0; k is then A / (pi r^2), rounded.
-    init : {"farthest", "geodesic", "flood", "grid"} or array_like of int
-        ``"farthest"``: the cell nearest to the centroid of all, then repeatedly the cell
-        farthest (Euclidean) from all seeds so far; exactly k seeds, in O((N + k) log N) in
-        practice. ``"geodesic"``: likewise the cell with the longest path to all seeds so far, so
-        that seeds are denser where creases are; exactly k, in O(N log N log k) in practice. Several
-        components begin with the central cell of each that is no island, the largest first.
-        ``"flood"``: cells are visited in the order of their path length
-        from that first cell, and one that no region has reached yet starts a region, which expands
-        to 2 r; each further component is flooded from its lowest cell. ``"grid"``: the cells in
-        each cube of edge 2 r of a grid over the bounds are one region, whose center is taken.
-        Flood and grid give about as many seeds as the radius asks for. An array: these cells.
+        r as a fraction of the diagonal of the graph's bounds, > 0. Then k is A / (pi r^2), rounded.
+    init : {"geodesic", "farthest", "flood", "grid"} or array_like of int
+        How to place seeds.
+
+        - ``"geodesic"``: start with the central cell, the one nearest to the centroid; then add
+          the cell with the longest path from all seeds, again and again. Seeds are denser near
+          creases. Exactly k seeds; O(N log N log k) in practice. With several components, start
+          with the central cells of all components but islands, the largest first.
+        - ``"farthest"``: the same with Euclidean distances. Exactly k seeds; O((N + k) log N) in
+          practice.
+        - ``"flood"``: visit cells in the order of their path length from the central cell. A cell
+          that no region has reached starts a new region, which expands to 2 r. Each further
+          component is flooded from its lowest cell.
+        - ``"grid"``: divide the bounds into cubes of edge 2 r; take the center of the cells in each
+          cube.
+        - an array: these cells.
+
+        The number of seeds of flood and grid is only close to k.
     islands : {"keep", "nearest"}
-        Islands are components with less than half of the measure of a region (A / k), as long as
-        the larger ones have k cells, and all but the k largest components. They get no geodesic
-        seeds. Where they are to join the nearest region, they get no seeds of ``"farthest"``, which
-        then begins with the same central cells, and of ``"flood"`` either.
+        Islands are all components but the k largest, and components with less than half of the
+        mean measure of a region (A / k), as long as the other components have k cells. Islands get
+        no geodesic seeds. With ``"nearest"`` they get no seeds of ``"farthest"`` and ``"flood"``
+        either, and ``"farthest"`` starts with the same central cells as ``"geodesic"``.
     n_threads : int, optional
         As for `segment`.
 
@@ -61,14 +67,14 @@ def place_seeds(
 
     Notes
     -----
-    Arcs that lead one way connect as all others do. Cells that no seed reaches are then the
-    farthest by path length, and the last to be visited of their component by ``"flood"``.
+    One-way arcs connect components like all others. Cells that no path from a seed reaches count as
+    the farthest by path length, and ``"flood"`` visits them last in their component.
 
     Raises
     ------
     ValueError
-        If an argument is out of range, `n_segments` does not agree with given seeds, or the cells
-        have no area that a radius for flood or grid could be derived from.
+        If an argument is out of range, `n_segments` differs from the number of given seeds, or all
+        measures are 0, so that flood and grid have no radius.
     TypeError
         If an argument has the wrong type.
 
@@ -92,7 +98,7 @@ def run_seeding(
     graph: _core.OrderedGraph, bounds: Floats, size: RegionSize,
     options: SizeOptions, init: Init | Seeds, islands: str, n_threads: int,
 ) -> Ints:  # fmt: skip
-    """Place seeds as asked for, for regions of a known size."""
+    """Place seeds by checked options, for regions of a known size."""
     if not isinstance(init, str):
         return _given_seeds(options, graph.n_cells)
     checked_choice(init, "init", INITS)
@@ -120,4 +126,4 @@ def _given_seeds(options: SizeOptions, n_cells: int) -> Ints:
 def _positive_radius(size: RegionSize, init: str) -> float:
     if size.radius > 0:
         return size.radius
-    raise ValueError(f"init={init!r} needs a radius, and the faces have no area to derive it from")
+    raise ValueError(f"init={init!r} needs a radius, but the total area of the faces is 0")

@@ -1,4 +1,4 @@
-"""The result of a segmentation: labels, centers, and facts about the run."""
+"""The result of a segmentation: labels, centers, and a record of the run."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .. import _core
 from .._types import Array, Ints
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_surface
-from ..cells.patches import patches_of
 from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..cells.surface import Surface
 from ..mesh.cells import Cells
@@ -25,19 +25,19 @@ StopReason = Literal["converged", "settled", "max_num_iter", "cancelled"]
 
 @dataclass(frozen=True)
 class Level:
-    """Record of the loop on one graph: that of all cells, or one of coarser cells.
+    """Record of the loop on one level: on all cells, or on coarse cells.
 
     Attributes
     ----------
     n_cells : int
-        Number of its cells.
+        Number of cells of the level.
     n_iter : int
-        Number of iterations on it. All faces after coarser cells get one, which is a
-        classification.
+        Number of iterations. After coarse levels, all faces get one classification, which counts
+        as an iteration.
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
-        Why they ended, as for `Segmentation`.
+        Why the iterations ended; see `Segmentation`.
     seconds : float
-        Wall time of these iterations.
+        Wall time.
     """
 
     n_cells: int
@@ -48,57 +48,56 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class Segmentation:
-    """The result of `segment`: a label for every face, and facts about the run.
+    """The result of `segment`: one label per face, and a record of the run.
 
-    ``np.asarray(segmentation)`` is ``labels``. A notebook shows it with a picture, drawn without a
-    display, if the extra `viz` is there and there are at most 200,000 faces or 50,000 points.
+    ``np.asarray(segmentation)`` is ``labels``. A notebook shows the regions as a picture if the
+    extra `viz` is installed and there are at most 200,000 faces or 50,000 points.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        Region of each face, 0..K-1, in the order of the input; -1 for those that a mask left out.
+        Region of each face, 0..K-1, in the order of the input; -1 for faces outside the mask.
     centers : ndarray of int32, shape (K,)
-        The face that represents each region, and belongs to it. The labels are the classification
-        by these centers, or by the coarse cells that they are in, followed by the clean-up of
-        regions, if there is one (as there is in `segment` by default).
+        One face of each region that represents it. Each face has the label of the center with the
+        shortest path (large regions use paths on coarse cells), except where the clean-up of
+        stage 5 changed it.
     n_segments : int
         Number of regions, K.
     n_iter : int
-        Number of iterations, on all levels together. Where regions have many faces, most of them
-        are on coarser cells; see ``levels``.
+        Number of iterations on all levels together; see ``levels``.
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
-        Why the loop ended: the centers moved less than `tol`; they alternate between a few states,
-        none of which is better; the maximum number of iterations; `progress` returned False. With
-        several levels, why it ended on the finest coarse one. On a level with `relocate`, why the
-        last round of it ended.
+        Why the loop ended. ``"converged"``: the centers moved less than `tol`. ``"settled"``: the
+        centers alternate between a few equally good states. ``"max_num_iter"``: the limit was
+        reached. ``"cancelled"``: `progress` returned False. With several levels, the reason on the
+        finest coarse level; with `relocate`, the reason of its last round.
     n_unreached : int
-        Islands that no center reached: components that got no seed and, with `radius_factor`, faces
-        out of reach. With ``islands="keep"`` each made one more region, which K counts; with
-        ``"nearest"`` they joined the nearest region, or are regions where barriers keep them from
-        all others.
+        Number of islands that no center reached: components without a seed and, with
+        `radius_factor`, faces out of reach. With ``islands="keep"`` each is a region of its own
+        and counts in K. With ``"nearest"`` each joined the nearest region, unless barriers enclose
+        it.
     n_joined : int
-        Pieces of regions that joined a neighbor, with ``enforce_connectivity``.
+        Number of pieces of regions that joined a neighbor, with ``enforce_connectivity``.
     n_merged : int
-        Small regions that were merged into another, with ``min_size``: K was larger by as many.
+        Number of small regions merged into others, with ``min_size``. They do not count in K.
     n_islands : int
-        Small regions that have no neighbor, and were kept.
+        Number of small regions that were kept because they have no neighbor.
     n_extra_pieces : int
-        Pieces of regions beyond one for each: with ``cells_per_region``, where no connected regions
-        of these sizes were found.
+        Number of connected pieces minus K. Above 0 only with ``cells_per_region``, if no connected
+        regions of these sizes were found.
     sliver_share : float or None
-        Share of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, with the
-        expected radius r. Above 0.1 regions become stripes, and `segment` warns. None for cells of
-        a graph of one's own, which have no length.
+        Fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, with the
+        expected radius r. Above 0.1 regions become stripes, and `segment` warns. None for a
+        `CellGraph`, whose cells have no shape.
     levels : tuple of Level
         Record of the loop on each level, the coarsest first, all faces last.
     timings : dict of str to float
-        Seconds of wall time in each stage.
+        Wall time of each stage, in seconds.
     params : dict
-        The parameters as used. ``expected_radius`` is r in the unit of the vertices, where
-        ``radius`` is the fraction of the diagonal that was asked for, or None.
+        The parameters used. ``expected_radius`` is r in the unit of the vertices; ``radius`` is
+        the parameter, a fraction of the diagonal or None.
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
-        What was segmented, as `segment` understood it; it is not copied. `regions` needs it. None
-        for a result that was made by hand.
+        The segmented mesh, cloud or graph, not copied; needed by `regions`, `plot` and `view`. None
+        for a result made by hand.
     """
 
     labels: Ints
@@ -123,12 +122,12 @@ class Segmentation:
 
     @cached_property
     def patches(self) -> Ints:
-        """The cells of each region, shape (K, size of the largest), padded with -1.
+        """The cells of each region, shape (K, size of the largest region), padded with -1.
 
-        With ``cells_per_region=64`` these are batches for networks over patches: all have 64 cells
-        but one per component. The cells of a region are in the order of a walk along the surface:
-        each is a neighbor of the one before, but where the walk came to a dead end and went on from
-        the last cell on its way that had a neighbor left. It begins at the narrowest end.
+        With ``cells_per_region=64`` these are batches for networks over patches: each patch has 64
+        cells, except one per component. The cells of a region are in the order of a depth-first
+        walk that starts at its narrowest end: each cell is a neighbor of the previous one, unless
+        the walk has to backtrack.
 
         Raises
         ------
@@ -142,13 +141,18 @@ class Segmentation:
         >>> result.patches.shape[1], (result.patches < 0).sum(axis=1).nonzero()[0].size <= 1
         (64, True)
         """
-        return patches_of(self._surface, self.labels, self.n_segments)
+        surface = self._surface
+        walk = _core.walk_regions(*surface.arcs, self.labels, self.n_segments, surface.n_threads)
+        counts = np.bincount(self.labels[self.labels >= 0], minlength=self.n_segments)
+        padded = np.full((self.n_segments, int(counts.max(initial=0))), -1, np.int32)
+        padded[np.arange(padded.shape[1]) < counts[:, None]] = walk
+        return padded
 
     @cached_property
     def regions(self) -> RegionGraph:
         """The region graph: areas, centroids, neighbors and borders; see `region_graph`.
 
-        Made when it is first asked for, and kept. Its centers are those of the segmentation.
+        It is computed on first use, and has the centers of the segmentation.
 
         Raises
         ------
@@ -158,7 +162,7 @@ class Segmentation:
         return region_graph_of(self._surface, self.labels, self.n_segments, self.centers)
 
     def plot(self, **options: Any) -> Plot:
-        """Return a picture of the regions: ``superfacets.plot`` of the cells with these labels.
+        """Draw the regions: ``superfacets.plot(cells, labels)``.
 
         Raises
         ------
@@ -170,7 +174,7 @@ class Segmentation:
         return plot(self._known_cells("plot"), self.labels, **options)
 
     def view(self, **options: Any) -> Page:
-        """Return a page to look at: ``superfacets.view`` of the cells with these labels.
+        """Return an interactive page of the regions: ``superfacets.view(cells, labels)``.
 
         Raises
         ------
@@ -187,7 +191,7 @@ class Segmentation:
         return as_surface(cells, weld=self.params.get("weld", True), n_threads=None)
 
     def _known_cells(self, instead: str) -> Any:
-        """The cells; an error if there are none says which function takes them."""
+        """Return the cells; if there are none, the error names the function that takes them."""
         if self.cells is None:
             raise ValueError(
                 f"the segmentation does not know its cells: call {instead}(mesh, labels)"
@@ -206,13 +210,13 @@ class Segmentation:
         )
 
     def _repr_html_(self) -> str:
-        """Show a notebook a picture, where one can be drawn, counts, and the sizes of regions."""
+        """Return HTML for notebooks: a picture if possible, counts, and the sizes of regions."""
         from ..pictures.notebook import html_of
 
         return html_of(self)
 
     def _repr_png_(self) -> bytes | None:
-        """Show a notebook that takes no HTML the picture alone."""
+        """Return the picture alone, for notebooks that do not show HTML."""
         from ..pictures.notebook import png_of
 
         return png_of(self)

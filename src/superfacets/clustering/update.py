@@ -1,4 +1,4 @@
-"""Stage 4b: centers from labels."""
+"""Stage 4b: move centers to the middle of their regions."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ..cells.cell_graph import CellGraph, checked_graph
 def update_centers(
     graph: CellGraph, labels: npt.ArrayLike, *, n_threads: int | None = None
 ) -> Ints:
-    """Return the center of each region: its cell nearest to the mean of its cells' positions.
+    """Return the center of each region: the cell nearest to the centroid of the region.
 
-    The mean is weighted by the measures (the plain mean where all are 0), and may lie off the
-    surface; ties go to the lowest index. Time O(N + K).
+    The centroid is the mean position of the cells weighted by their measures (unweighted if all
+    measures are 0). It may lie off the surface. Ties go to the lowest index. Time O(N + K).
 
     Parameters
     ----------

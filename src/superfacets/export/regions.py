@@ -13,7 +13,7 @@ from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.atomic import StrPath, atomic_outputs, output_folder
 from ..io.readers.labels import checked_labels
-from ..regions.parts import Splitter
+from ..regions.submeshes import Splitter
 from .cells import CellWriter, FormatOptions, usual_ending
 
 

@@ -25,19 +25,19 @@ def enforce_connectivity(
 ) -> RegionEdit:
     """Return labels whose regions are connected.
 
-    A region keeps the piece with its center or, if no centers are given, its largest piece. Each
-    other piece, the smallest first, joins the neighbor with the longest common border, where a
-    border in a crease counts less, as in `smooth_borders`. A piece without a neighbor becomes a
-    region of its own.
+    A region keeps the piece that contains its center or, without centers, its largest piece. All
+    other pieces, the smallest first, join the neighbor with the longest common border. A border
+    in a crease counts less, as in `smooth_borders`. A piece without a neighbor becomes a new
+    region.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once; cells labeled -1 are left alone: they are in no region.
+        0..K-1, each at least once. Cells labeled -1 are in no region and keep this label.
     centers : array_like of int, shape (K,), optional
-        A face of each region.
+        One face of each region.
     weights : array_like, shape (M,), optional
         As for `smooth_borders`.
     weld, n_threads
@@ -46,19 +46,19 @@ def enforce_connectivity(
     Returns
     -------
     RegionEdit
-        Regions keep their labels; islands follow, in the order of their lowest faces.
+        Regions keep their labels. New regions follow, in the order of their lowest faces.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If the labels are not integers, not one per face, below -1, with gaps or all -1, a center is
-        not in its region, or another parameter is out of range or of the wrong type.
+        If labels are not integers >= -1, one per face, a label 0..K-1 is missing or all are -1, a
+        center is not in its region, or another parameter is out of range or of the wrong type.
 
     Notes
     -----
-    Time O(N + M), and O(B log^2 B) for B borders between pieces.
+    Time O(N + M + B log^2 B) for B borders between pieces.
 
     Examples
     --------
@@ -105,7 +105,7 @@ def connect_regions(
 
 
 def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Ints:
-    """The largest piece of each region, the lowest of equals."""
+    """Return the largest piece of each region, in a tie the one with the lowest index."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)
     largest[region_of_piece[order]] = order  # the last one written is the largest

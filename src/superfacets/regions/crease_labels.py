@@ -1,4 +1,4 @@
-"""Stage 5: labels of vertices whose borders follow creases."""
+"""Stage 5: label vertices so that borders follow creases."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from ..mesh.faces import Corners, mean_normals, vertex_graph
 
 
 class VertexEdges(NamedTuple):
-    """Vertices, or points, and their edges in CSR form, each edge in both directions."""
+    """Vertices or points, and their edges in CSR form, each edge in both directions."""
 
     offsets: Longs  # (V + 1,)
     neighbors: Ints  # (M,)
     positions: Floats  # (V, 3)
-    normals: Floats  # (V, 3) means of unit normals, or 0
+    normals: Floats  # (V, 3) mean of the unit normals of adjacent cells, or 0
 
 
 class _Regions(NamedTuple):
-    """Cells with labels from 0 to `n` - 1, not all of which have to occur."""
+    """Cells with labels 0 to `n` - 1; labels may be missing."""
 
     cells: Any
-    corners: Corners  # welded: each position has one vertex
+    corners: Corners  # welded: one vertex per position
     labels: Ints
     n: int
 
@@ -37,10 +37,10 @@ class _Regions(NamedTuple):
 def crease_labels(
     cells: Any, labels: Ints, n_labels: int, n_threads: int, *, least: int = 1, merge: bool = False
 ) -> Ints:
-    """Return labels of vertices whose borders follow creases, see `vertex_labels`.
+    """Return labels of vertices whose borders follow creases; see `vertex_labels`.
 
-    `cells` are of a kind with corners, labels -1 to `n_labels` - 1. With `merge`, regions that
-    cannot grow to `least` vertices are united with others, and have the lowest label.
+    The kind of `cells` has corners; labels are -1 to `n_labels` - 1. With `merge`, regions that
+    cannot grow to `least` vertices are merged with others, under the lowest label of the two.
     """
     found = np.full(cells.n_vertices, -1, np.int32)
     if labels.max() < 0:
@@ -62,7 +62,7 @@ def crease_labels(
 
 
 def corners_in(cells: Any) -> Corners:
-    """The corners of cells; a MeshError for kinds of cells without vertices."""
+    """Return the corners of cells; a MeshError for kinds of cells without vertices."""
     kind = kind_of(cells)
     corners = kind.corners(cells)
     if corners is None:
@@ -75,9 +75,9 @@ def large_regions(
 ) -> Ints:
     """Return labels after regions of fewer than `least` vertices have grown to this size.
 
-    They take vertices of regions that stay connected and have `least` vertices left. With `merge`,
-    regions that are still smaller are united with others. `counts` holds the number of vertices
-    that each one stands for. Labels are 0 and up; -1 only where there are no edges.
+    They take vertices from regions that stay connected and keep `least` vertices. With `merge`,
+    regions that are still too small are merged with others. `counts` holds the number of welded
+    vertices at each position. Labels are >= 0, or -1 at vertices without edges.
     """
     if least < 2:
         return labels
@@ -87,7 +87,7 @@ def large_regions(
 
 
 def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
-    """The cells with labels, with the same vertices, and their labels."""
+    """Return the labeled cells, with all vertices, and their labels."""
     if labels.min() >= 0:
         return cells, labels
     kept = np.flatnonzero(labels >= 0)
@@ -97,23 +97,26 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
 
 
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
-    """Labels of positions: those at borders are found by Kruskal's algorithm.
+    """Return labels of positions; at borders they are found by Kruskal's algorithm.
 
-    Regions that are nowhere else keep their vertices at borders. Of a region that falls apart, the
-    largest piece stays, and the vertices of the others get other labels.
+    A region that has only border vertices keeps them. If a region falls apart, its largest piece
+    keeps the label, and the vertices of other pieces are labeled again.
     """
     majority, at_border = _majority(regions, len(edges.positions), n_threads)
     inside = majority[~at_border]
     has_inside = np.bincount(inside[inside >= 0], minlength=regions.n) > 0
     seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
     found = _core.spread_labels(*edges, seeds, majority, n_threads)
-    found = np.where(found < 0, majority, found)  # a component that is all border
+    found = np.where(found < 0, majority, found)  # components with border vertices only
     found[_in_stray_pieces(edges, regions, found, n_threads)] = -1
     return _core.spread_labels(*edges, found, majority, n_threads)
 
 
 def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
-    """The label of most of the area around each position; each region has a vertex, if possible."""
+    """Return the label with the largest area around each position.
+
+    Each region gets at least one vertex if there are enough vertices.
+    """
     sizes = regions.corners.sizes
     majority = weighted_majority(
         regions.corners.vertices,
@@ -126,7 +129,7 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
 
 
 def _give_vertices(of_vertices: Ints, regions: _Regions) -> None:
-    """Give a vertex of its cells to each region that has none, while there are enough vertices."""
+    """Give each region without vertices a vertex of its cells, as long as there are enough."""
     counts = np.bincount(of_vertices[of_vertices >= 0], minlength=regions.n)
     lost = np.flatnonzero((counts == 0) & (np.bincount(regions.labels, minlength=regions.n) > 0))
     if not len(lost):
@@ -150,10 +153,11 @@ def _give_vertex(
     counts: Array,
     searched: set[int],
 ) -> None:
-    """Give a vertex to a region: an augmenting path of a matching of regions and vertices.
+    """Give a vertex to a region by an augmenting path in the matching of regions and vertices.
 
-    A region that gives its only vertex takes one of another region. `searched` holds the regions
-    from which no chain leads to a region with several vertices; it is extended if this one fails.
+    A region that gives away its only vertex takes one from the next region of the path.
+    `searched` holds regions from which no path leads to a region with several vertices. A failed
+    search adds all regions that it reached.
     """
     reached: dict[int, tuple[int, int] | None] = {region: None}
     queue = [region]
@@ -177,9 +181,9 @@ def _give_vertex(
 
 
 def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threads: int) -> Array:
-    """Whether each vertex is in a piece of its region's labels that has to go.
+    """Return whether each vertex is in a piece of its region that has to be labeled again.
 
-    Cells of one label that are not connected are regions of their own: each may keep a piece.
+    Each connected part of the cells of a region keeps its largest piece.
     """
     pieces, n_pieces = _core.find_components(edges.offsets, edges.neighbors, found)
     label_of_piece = np.empty(n_pieces, np.int32)
@@ -201,7 +205,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
 def _part_of_piece(
     regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
 ) -> Ints:
-    """For each piece of a divided region, a connected part of its cells that the piece touches."""
+    """Return, for each piece of a divided region, a connected part of its cells at that piece."""
     kind = kind_of(regions.cells)
     chosen = np.flatnonzero(is_divided[regions.labels])
     labels = regions.labels[chosen]

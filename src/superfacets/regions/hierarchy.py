@@ -1,4 +1,4 @@
-"""Stage 5: nested levels of regions, made by merging neighbors, and the tree of all merges."""
+"""Stage 5: merge neighboring regions into nested levels, and keep the tree of all merges."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ from ..clustering.segmentation import Segmentation
 from .edit import BorderCosts
 
 MERGE_CREASE_WEIGHT = 12.0
-"""Length that a border in a deep crease adds to the distance of two regions, in their radii.
+"""Distance that a border in a deep crease adds between two regions, in radii of regions.
 
-50 regions merged from 150 have an undersegmentation error of 0.193 at 6, 0.188 at 12 and 0.184 at
-16 on a third of the benchmark models, and a compactness of 4.07, 4.15 and 4.20 (direct ones: 0.181
-and 4.11). The differences of the spectral embedding in the cost make the error higher by 0.01."""
+On a third of the benchmark models, merging 150 regions to 50 gives an undersegmentation error of
+0.193 at 6, 0.188 at 12 and 0.184 at 16, and a compactness of 4.07, 4.15 and 4.20; `segment` with 50
+regions gives 0.181 and 4.11. Distances in the spectral embedding raise the error by 0.01."""
 
 MERGE_CREASE_SCALE = 1.6
-"""Crease cost of a border, in r, for which 1/e of its length counts as open.
+"""Crease cost of a border, in r, at which 1/e of its length counts as open.
 
-Creases count more than in `smooth_borders`: with 3 the error is 0.222 at the same compactness."""
+Creases count more here than in `smooth_borders`: with 3 the error is 0.222 at the same
+compactness."""
 
 Borders = tuple[Ints, Ints, Floats, Floats]
 
@@ -41,7 +42,7 @@ class MergeTree:
         The two nodes that each merge joins, the lower first. Nodes 0..K-1 are the regions, node
         K + m is the result of merge m.
     costs : ndarray of float64, shape (M,)
-        Cost of each merge. It mostly rises, but need not.
+        Cost of each merge; usually ascending.
     """
 
     n_regions: int
@@ -54,13 +55,16 @@ class MergeTree:
         return self.n_regions - len(self.children)
 
     def regions_at(self, n: int) -> Ints:
-        """Return the region, 0..n-1, that each is part of when n are left; by lowest regions."""
+        """Return the new region, 0..n-1, of each region when n are left.
+
+        New regions are numbered in the order of their lowest old regions.
+        """
         n_merges = self.n_regions - n
         parents = np.arange(self.n_regions + n_merges)
         merged = self.children[:n_merges]
         parents[merged.ravel()] = self.n_regions + np.repeat(np.arange(n_merges), 2)
         while not np.array_equal(above := parents[parents], parents):
-            parents = above  # paths to the roots become half as long
+            parents = above  # halves the paths to the roots
         roots = parents[: self.n_regions]
         _, lowest, inverse = np.unique(roots, return_index=True, return_inverse=True)
         ranks = np.empty(n, np.int32)
@@ -72,23 +76,23 @@ class MergeTree:
 class Hierarchy:
     """Nested levels of regions: the result of `superfacets.hierarchy`.
 
-    Regions of each level are unions of regions of all finer ones. They are numbered in the order of
-    the lowest region of the finest labels in each: level for level the same, whatever other levels
-    were asked for.
+    Each region of a level is a union of regions of every finer level. Regions are numbered in the
+    order of the lowest finest region that each contains, so the labels of a level do not depend on
+    the other levels.
 
     Attributes
     ----------
     counts : tuple of int
         Number of regions on each level, the finest first.
     finest : ndarray of int32, shape (N,)
-        The labels that merging began with, 0..K-1, and -1 for cells that were left out.
+        The labels before the first merge, 0..K-1, and -1 for cells in no region.
     children : ndarray of int32, shape (M, 2)
         The merge tree: the two nodes that each merge joins, the lower first. Nodes 0..K-1 are the
         regions of `finest`, node K + m is the result of merge m. After m merges K - m regions are
         left.
     costs : ndarray of float64, shape (M,)
-        The cost of each merge, in the squared unit of the positions; with features, in squared
-        units of these times area. It mostly rises from merge to merge, but need not.
+        The cost of each merge, usually ascending: in the squared unit of the positions, or with
+        features in their squared unit times area.
     segmentation : Segmentation or None
         The segmentation with the labels `finest`; None if labels were given.
     """
@@ -101,25 +105,25 @@ class Hierarchy:
 
     @property
     def n_finest(self) -> int:
-        """Number of regions that merging began with, K: the most to cut at."""
+        """Number of regions before the first merge, K: the largest n for `cut`."""
         return self._tree.n_regions
 
     @property
     def n_fewest(self) -> int:
-        """Number of regions that it ended with: the fewest to cut at."""
+        """Number of regions after the last merge: the smallest n for `cut`."""
         return self._tree.n_fewest
 
     @cached_property
     def levels(self) -> list[Ints]:
-        """The labels of each level, (N,) int32, the finest first; `cut` at all `counts`."""
+        """The labels of each level, (N,) int32, the finest first: `cut` for each of `counts`."""
         return [self.cut(n) for n in self.counts]
 
     @cached_property
     def parents(self) -> list[Ints]:
-        """For each level but the last, the region of the next level that each region is part of.
+        """For each level but the last, the region of the next level that contains each region.
 
         ``parents[i]`` has shape (counts[i],), and ``parents[i][levels[i]]`` is ``levels[i + 1]``
-        (for cells that were not left out).
+        except at cells labeled -1.
         """
         found = []
         at_all = [self._tree.regions_at(n) for n in self.counts]
@@ -134,17 +138,17 @@ class Hierarchy:
         return MergeTree(int(self.finest.max()) + 1, self.children, self.costs)
 
     def cut(self, n: int) -> Ints:
-        """Return the labels of n regions: those after all but the last merges that make fewer.
+        """Return the labels of the level with n regions.
 
         Parameters
         ----------
         n : int
-            `n_fewest` to `n_finest`; it need not be one of `counts`.
+            From `n_fewest` to `n_finest`, not only one of `counts`.
 
         Returns
         -------
         ndarray of int32, shape (N,)
-            0..n-1, each at least once, and -1 for cells that were left out. Time O(N + K log K).
+            0..n-1, each at least once, and -1 for cells in no region. Time O(N + K log K).
 
         Raises
         ------
@@ -160,12 +164,12 @@ class Hierarchy:
 
 
 def checked_cut(n: int, name: str, tree: MergeTree) -> int:
-    """Return a number of regions that a tree can be cut at; a ValueError or TypeError if not."""
+    """Check a number of regions at which a tree can be cut, and return it."""
     count = checked_count(n, name, tree.n_regions, "regions on the finest level")
     if count < tree.n_fewest:
         raise ValueError(
-            f"{name} is {count} but merging ends at {tree.n_fewest} regions that may not merge:"
-            " islands='nearest' merges across gaps, if there are no barriers"
+            f"{name} is {count} but merging ends at {tree.n_fewest} regions without neighbors:"
+            " islands='nearest' also merges across gaps, unless barriers separate the regions"
         )
     return count
 
@@ -180,7 +184,7 @@ def merge_neighbors(
     measures = surface.measures[is_kept]
     positions = np.ascontiguousarray(surface.positions[is_kept])
     areas = sums_by_label(kept, measures, n_regions)
-    shares = np.where(areas[kept] > 0, measures, 1.0)  # regions without area: count cells
+    shares = np.where(areas[kept] > 0, measures, 1.0)  # equal shares in regions of area 0
     borders = _borders_of(costs, labels, n_regions)
     if islands == "nearest":
         gaps = _gaps_between(borders, areas, kept, (positions, measures), surface.n_threads)
@@ -196,11 +200,11 @@ def merge_neighbors(
 
 
 def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
-    """The low and the high region of each border, its length, and its open length."""
+    """Return the lower and the higher region of each border, its length, and its open length."""
     surface, lengths, unit, _ = costs.args
     scale = MERGE_CREASE_SCALE * costs.radius
     n_threads = costs.surface.n_threads
-    named = np.where(labels < 0, np.int32(n_regions), labels)  # cells left out: one more region
+    named = np.where(labels < 0, np.int32(n_regions), labels)  # one more region for cells in none
     low, high, prices = _core.region_borders(surface, lengths, unit, scale, named, n_threads)
     *_, whole = _core.region_borders(surface, lengths, unit, np.inf, named, n_threads)
     is_kept = high < n_regions
@@ -208,7 +212,7 @@ def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
 
 
 def _means(labels: Ints, values: Floats, shares: Floats, n_regions: int) -> Floats:
-    """The mean of each region, (K, F); exact if all values of a region are equal."""
+    """Return the mean of each region, (K, F); exact if all values of a region are equal."""
     lowest = np.empty(n_regions, np.int64)
     lowest[labels[::-1]] = np.arange(len(labels))[::-1]
     origins = values[lowest]
@@ -221,9 +225,9 @@ def _means(labels: Ints, values: Floats, shares: Floats, n_regions: int) -> Floa
 def _gaps_between(
     borders: Borders, areas: Floats, labels: Ints, cells: tuple[Floats, Floats], n_threads: int
 ) -> tuple[Ints, Ints]:
-    """Pairs of regions across gaps, from each component to the nearest cell of larger ones.
+    """Return pairs of regions that bridge gaps: each component to the nearest cell of larger ones.
 
-    Of components with the same area, the one with the lowest region counts as larger.
+    Among components of equal area, the one with the lowest region counts as larger.
     """
     components, n_components = _components_of(borders, len(areas))
     total = sums_by_label(components, areas, n_components)
@@ -236,7 +240,7 @@ def _gaps_between(
 
 
 def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
-    """Components of regions that touch, in the order of their lowest regions."""
+    """Return connected components of regions, in the order of their lowest regions."""
     low, high, *_ = borders
     order = np.argsort(low, kind="stable")
     offsets = np.searchsorted(low[order], np.arange(n_regions + 1)).astype(np.int64)
@@ -245,7 +249,7 @@ def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
 
 
 def _with_gaps(borders: Borders, low: Ints, high: Ints) -> Borders:
-    """The borders, sorted with borders of length 0 across gaps."""
+    """Return the borders and gaps in one sorted list; gaps have length 0."""
     lows, highs = np.append(borders[0], low), np.append(borders[1], high)
     order = np.lexsort((highs, lows))
     nothing = np.zeros(len(low))

@@ -1,4 +1,4 @@
-"""Stage 5: masks of images of a mesh, carried to its regions."""
+"""Stage 5: label regions of a mesh from masks of images of it."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from ..mesh.pinhole_camera import PinholeCamera
 from .mask_votes import SeenSurface, Votes, collect_votes
 
 MOST_PAIRS = 500_000_000
-"""Largest sum, over all masks, of the squares of their numbers of regions. Objects take two minutes
-then; 100 images of a room in 10,000 regions have a tenth of it."""
+"""Largest sum, over all masks, of the squared number of regions in each. Finding objects then takes
+two minutes. 100 images of a room in 10,000 regions have a tenth of this sum."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,15 +39,15 @@ class LiftedLabels:
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        One per cell: ids of masks if they are consistent, else objects 0..n-1; -1 for no label.
+        One per cell: ids of masks if these are consistent, else objects 0..n-1; -1 for no label.
     region_labels : ndarray of int32, shape (K,)
-        The same, one per region.
+        The same labels, one per region.
     scores : ndarray of float64, shape (K,)
-        Share of the visible area of each region, over all images, in masks of its label: 0 to 1; 0
-        without a label.
+        Fraction, 0 to 1, of the visible area of each region (over all images) that is in masks of
+        its label; 0 for regions without a label.
     mask_labels : tuple of dict
-        For each image, the label of each mask by its id, -1 if no region has the label of the mask:
-        to carry classes or captions of masks to labels.
+        For each image, the label of each mask id; -1 if no region got the label of the mask. Use
+        it to look up classes or captions of masks by label.
     seen : ndarray of bool, shape (N,)
         Whether an image sees the cell, whether in a mask or not.
     """
@@ -60,7 +60,7 @@ class LiftedLabels:
 
     @property
     def found(self) -> Ints:
-        """The labels that regions have, ascending, without -1."""
+        """The labels of all regions, ascending, each once, without -1."""
         return np.unique(self.region_labels[self.region_labels >= 0])
 
     def __repr__(self) -> str:
@@ -79,37 +79,37 @@ def lift(
     overlap: Overlap = "smallest",
     n_threads: int | None = None,
 ) -> LiftedLabels:
-    """Return labels of regions, and of their cells, that masks of images of a mesh vote for.
+    """Return labels of regions and cells from masks of images, by vote.
 
-    Each pixel votes with the area of the surface that it shows, for the mask that it is in, or for
-    none. A region with at least half of its votes for masks gets the label with most of these. Both
-    sides of a face are visible. Surface that is seen at less than 6 degrees hides what is behind
-    it, but does not vote.
+    Each pixel votes for its mask, or for no mask, with the surface area that it shows. A region
+    with at least half of its votes in masks gets the label with the most votes. Both sides of a
+    face are visible. Surface seen at an angle below 6 degrees occludes, but does not vote.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`. Of tetrahedra the outer ones are seen. Clouds are refused: images look
-        through them.
+        As for `segment`. Cameras see the boundary of a tetrahedral mesh. Point clouds raise an
+        error, because they do not occlude.
     regions : Segmentation or array_like of int, shape (N,)
         0..K-1, each at least once; -1 for cells in no region.
     masks : iterable, one item per camera
-        Ids by pixel, integers of shape (height, width): 1 and up; 0 and below is no mask. Or masks
-        as bools, (n, height, width), with ids 1 to n. Or a list of these, or of the dictionaries
-        that SAM's mask generator returns.
+        Per image, one of: an integer array of shape (height, width) with the mask id of each pixel,
+        where 0 and below mean no mask; bools of shape (n, height, width), one mask each, with ids 1
+        to n; a list of bool masks, or of the dictionaries of SAM's mask generator.
     cameras : sequence of PinholeCamera
         From `read_cameras`, or made from poses.
     consistent_ids : bool, default False
-        Whether an id means the same in all images, as those of classes or tracked objects do.
-        Otherwise each image has ids of its own. Then regions that masks keep together become
-        objects: starting from single regions, the two groups that agree most are joined, until no
-        two agree by `agreement`. The label of a mask is the object that it shows most of.
+        Whether an id has the same meaning in all images, like ids of classes or tracked objects.
+        If not, regions that are often in the same mask become objects: starting from single
+        regions, the two groups with the highest agreement are merged until no agreement is at
+        least `agreement`. The label of a mask is the object with the largest area in it.
     agreement : float, default 0.5
-        Chance, above 0 up to 1, that two points of the same object that an image sees in masks are
-        in the same mask, for ids that are not consistent. More gives more and smaller objects.
+        Threshold, above 0 and up to 1, for ids that are not consistent. The agreement of two
+        groups is the probability that one mask contains two points, one of each group, that an
+        image sees in masks. Higher values give more and smaller objects.
     overlap : {"smallest", "largest"}
-        The mask that counts where masks given as bools overlap, by its number of pixels: parts, or
-        wholes. Of equally large masks the first.
+        The mask that wins where bool masks overlap: with the fewest pixels (parts) or the most
+        (wholes). In a tie the first.
     n_threads : int, optional
         As for `segment`. The result does not depend on it.
 
@@ -128,14 +128,13 @@ def lift(
         If the mesh is not valid, an image has another size than its camera, no camera sees the
         mesh, no mask shows a part of it, or there are too many regions to find objects.
     ValueError, TypeError
-        If regions, masks, cameras or parameters are of the wrong type or number.
+        If regions, masks, cameras or parameters have a wrong type or number.
 
     Notes
     -----
-    Time per image: some 20 ns per triangle and 30 ns per pixel. Images are worked on in parallel;
-    a batch of them is in memory at a time, so `masks` may be a generator. Objects take time that
-    grows with the square of the number of regions: for 100 images of a room, 0.2 s for 2,000 and
-    10 s for 10,000.
+    Each image takes about 20 ns per triangle and 30 ns per pixel. Images are processed in parallel,
+    a batch at a time, so `masks` may be a generator. Finding objects is quadratic in the number of
+    regions: for 100 images of a room, 0.2 s for 2,000 regions and 10 s for 10,000.
 
     Examples
     --------
@@ -153,7 +152,7 @@ def lift(
     is_consistent = checked_flag(consistent_ids, "consistent_ids")
     least = checked_share(agreement, "agreement")
     if least == 0:
-        raise ValueError("agreement must be above 0: at 0 all regions are one object")
+        raise ValueError("agreement must be above 0: with 0 all regions become one object")
     checked_choice(overlap, "overlap", get_args(Overlap))
     surface = SeenSurface(cells, labels, checked_threads(n_threads))
     votes = collect_votes(surface, masks, views, overlap)
@@ -174,19 +173,19 @@ def project_labels(
     *,
     n_threads: int | None = None,
 ) -> list[Ints]:
-    """Return the labels that cameras see, as images: to check poses, or to make masks.
+    """Return images of the labels that cameras see, to check poses or to make masks.
 
     Parameters
     ----------
     mesh, cameras, n_threads
         As for `lift`.
     labels : array_like of int, shape (N,)
-        One per cell, 0 and up; -1 for none.
+        One per cell, >= 0, or -1 for none.
 
     Returns
     -------
     list of ndarray of int32, shape (height, width)
-        For each camera, the label of the nearest cell in each pixel; -1 for no label, or no cell.
+        For each camera, the label of the nearest cell in each pixel; -1 for no label or no cell.
 
     Raises
     ------
@@ -226,9 +225,9 @@ def _checked_cameras(cameras: Any) -> list[PinholeCamera]:
 
 
 def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
-    """Object of each mask: the group of regions, joined by all masks, that it shows most of.
+    """Return the object of each mask: the group of regions with the largest area in it.
 
-    Regions that images see in no mask more than in masks take no part.
+    Regions with most of their visible area outside masks are ignored.
     """
     balance = np.where(votes.masks >= 0, votes.areas, -votes.areas)
     is_masked = sums_by_label(votes.regions, balance, n_regions) > 0
@@ -247,7 +246,7 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
 
 
 def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats]:
-    """Label of each region with most votes, -1 for none, and its share of the votes."""
+    """Return the winning label of each region, -1 for none, and its share of the votes."""
     total = sums_by_label(votes.regions, votes.areas, n_regions)
     is_masked = votes.masks >= 0
     regions, areas = votes.regions[is_masked], votes.areas[is_masked]
@@ -260,7 +259,7 @@ def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats]:
 
 
 def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
-    """Labels renamed to 0..n-1, in the order of the lowest regions; others become -1."""
+    """Renumber labels to 0..n-1 by the lowest region of each; labels of no region become -1."""
     kept, firsts = np.unique(winners, return_index=True)
     names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # the last: -1
     order = kept[np.argsort(firsts)]
@@ -270,7 +269,7 @@ def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
 
 
 def _by_image(votes: Votes, label_of: Ints, n_images: int) -> tuple[dict[int, int], ...]:
-    """Label by id of mask, for each image."""
+    """Return, for each image, the label of each mask id."""
     ends = np.searchsorted(votes.image_of, np.arange(n_images + 1)).tolist()
     return tuple(
         dict(zip(votes.ids[a:b].tolist(), label_of[a:b].tolist(), strict=True))

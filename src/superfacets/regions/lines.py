@@ -1,4 +1,4 @@
-"""Stage 5: the borders of regions as lines along edges, and the cells beside them."""
+"""Stage 5: borders of regions as lines along edges, and cells at borders."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 
 NO_REGION = -1
-"""Other side of a border at the boundary of the mesh."""
+"""Second region of a line at the boundary of the mesh."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,21 +30,21 @@ class BorderLines:
     Attributes
     ----------
     vertices : ndarray of int32, shape (P,)
-        Vertices of all lines, one line after the other; of welded vertices, the lowest at each
-        position.
+        Vertices of all lines, one line after the other. Welded vertices are named by the lowest at
+        their position.
     offsets : ndarray of int64, shape (L + 1,)
         Line i has ``vertices[offsets[i]:offsets[i + 1]]``, in order; see `line`.
     regions : ndarray of int32, shape (L, 2)
-        The two regions that each line separates, the lower one first. The second is -1 at the
-        boundary of an open mesh, or of cells in no region. Seen from outside, the first region lies
-        to the left, as far as faces are consistently oriented.
+        The two regions that each line separates, the lower first. The second is -1 at the boundary
+        of an open mesh, and at cells in no region. Where faces are consistently oriented, the first
+        region is on the left of the line, seen from outside.
     is_closed : ndarray of bool, shape (L,)
-        Whether the line goes on from its last vertex to its first, which is not repeated.
+        Whether the line is a loop. The first vertex of a loop is not repeated at its end.
     lengths : ndarray of float64, shape (L,)
-        Length of each, in the unit of the vertices.
+        Length of each line, in the unit of the vertices.
     junctions : ndarray of int32, shape (J,)
-        Vertices where lines end, ascending: the regions on both sides change there, or border edges
-        do not meet in pairs.
+        Vertices where lines end, ascending. There the regions on the two sides change, or the
+        number of border edges is not two.
     """
 
     vertices: Ints
@@ -73,12 +73,12 @@ def border_lines(
 ) -> BorderLines:
     """Return the borders between regions, and the boundary of an open mesh, as ordered lines.
 
-    A line runs along edges of the mesh from junction to junction, or around.
+    Lines run along edges of the mesh, from junction to junction or as closed loops.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`; it needs faces.
+        As for `segment`; only meshes with faces.
     labels : array_like of int, shape (F,)
         0..K-1, each at least once; -1 for faces in no region.
     weld, n_threads
@@ -87,7 +87,7 @@ def border_lines(
     Returns
     -------
     BorderLines
-        Lines with ends first, then closed lines.
+        Open lines first, then closed lines.
 
     Raises
     ------
@@ -98,12 +98,12 @@ def border_lines(
 
     Notes
     -----
-    At an edge where faces of three regions meet there is a line for each pair of them. Time
+    If faces of three regions share an edge, each pair of regions has a line there. Time
     O(F + B log B) for B border edges.
 
     Examples
     --------
-    A square of two triangles: its diagonal separates the two, each of which has two open sides.
+    A square of two triangles. The diagonal separates them, and each has two boundary edges:
 
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> lines = border_lines(square, [0, 1])
@@ -120,11 +120,11 @@ def border_lines(
 
 @dataclass(frozen=True, eq=False)
 class _Segments:
-    """Border edges, one row per edge and pair of regions that it separates, sorted by both."""
+    """Border edges: one row per edge and pair of regions that it separates, sorted by both."""
 
     edges: Longs  # (S,) number of the edge, 0..B-1
-    ends: Ints  # (S, 2) vertices, in the direction in which a face of the first region has them
-    regions: Ints  # (S, 2)
+    ends: Ints  # (S, 2) vertices, in the order of a face of the first region
+    regions: Ints  # (S, 2) lower and higher region
 
     @classmethod
     def of(
@@ -148,11 +148,11 @@ class _Segments:
 
     @property
     def kinds(self) -> Longs:
-        """A number for each edge, the same for edges that separate the same regions, (B,)."""
+        """A key per edge, (B,): equal keys mean that two edges separate the same regions."""
         firsts = np.flatnonzero(np.diff(self.edges, prepend=-1))
         keys = self.regions[:, 0].astype(np.int64) << 32 | (self.regions[:, 1] + 1)
         kinds = keys[firsts]
-        # An edge of several pairs, which is rare, gets a number that no pair has.
+        # Negative keys: for the rare edges with several pairs of regions.
         several: dict[tuple[int, ...], int] = {}
         stops = np.append(firsts[1:], len(keys))
         for edge in np.flatnonzero(stops - firsts > 1).tolist():
@@ -164,7 +164,7 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Sides of faces on borders: faces of the first region, their sides, and the second region."""
+    """Return the border sides: faces of the first region, their sides, and the second region."""
     sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]
     arcs = np.flatnonzero((own != NO_REGION) & ((own < others) | (others == NO_REGION)))
@@ -184,14 +184,14 @@ def _border_sides(
 
 def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
     vertices, places = np.unique(segments.ends, return_inverse=True)
-    ends = places.reshape(-1, 2)  # as places among the vertices of borders
+    ends = places.reshape(-1, 2)  # indices into the vertices of borders
     goes_on = _goes_on(segments, ends, len(vertices))
     partners = _partners_of(ends.ravel(), segments.regions, goes_on)
     offsets, entries, is_closed = _core.trace_lines(partners)
     is_open = is_closed == 0
     steps = mesh.vertices[segments.ends[:, 1]] - mesh.vertices[segments.ends[:, 0]]
     lengths = np.sqrt(np.einsum("ij,ij->i", steps, steps))[entries >> 1]
-    # A line that ends has one vertex more than segments.
+    # An open line has one more vertex than segments.
     ends_before = np.concatenate([[0], np.cumsum(is_open)])
     numbers = np.repeat(np.arange(len(is_open)), np.diff(offsets))
     along = np.empty(len(entries) + ends_before[-1], dtype=np.int32)
@@ -212,7 +212,7 @@ def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
 
 
 def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
-    """Whether borders run through each vertex: two edges meet there, with the same regions."""
+    """Return whether a line continues through each vertex: it has two edges of the same regions."""
     firsts = np.flatnonzero(np.diff(segments.edges, prepend=-1))
     at, kinds = ends[firsts].ravel(), np.repeat(segments.kinds, 2)
     lowest = np.full(n_vertices, np.iinfo(np.int64).max)
@@ -224,7 +224,7 @@ def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
 
 
 def _partners_of(at: Longs, regions: Ints, goes_on: Bools) -> Longs:
-    """For each end of a segment, the end that continues its line, or -1, shape (2 S,)."""
+    """Return, for each end of a segment, the end that continues its line, or -1, shape (2 S,)."""
     partners = np.full(len(at), -1, dtype=np.int64)
     ends = np.flatnonzero(goes_on[at])
     pairs = regions[ends >> 1]
@@ -242,15 +242,16 @@ def find_boundaries(
 ) -> Bools:
     """Return which cells have a neighbor with another label.
 
-    As scikit-image's ``find_boundaries`` marks pixels on both sides of a border (its mode
-    ``"thick"``). The boundary of an open mesh is none. `border_lines` gives the edges.
+    Cells on both sides of a border are marked, as pixels are by ``find_boundaries`` of scikit-image
+    in mode ``"thick"``. The boundary of an open mesh is not a border. `border_lines` returns the
+    edges.
 
     Parameters
     ----------
     cells : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
         As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once; -1 for cells in no region, beside which is a border, too.
+        0..K-1, each at least once; -1 for cells in no region, which also have borders.
     weld, n_threads
         As for `segment`.
 
@@ -280,5 +281,5 @@ def find_boundaries(
     differ = array[sources] != array[neighbors]
     is_boundary = np.zeros(graph.n_cells, dtype=bool)
     is_boundary[sources[differ]] = True
-    is_boundary[neighbors[differ]] = True  # arcs of a graph may lead one way
+    is_boundary[neighbors[differ]] = True  # a given graph may have arcs in one direction only
     return is_boundary

@@ -1,4 +1,4 @@
-"""Votes of the pixels of images: the area that they show of each region in each mask."""
+"""Votes of pixels: the visible area of each region in each mask."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from ..mesh.label_images import NO_MASK, Overlap, label_image
 from ..mesh.pinhole_camera import PinholeCamera
 
 MOST_PIXELS = 1 << 23
-"""Pixels of the images in memory at a time, at some 30 bytes each."""
+"""Upper bound of the pixels in memory at a time, at some 30 bytes each."""
 
 LEAST_IMAGES = 8
-"""Images in memory at a time for as many threads, however large they are."""
+"""Images in memory at a time for up to this many threads, even if they exceed the bound."""
 
 
 class Votes(NamedTuple):
-    """Areas of regions in masks; masks of all images are numbered image by image."""
+    """Areas of regions in masks; masks are numbered over all images, image by image."""
 
     masks: Ints  # (A,) mask of each area, ascending within an image; -1 for none
-    regions: Ints  # (A,)
+    regions: Ints  # (A,) region of each area
     areas: Floats  # (A,) > 0
     image_of: Ints  # (M,) image of each mask, ascending
-    ids: Ints  # (M,) id of each mask in its image, 1 and up
+    ids: Ints  # (M,) id of each mask in its image, >= 1
     seen: Bools  # (N,) whether an image sees the cell
 
 
 class SeenSurface:
-    """The triangles of a mesh and the label of each, for cameras to see."""
+    """The visible triangles of a mesh and the label of each."""
 
     def __init__(self, cells: Any, labels: Ints, n_threads: int) -> None:
         outside = kind_of(cells).outside(cells)
@@ -52,12 +52,12 @@ class SeenSurface:
         self._triangles, sources = cut_into_triangles(outside.mesh)
         owners = np.arange(len(self._triangles)) if sources is None else sources
         self._cells = owners if outside.sources is None else outside.sources[owners]
-        self._labels = np.append(labels[self._cells], np.int32(-1))  # the last: no triangle
+        self._labels = np.append(labels[self._cells], np.int32(-1))  # index -1: no triangle
         self._n_threads = n_threads
         self.is_seen = np.zeros(len(labels), bool)
 
     def looked_at(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
-        """Yield, for each camera, the label in each pixel, -1 for none, and its area there."""
+        """Yield, for each camera, the label of each pixel, -1 for none, and the area it shows."""
         return chain.from_iterable(map(self._looked_at_by, self._batches(cameras)))
 
     def _batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
@@ -83,9 +83,9 @@ class SeenSurface:
 def collect_votes(
     surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
 ) -> Votes:
-    """Return the votes of all images for the labels of a surface, and warn of images without.
+    """Return the votes of all images for the labels of a surface; warn of images without votes.
 
-    Raises a MeshError if there are no votes, or if an image does not fit its camera.
+    Raises a MeshError if there are no votes, or if the sizes of an image and its camera differ.
     """
     images = list(_votes_of_images(surface, masks, cameras, overlap))
     _check_images(images, cameras)
@@ -108,17 +108,17 @@ def collect_votes(
 class _ImageVotes(NamedTuple):
     """Votes of one image."""
 
-    masks: Ints  # (A,) index of `ids`; -1 for none
-    regions: Ints  # (A,)
-    areas: Floats  # (A,)
+    masks: Ints  # (A,) index into `ids`; -1 for none
+    regions: Ints  # (A,) region of each area
+    areas: Floats  # (A,) > 0
     ids: Array  # (M,) ids of its masks, ascending
-    n_seen: int  # pixels that vote
+    n_seen: int  # number of pixels that vote
 
 
 def _votes_of_images(
     surface: SeenSurface, masks: Iterable[Any], cameras: list[PinholeCamera], overlap: Overlap
 ) -> Iterator[_ImageVotes]:
-    """Yield the votes of each image; a ValueError if there are more or fewer than cameras."""
+    """Yield the votes of each image; a ValueError if the numbers of images and cameras differ."""
     given, n_images = iter(masks), 0
     for (regions, areas), image in zip(surface.looked_at(cameras), given, strict=False):
         camera = cameras[n_images]
@@ -133,7 +133,7 @@ def _votes_of_images(
 
 
 def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
-    """Add up the areas of the pixels of an image by mask and region."""
+    """Sum the areas of the pixels of an image by mask and region."""
     ranks, names = ranked_labels(np.where(ids == NO_MASK, -1, ids))
     votes = (regions >= 0) & (areas > 0)
     local, regions_seen = ranked_labels(regions)
@@ -148,20 +148,20 @@ def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
 
 
 def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> None:
-    """Warn of images that do not vote; a MeshError if none does."""
+    """Warn of images without votes; a MeshError if no image votes."""
     titles = [_title(place, camera) for place, camera in enumerate(cameras)]
     blind = [title for title, image in zip(titles, images, strict=True) if not image.n_seen]
     empty = [title for title, image in zip(titles, images, strict=True) if not len(image.ids)]
     if len(blind) == len(images):
         raise MeshError(
-            "no camera sees the mesh: are poses from camera to world, in the frame and unit of the"
-            " mesh, with the right axes (OpenCV or OpenGL)?"
+            "no camera sees the mesh: check that poses map camera to world, in the frame and unit"
+            " of the mesh, and that the axes (OpenCV or OpenGL) are right"
         )
     if len(empty) == len(images):
         raise MeshError("all masks are empty: ids are 1 and up")
     if not any((image.masks >= 0).any() for image in images):
-        raise MeshError("no mask shows a part of the mesh: do masks and cameras belong together?")
-    for found, what in ((blind, "nothing of the mesh is seen"), (empty, "there is no mask")):
+        raise MeshError("no mask shows a part of the mesh: check the order of masks and cameras")
+    for found, what in ((blind, "the mesh is not visible"), (empty, "there is no mask")):
         if found:
             more = f" and {len(found) - 1} more" if len(found) > 1 else ""
             warnings.warn(f"{what} in {found[0]}{more}", ViewWarning, stacklevel=4)

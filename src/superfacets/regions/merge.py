@@ -34,22 +34,21 @@ def merge_small_regions(
 ) -> RegionEdit:
     """Return labels without small regions.
 
-    As long as the smallest region is too small, it joins the neighbor with the longest common
-    border, where a border in a crease counts less, as in `smooth_borders`. The mean area is that
-    of the given regions.
+    While the smallest region is too small, it joins the neighbor with the longest common border. A
+    border in a crease counts less, as in `smooth_borders`.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once; cells labeled -1 are left alone: they are in no region.
+        0..K-1, each at least once. Cells labeled -1 are in no region and keep this label.
     min_size : float
-        The least area of a region, >= 0, as a fraction of the mean area of regions.
+        Smallest area of a region, >= 0, as a fraction of the mean area of the given regions.
     islands : {"keep", "nearest"}
         What to do with small regions that have no neighbor. ``"keep"``: they stay. ``"nearest"``:
-        they join the region with the face nearest (Euclidean) to their center, which is then
-        disconnected. If all regions are small islands, they stay.
+        they join the region of the face nearest (Euclidean) to their center; this region is then
+        not connected. If all regions are small islands, they stay.
     weights : array_like, shape (M,), optional
         As for `smooth_borders`.
     weld, n_threads
@@ -59,8 +58,8 @@ def merge_small_regions(
     -------
     RegionEdit
         Regions keep the order of their old labels. ``sources`` holds the old label of the region
-        that others joined, so for the centers of a segmentation, ``centers[edit.sources]`` are
-        faces of the new regions.
+        that others joined. So ``centers[edit.sources]`` are the centers of the new regions if
+        ``centers`` are those of the old ones.
 
     Raises
     ------
@@ -72,7 +71,7 @@ def merge_small_regions(
 
     Notes
     -----
-    Time O(N + M), and O(B log^2 B) for B borders between regions.
+    Time O(N + M + B log^2 B) for B borders between regions.
 
     Examples
     --------
@@ -98,7 +97,7 @@ def merge_regions(
     islands: str,
     groups: Ints = NO_GROUPS,
 ) -> RegionEdit:
-    """Join small regions to neighbors; islands only join regions of their group, see `Cut`."""
+    """Join small regions to neighbors; islands join only regions of their group (see `Cut`)."""
     surface = costs.surface
     areas = sums_by_label(labels, surface.measures, n_regions)
     least = min_size * float(areas.sum()) / n_regions
@@ -124,7 +123,7 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
     is_wanted = ~np.isin(region_of_cell, islands)
     if not is_wanted.any():
         return roots
-    lengths = np.ones(surface.n_arcs, np.float32)  # of any value: paths are not used
+    lengths = np.ones(surface.n_arcs, np.float32)  # not used: no paths are computed
     placed = _core.PlacedCells(surface.positions, surface.measures, surface.n_threads)
     cells = _core.OrderedGraph(placed, *surface.arcs, lengths, surface.n_threads)
     regions, compact = np.unique(region_of_cell, return_inverse=True)
@@ -143,15 +142,15 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
 def _by_group(
     islands: Ints, wanted: Places, region_of_cell: Ints, groups: Ints, n_regions: int
 ) -> Iterator[tuple[Ints, Places]]:
-    """Yield islands with the cells, ascending, whose regions they may join; O(N log N) in all.
+    """Yield islands and the cells, ascending, whose regions they may join; O(N log N) in all.
 
-    Islands that may join no region are left out.
+    Islands without such cells are skipped.
     """
     if not len(groups):
         yield islands, wanted
         return
     group_of = np.full(n_regions, ANY_GROUP, np.int32)
-    np.maximum.at(group_of, region_of_cell, groups)  # beside one group, a region may have ANY_GROUP
+    np.maximum.at(group_of, region_of_cell, groups)  # cells of a region: one group, or ANY_GROUP
     cells_of = _split_by(wanted, group_of[region_of_cell[wanted]])
     for group, some in _split_by(islands, group_of[islands]).items():
         others = wanted if group == ANY_GROUP else cells_of.get(group)
@@ -160,7 +159,7 @@ def _by_group(
 
 
 def _split_by(values: Array, keys: Ints) -> dict[int, Array]:
-    """The values of each key, in their order."""
+    """Return the values of each key, in their given order."""
     found, counts = np.unique(keys, return_counts=True)
     parts = np.split(values[np.argsort(keys, kind="stable")], np.cumsum(counts)[:-1])
     return dict(zip(found.tolist(), parts, strict=True))

@@ -1,4 +1,4 @@
-"""Stage 5: labels of one mesh or cloud, carried to another or to points."""
+"""Stage 5: transfer labels to another mesh or cloud, or to points."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from ..errors import MismatchWarning
 from ..mesh.faces import sample_faces
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
-"""Rounding error of centroids, as a fraction of the largest coordinate."""
+"""Bound of the rounding error of centroids, as a fraction of the largest coordinate."""
 
 _FAR = 0.05
-"""A point of the target is far from the mesh beyond this fraction of the mesh's diagonal."""
+"""Distance beyond which a point of the target is far, as a fraction of the mesh's diagonal."""
 
 _MOST_FAR = 0.1
-"""Largest share of far points of a target that has the shape of the mesh."""
+"""Fraction of far points of the target above which `transfer` warns."""
 
 
 def transfer(
@@ -36,25 +36,24 @@ def transfer(
     max_distance: float | None = None,
     n_threads: int | None = None,
 ) -> Ints:
-    """Return labels for points, or for the cells of another mesh, from the nearest cells.
+    """Return labels of points, or of the cells of another mesh, from the nearest labeled cells.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or mesh-like
-        The cells with labels, as for `segment`. Distances are measured to the nearest point of a
-        face (not to its centroid), to a point of a cloud, to a tetrahedron (0 inside), or to the
-        position of a cell of a graph.
+        The labeled cells, as for `segment`. Distances are to the nearest point of a face (not to
+        its centroid), to a point of a cloud, to a tetrahedron (0 inside), or to the position of a
+        cell of a graph.
     labels : array_like of int, shape (N,)
-        One per face, point or tetrahedron, of any meaning, 0 and up; -1 where there is none.
+        One per face, point or tetrahedron: any integers >= 0, or -1 for no label.
     target : array_like, shape (M, 3), or mesh or cloud like `mesh`
-        Points, finite (there may be none); or another mesh of the same object, coarser or finer.
-        Points, tetrahedra (at their centroids) and the cells of a graph get the label of the
-        nearest cell. A face gets the label of most of its area: each of its triangles is sampled at
-        the centroids of 1 to 64 equal parts, the more the larger it is compared with the faces of
-        `mesh`.
+        Finite points, possibly none; or another mesh of the same object, coarser or finer. Points,
+        centroids of tetrahedra and cells of a graph get the label of the nearest cell. A face gets
+        the label of most of its area: each of its triangles is sampled at the centroids of 1 to 64
+        equal parts, more for larger triangles.
     max_distance : float, optional
-        Beyond this distance (but for rounding errors) there is no label, >= 0, in the unit of the
-        meshes, which have to lie in the same place.
+        Largest distance, >= 0, in the unit of the meshes: beyond it the label is -1. Both meshes
+        must use the same coordinate frame.
     n_threads : int, optional
         As for `segment`. The labels do not depend on it.
 
@@ -62,31 +61,31 @@ def transfer(
     -------
     ndarray of int32, shape (M,)
         One label per point or cell of the target; -1 beyond `max_distance`, and if the nearest cell
-        has none. Ties go to the lowest cell, and to the lowest label.
+        is labeled -1. Ties go to the lowest cell, then to the lowest label.
 
     Warns
     -----
     MismatchWarning
-        If `target` is a mesh or a cloud, there is no `max_distance`, and more than a tenth of the
-        target is farther from `mesh` than 5 % of its diagonal.
+        If `target` is a mesh or a cloud, `max_distance` is not given, and more than a tenth of the
+        target is farther from `mesh` than 5 % of the diagonal of `mesh`.
 
     Raises
     ------
     MeshError
         If a mesh is not valid, or points are not finite or not of shape (M, 3).
     ValueError, TypeError
-        If the labels are not integers of -1 and up, one per cell, or another parameter is out of
-        range or of the wrong type.
+        If labels are not integers >= -1, one per cell, or another parameter is out of range or of
+        the wrong type.
 
     See Also
     --------
-    nearest_faces : the nearest faces themselves, with distances.
+    nearest_faces : indices and distances of the nearest faces.
     vertex_labels : labels of the vertices of the same mesh.
 
     Notes
     -----
-    O(N log N) for a tree of boxes, O(log N) for a point near the surface, and about
-    N + M + 2 sqrt(N M) points for a mesh of M faces.
+    O(N log N) to build a box tree, and O(log N) per point near the surface. A mesh of M faces is
+    sampled at about N + M + 2 sqrt(N M) points.
 
     Examples
     --------
@@ -115,20 +114,20 @@ def transfer(
 
 
 def _warn_if_far(distances: Floats, bounds: Floats) -> None:
-    """Warn the caller of `transfer` if much of the target is far from the mesh."""
+    """Warn the caller of `transfer` if many points of the target are far from the mesh."""
     limit = _FAR * float(np.linalg.norm(bounds[1] - bounds[0]))
     limit += _ROUNDING * float(np.abs(bounds).max())
     share = float(np.mean(distances > limit)) if len(distances) else 0.0
     if share > _MOST_FAR:
         note = (
-            f"{share:.0%} of the target is farther from the mesh than {limit:.3g}, a twentieth of"
-            " its diagonal: do both lie in the same place, in the same unit?"
+            f"{share:.0%} of the target is farther from the mesh than {limit:.3g} (5% of its"
+            " diagonal): check that both use the same frame and unit, or set max_distance"
         )
         warnings.warn(note, MismatchWarning, stacklevel=3)
 
 
 def _as_target(target: Any) -> Any:
-    """A mesh of faces, or the points that stand for the cells of anything else, (M, 3)."""
+    """Return the target as a mesh with faces, or as points, (M, 3), one per cell."""
     if _are_points(target):
         return query_points(target)
     cells = as_known(target)
@@ -137,7 +136,7 @@ def _as_target(target: Any) -> Any:
 
 
 def _are_points(target: Any) -> bool:
-    """Whether this is an array or a list of points, not a pair of vertices and faces."""
+    """Return whether the target is an array or list of points, not a pair of vertices and faces."""
     if not isinstance(target, (list, tuple)):
         return isinstance(target, np.ndarray)
     return len(target) != 2 or np.ndim(target[0]) == 1

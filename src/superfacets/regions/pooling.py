@@ -1,4 +1,4 @@
-"""Stage 5: values of cells, pooled to regions and spread to cells again."""
+"""Stage 5: reduce values of cells to one value per region, and spread them back."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Pooling = Literal["mean", "sum", "max", "min", "majority"]
 _POOLINGS = ("mean", "sum", "max", "min", "majority")
 
 _ROWS_AT_ONCE = 1 << 14
-"""Rows gathered at a time, of whole regions: with 64 numbers each they fit in a cache of 8 MB."""
+"""Rows gathered at a time. Rows of 64 numbers then fit in a cache of 8 MB."""
 
 
 def pool(
@@ -45,46 +45,46 @@ def pool(
     Parameters
     ----------
     values : array_like of numbers or bools, shape (N,) or (N, F)
-        Per cell. With ``cells`` that have vertices, also per vertex, shape (V,) or (V, F): the
-        value of a vertex then counts once for each corner of a cell that it is, with an equal share
-        of the area of that cell. As many values as cells are values of cells.
+        One value or row per cell. If ``cells`` have vertices, also one per vertex, shape (V,) or
+        (V, F). The area of a cell is then shared equally among its corners, and each corner
+        contributes the value of its vertex. If N equals V, values belong to cells.
     labels : array_like of int, shape (N,)
         Regions 0..K-1, each at least once. Cells labeled -1 are ignored.
     how : {"mean", "sum", "max", "min", "majority"}
-        ``"mean"`` and ``"sum"`` weight each value by the area of its cell, or by 1 if there are
-        neither cells nor measures; the sum is then an integral over the region. ``"max"`` and
-        ``"min"`` do not depend on areas. ``"majority"``, of integers or bools alone, is the value
-        with the most area, the lowest of equals; -1 stands for an unknown value, and is the result
-        only where nothing else is known.
+        ``"mean"`` and ``"sum"`` weight each value by the area of its cell, so that the sum is an
+        integral over the region; all weights are 1 if neither ``cells`` nor ``measures`` are given.
+        ``"max"`` and ``"min"`` do not depend on areas. ``"majority"`` is the value with the largest
+        total area, and the lowest such value in a tie. It needs integers or bools; -1 means
+        unknown, and is the result only if a region has no known value.
     cells : Mesh or mesh-like, or CellGraph, optional
-        What the labels are of, as for `segment`: gives the areas (volumes of tetrahedra).
+        The labeled cells, as for `segment`. Their areas (volumes of tetrahedra) are the weights.
     measures : array_like, shape (N,), optional
-        The areas themselves, >= 0, instead of ``cells``.
+        The weights, >= 0, in place of ``cells``.
 
     Returns
     -------
     ndarray, shape (K,) or (K, F)
-        float64 for means and sums; else of the type of `values`. The mean of a region whose cells
-        have no area counts them all alike. A NaN makes NaN of the mean, sum, maximum and minimum of
-        its region. The mean of equal numbers is that number exactly.
+        float64 for means and sums; else the dtype of `values`. If all cells of a region have area
+        0, its mean is unweighted. A NaN makes the mean, sum, maximum and minimum of its region NaN.
+        The mean of equal numbers is exactly that number.
 
     Raises
     ------
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If values, labels or measures do not fit each other or are of a wrong type, `how` is
+        If the shapes of values, labels and measures do not match, a dtype is wrong, `how` is
         unknown, or both ``cells`` and ``measures`` are given.
 
     See Also
     --------
-    unpool : the way back.
-    snap : the majority of labels, as labels of cells.
+    unpool : the inverse: spread values of regions to cells.
+    snap : replace noisy labels by the majority in each region.
 
     Notes
     -----
-    O(N log N) for an order of the labels and O(N F) for the values. Sums are in double precision
-    and in an order that does not change.
+    O(N log N) to sort the labels and O(N F) for the values. Sums are in double precision and in a
+    fixed order.
 
     Examples
     --------
@@ -111,27 +111,27 @@ def pool(
 
 
 def unpool(values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = None) -> Array:
-    """Return the value, or row of values, of its region for each cell.
+    """Return, for each cell, the value or row of values of its region.
 
     Parameters
     ----------
     values : array_like, shape (K,) or (K, F)
-        Per region; there may be regions that no cell is in.
+        One value or row per region. Regions without cells are allowed.
     labels : array_like of int, shape (N,)
         Region of each cell, -1 to K - 1.
     fill : number, optional
-        For cells labeled -1. If not given, NaN for floats and -1 for signed integers.
+        Value of cells labeled -1. By default NaN for floats and -1 for signed integers.
 
     Returns
     -------
     ndarray, shape (N,) or (N, F)
-        Of the type of `values`.
+        Has the dtype of `values`.
 
     Raises
     ------
     ValueError, TypeError
-        If labels are not integers from -1 to K - 1, or there are cells labeled -1 and the type of
-        the values cannot hold `fill`.
+        If labels are not integers from -1 to K - 1, or if cells are labeled -1 and the dtype of
+        `values` cannot represent `fill`.
 
     Examples
     --------
@@ -163,31 +163,31 @@ def snap(
     *,
     cells: MeshLike | CloudLike | CellGraph | None = None,
 ) -> Ints:
-    """Return labels of cells by vote of their regions: noise within a region disappears.
+    """Return labels of cells after a majority vote in each region, which removes noise.
 
     Parameters
     ----------
     noisy_labels : array_like of int, shape (N,)
-        Of any meaning, 0 and up, as a network predicts them; gaps are allowed. -1 where a label is
+        Predicted classes, for example of a network: any integers from 0; gaps are allowed. -1 means
         unknown: such cells do not vote, and get the label of their region.
     regions : array_like of int, shape (N,)
-        Regions 0..K-1, each at least once, as `segment` gives them. Cells in region -1 belong to
-        none: they do not vote and keep their labels.
+        Regions 0..K-1, each at least once, as returned by `segment`. Cells in region -1 do not
+        vote and keep their labels.
     cells : Mesh or mesh-like, or CellGraph, optional
-        What the labels are of: each cell votes with its area (volume). Without, all count alike.
+        The labeled cells. Each cell votes with its area (volume); by default all votes are equal.
 
     Returns
     -------
     ndarray of int32, shape (N,)
-        The label with the most area in the region of each cell, the lowest of equals; -1 in
-        regions where no cell has a label.
+        The label with the largest total area in the region of each cell, and the lowest such label
+        in a tie; -1 in regions where no cell has a label.
 
     Raises
     ------
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If labels are not integers of -1 and up, one per cell, or regions have gaps.
+        If labels are not integers >= -1, one per cell, or if a region 0..K-1 is missing.
 
     Examples
     --------
@@ -209,17 +209,17 @@ def snap(
 class _Members:
     """Cells, or corners of cells, sorted by region."""
 
-    regions: npt.NDArray[np.integer]  # of each member
-    rows: npt.NDArray[np.integer]  # of the values of each member
-    weights: Floats | None  # of each member; None: all alike
-    starts: Longs  # (K + 1,); no region is empty
+    regions: npt.NDArray[np.integer]  # region of each member
+    rows: npt.NDArray[np.integer]  # row in the values of each member
+    weights: Floats | None  # one per member; None: all are 1
+    starts: Longs  # (K + 1,) first member of each region; no region is empty
 
     @property
     def n_regions(self) -> int:
         return len(self.starts) - 1
 
     def blocks(self) -> Iterator[tuple[slice, slice, Longs]]:
-        """Regions, their members, and where each region begins among these."""
+        """Yield ranges of regions and of their members, and where each region starts in these."""
         first = 0
         while first < self.n_regions:
             end = self.starts[first] + _ROWS_AT_ONCE
@@ -240,7 +240,7 @@ def _members_of(
     weights: Floats | None,
     source: Cells | CellGraph | None,
 ) -> _Members:
-    """Cells, or corners of cells where there is one value per vertex."""
+    """Sort cells by region; or corners of cells if there is one value per vertex."""
     rows: npt.NDArray[np.integer] | None = None
     if len(values) != len(labels):
         n_vertices = getattr(source, "n_vertices", None)
@@ -267,7 +267,7 @@ def _means(table: Array, members: _Members) -> Floats:
     with np.errstate(invalid="ignore", over="ignore"):  # of infinite values
         for regions, inside, starts in members.blocks():
             part = table[members.rows[inside]].astype(np.float64, copy=False)
-            # Differences from one of the values: equal values then have exactly that mean.
+            # Averaging differences from one value makes the mean of equal values exact.
             base = np.where(np.isfinite(part[starts]), part[starts], 0.0)
             part -= np.repeat(base, np.diff(starts, append=len(part)), axis=0)
             part *= weights[inside, np.newaxis]
@@ -277,7 +277,7 @@ def _means(table: Array, members: _Members) -> Floats:
 
 
 def _positive_weights(members: _Members) -> Floats:
-    """Weights of the members, 1 in regions where all are 0."""
+    """Return the weights of the members, replaced by 1 in regions where all weights are 0."""
     if members.weights is None:
         return np.ones(len(members.rows))
     highest = np.zeros(members.n_regions)
@@ -312,7 +312,7 @@ def _extremes(operation: np.ufunc, table: Array, members: _Members) -> Array:
 
 
 def _majorities(column: Array, members: _Members) -> Array:
-    """The value with the most weight in each region; -1 where none is known."""
+    """Return the value with the largest weight in each region, -1 if no value is known."""
     votes, names = _codes(column[members.rows])
     regions, weights = members.regions, members.weights
     if weights is None:
@@ -325,9 +325,9 @@ def _majorities(column: Array, members: _Members) -> Array:
 
 
 def _codes(values: Array) -> tuple[Ints, Array | None]:
-    """Integers as int32 in their order, with -1 for -1 alone, and what the others stand for.
+    """Encode integers as int32 codes in the same order, -1 as -1; return the value of each code.
 
-    They stand for themselves where None is returned.
+    The values are None if each code is its own value.
     """
     low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
     if low >= -1 and high <= np.iinfo(np.int32).max:
@@ -340,14 +340,14 @@ def _codes(values: Array) -> tuple[Ints, Array | None]:
 
 
 def _checked_values(values: npt.ArrayLike, how: str) -> Array:
-    """Numbers or bools, one or a row of them per cell."""
+    """Return values as an array of numbers or bools of one or two dimensions."""
     refuse_mask(values, "values")
     array = np.asarray(values)
     if array.ndim not in (1, 2):
         raise ValueError(f"values must have shape (N,) or (N, F), got {array.shape}")
     if how == "majority":
         if array.size and array.dtype.kind not in "biu":
-            raise TypeError(f"the majority is of integers or bools, got {array.dtype}")
+            raise TypeError(f"how='majority' needs integers or bools, got {array.dtype}")
     elif array.dtype.kind not in "biuf":
         raise TypeError(f"values must be numbers, got {array.dtype}")
     return array
@@ -355,7 +355,7 @@ def _checked_values(values: npt.ArrayLike, how: str) -> Array:
 
 def _checked_source(cells: Any, measures: Any) -> Cells | CellGraph | None:
     if cells is not None and measures is not None:
-        raise ValueError("give cells or measures, not both: cells have measures of their own")
+        raise ValueError("give cells or measures, not both: measures of cells are known")
     return None if cells is None else as_known(cells)
 
 
@@ -376,7 +376,7 @@ def _weights_of(
 
 
 def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> Array:
-    """The fill value in the type of the values; a ValueError if that type cannot hold it."""
+    """Return the fill value in this dtype; a ValueError if it cannot represent the value."""
     if fill is None:
         fill = np.nan if dtype.kind == "f" else -1
     given = np.asarray(fill)
@@ -386,6 +386,6 @@ def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> Array:
     is_changed = dtype.kind not in "fc" and not np.array_equal(held, given)
     if is_changed or not is_of_kind:
         raise ValueError(
-            f"there are cells labeled -1, and {dtype} cannot hold {fill}: give a fill= that it can"
+            f"cells are labeled -1, and {dtype} cannot represent fill={fill}: give another fill="
         )
     return held

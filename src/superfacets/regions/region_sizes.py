@@ -1,4 +1,4 @@
-"""Stage 5: sizes of regions within bounds, exactly where that is asked for."""
+"""Stage 5: keep sizes of regions within bounds, or make them exact."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from .edit import BorderCosts
 from .smooth import MAX_DISTANCE, SmoothOptions, straighten
 
 SPREAD = 0.2
-"""Sizes of balanced regions end within this fraction of their goals, where cells allow it. On the
-benchmark models at k = 150 the undersegmentation error is 0.135, compactness 4.50, and the
-coefficient of variation of areas 0.09; with 0.15, these are 0.139, 4.5 and 0.083."""
+"""Largest relative deviation of balanced regions from their goals, unless single cells are larger.
+On the benchmark models at k = 150 the undersegmentation error is 0.135, compactness 4.50, and the
+coefficient of variation of areas 0.09. With 0.15, the three are 0.139, 4.5 and 0.083."""
 
 
 class Goals(NamedTuple):
-    """Target sizes of regions; a region is as large as its cells together."""
+    """Target sizes of regions; the size of a region is the sum of the sizes of its cells."""
 
     sizes: Floats  # (N,) of the cells
     goals: Floats  # (K,) of the regions
-    bounds: tuple[float, float] = (0.0, math.inf)  # least and greatest size
-    is_exact: bool = False  # whether sizes are to be the goals, even if regions fall apart
+    bounds: tuple[float, float] = (0.0, math.inf)  # smallest and largest size
+    is_exact: bool = False  # whether regions must reach their goals, even in several pieces
 
     @property
     def limits(self) -> tuple[Floats, Floats]:
-        """Least and greatest size of each region."""
+        """Smallest and largest size of each region."""
         if self.is_exact:
             return self.goals, self.goals
         low, high = self.bounds
@@ -40,7 +40,7 @@ class Goals(NamedTuple):
 
     @classmethod
     def of(cls, balancer: Balancer, labels: Ints, n_regions: int) -> Goals:
-        """Return the goals of the loop; those of islands, which came later, are their sizes."""
+        """Return the goals of the loop; the goal of an island added later is its size."""
         rules = balancer.rules
         found = sums_by_label(labels, rules.sizes, n_regions)
         goals = np.concatenate([balancer.goals, found[len(balancer.goals) :]])
@@ -48,24 +48,27 @@ class Goals(NamedTuple):
         return cls(rules.sizes, goals, rules.options.bounds, is_exact)
 
     def out_of_bounds(self, labels: Ints) -> Ints:
-        """Regions whose sizes are out of the bounds, or not exact where they are to be."""
+        """Return regions whose sizes are out of bounds, or not equal to exact goals."""
         low, high = self.limits if self.is_exact else self.bounds
         found = sums_by_label(labels, self.sizes, len(self.goals))
         slack = 1e-9 * float(found.mean())
         return np.flatnonzero((found < low - slack) | (found > high + slack)).astype(np.int32)
 
     def check(self, labels: Ints) -> None:
-        """Raise a MeshError if a region is out of the bounds, or not of its exact size."""
+        """Raise a MeshError if the size of a region is out of bounds or not exact."""
         low, high = self.bounds
         for region in self.out_of_bounds(labels)[:1].tolist():
             size = float(self.sizes[labels == region].sum())
             if self.is_exact:
                 wanted = self.goals[region]
-                raise MeshError(f"no way was found to exact sizes: {size:g} cells for {wanted:g}")
+                raise MeshError(
+                    f"exact sizes were not found: region {region} has {size:g} cells instead of"
+                    f" {wanted:g}"
+                )
             name, bound = ("min", low) if size < low else ("max", high)
             raise MeshError(
-                f"no way was found to keep {name}_measure={bound:g}: region {region} has {size:g};"
-                " looser bounds or another number of regions may help"
+                f"{name}_measure={bound:g} could not be kept: region {region} has {size:g};"
+                " try looser bounds or another number of regions"
             )
 
 
@@ -74,8 +77,8 @@ def settle(
 ) -> tuple[Ints, Ints]:
     """Return labels with sizes of regions within their limits, and centers in these regions.
 
-    Borders are rough where cells were moved: with `smoothing`, they are smoothed once more.
-    Raises a MeshError if a region is out of its bounds.
+    Moved cells make borders rough; `smoothing` smooths them once more. Raises a MeshError if a
+    region is out of its bounds.
     """
     positions, measures = costs.surface.positions, costs.surface.measures
     labels = move_to_goals(costs, labels, goals)
@@ -91,10 +94,10 @@ def settle(
 
 
 def move_to_goals(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
-    """Return labels with sizes of regions within their limits, as far as there is a way.
+    """Return labels with sizes of regions within their limits, as far as possible.
 
-    Cells move from regions that are too large, along shortest paths of neighboring regions, to
-    those with room. Regions stay connected, except where an exact size has no other way.
+    Cells move from too large regions to smaller ones, along shortest paths of neighboring regions.
+    Regions stay connected, unless an exact size is impossible otherwise.
     """
     lows, highs = goals.limits
     return _core.move_cells(
@@ -103,13 +106,13 @@ def move_to_goals(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
 
 
 def count_extra_pieces(costs: BorderCosts, labels: Ints, n_regions: int) -> int:
-    """Number of pieces of regions beyond one for each."""
+    """Return the number of connected pieces of regions minus the number of regions."""
     surface = costs.surface
     return _core.find_components(surface.offsets, surface.neighbors, labels)[1] - n_regions
 
 
 def recentered(centers: Ints, labels: Ints, positions: Floats, measures: Floats) -> Ints:
-    """Return centers in their regions: in place of one in another, the cell nearest to the mean."""
+    """Replace each center outside its region by the cell nearest to the region's centroid."""
     centers = centers.copy()
     for region in np.flatnonzero(labels[centers] != np.arange(len(centers))).tolist():
         cells = np.flatnonzero(labels == region)

@@ -1,4 +1,4 @@
-"""Stage 5: straight borders between regions."""
+"""Stage 5: straighten borders between regions."""
 
 from __future__ import annotations
 
@@ -16,31 +16,32 @@ from ..cells.cell_graph import CellGraph
 from .edit import BorderCosts, LabeledPart
 
 MAX_DISTANCE = 1.0
-"""Default of `max_distance`, in r. On the benchmark models compactness is 4.59 at 0.6, 4.49 at 1
-and 4.44 at 1.3, and the undersegmentation error 0.1232, 0.1237 and 0.1254."""
+"""Default of `max_distance`, in r. On the benchmark models at 0.6, 1 and 1.3, compactness is 4.59,
+4.49 and 4.44, and the undersegmentation error 0.1232, 0.1237 and 0.1254."""
 
 MAX_CHAIN = 8
-"""Largest number of faces that move at once. Compactness is 4.80 with 1, 4.60 with 4, 4.57 with 8,
-4.56 with 16."""
+"""Largest number of faces that move at once. With 1, 4, 8 and 16, compactness is 4.80, 4.60, 4.57
+and 4.56."""
 
 MAX_SWEEPS = 10
-"""Largest number of sweeps. Most meshes need 4; the limit keeps time linear on all."""
+"""Largest number of sweeps. Most meshes need 4; the limit makes the time linear on all meshes."""
 
 
 ROUNDNESS = 0.13
-"""Weight of second moments relative to changes of area, in 1 / r^2. With 0, the undersegmentation
-error is lower by 0.0006 at k = 150 and compactness higher by 0.01, and the regions of a square grid
-are longer: the median elongation is 1.25 in place of 1.19."""
+"""Weight of second moments relative to changes of area, in 1 / r^2. With 0, at k = 150, the
+undersegmentation error is lower by 0.0006 and compactness higher by 0.01, but the median elongation
+of regions of a square grid is 1.25 instead of 1.19."""
 
 
 SmoothArgs: TypeAlias = tuple[
     _core.Surface, Singles, float, float, Ints, Ints, float, int, int, float, float, int
 ]
-"""Border costs, labels, fixed cells, limits, stiffness, roundness, and threads."""
+"""Arguments of the kernels: border costs, labels, fixed cells, limits, stiffness, roundness and
+threads."""
 
 
 class SmoothOptions(NamedTuple):
-    """How far borders move, how many cells move at once, and how stiff regions are."""
+    """Parameters of smoothing: how far borders move, how many cells at once, and stiffness."""
 
     max_distance: float = MAX_DISTANCE  # in r
     max_chain: int = MAX_CHAIN
@@ -51,7 +52,7 @@ class SmoothOptions(NamedTuple):
         radius, n_threads = costs.radius, costs.surface.n_threads
         stiffness = self.stiffness / radius
         roundness = ROUNDNESS * stiffness / radius / radius
-        if not math.isfinite(roundness):  # regions this small are single cells
+        if not math.isfinite(roundness):  # r underflows: regions are single cells
             stiffness = roundness = 0.0
         limits = self.max_distance * radius, self.max_chain, MAX_SWEEPS
         return (*costs.args, labels, fixed, *limits, stiffness, roundness, n_threads)
@@ -59,8 +60,8 @@ class SmoothOptions(NamedTuple):
 
 OF_PARTS = SmoothOptions(max_distance=2.75, max_chain=16, stiffness=1.5)
 """Options for weights ``"parts"``. On the benchmark models at k = 150, the undersegmentation error
-is 0.1079 and compactness 4.410; 0.1095 and 4.433 with stiffness 0, max_distance 3 and chains of 8;
-0.1084 and 4.396 with max_distance 3."""
+and compactness are 0.1079 and 4.410. They are 0.1095 and 4.433 with stiffness 0, max_distance 3 and
+chains of 8, and 0.1084 and 4.396 with max_distance 3."""
 
 
 def smooth_borders(
@@ -76,23 +77,23 @@ def smooth_borders(
 ) -> Ints:
     r"""Return labels with straight borders where the surface is smooth, and in creases elsewhere.
 
-    Chains of up to eight faces move from one region to the next as long as that makes the borders
-    cheaper, where a border costs the sum over its edges of
+    Chains of up to eight faces move to a neighboring region as long as this lowers the cost of the
+    borders. The cost of a border is the sum over its edges of
 
     .. math:: |e| \exp\left(-\frac{w - g}{6 r}\right)
 
     with w the weight of the arc across the edge, g the distance between the two centroids over its
     midpoint (eq. 1) and r the expected radius of a region. The difference w - g is the cost of
-    crossing the crease, so borders in creases are cheap. Short borders alone make small regions
-    smaller, and on regular grids they are as short around long regions as around round ones. To
-    prevent both, a stiffness s adds, with the areas A of the regions, and their areas
-    :math:`A_0` and centroids :math:`x_0` at first,
+    crossing the crease, so borders in creases are cheap. This cost alone shrinks small regions, and
+    on regular grids it does not prefer round regions to long ones. A stiffness s prevents both. It
+    adds a term of the areas A of the regions and of their initial areas :math:`A_0` and centroids
+    :math:`x_0`:
 
     .. math:: \frac{s}{r} \sum_i \left( \frac{(A_i - A_{0,i})^2}{2 A_{0,i}}
         + \frac{0.13}{r^2} \int_i |x - x_{0,i}|^2 dA \right)
 
-    Connected faces of a region stay connected, and no region vanishes. The test for that is local:
-    at edges of three faces or more, some moves are not made although they would be possible.
+    Connected faces of a region stay connected, and no region vanishes. The test for connectivity is
+    local, so at edges of three or more faces it rejects some moves that would be valid.
 
     Parameters
     ----------
@@ -100,42 +101,42 @@ def smooth_borders(
         As for `segment`, or a graph of any cells. A cell of a graph moves only if its neighbors in
         its region are connected among themselves.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once; cells labeled -1 are left alone: they are in no region.
+        0..K-1, each at least once. Cells labeled -1 are in no region and keep this label.
     weights : array_like, shape (M,), optional
-        Arc weights of ``build_face_graph(mesh, weld=weld)`` in units of d; `crease_weights`
-        for r = sqrt(A / (pi K)) if not given.
+        Arc weights of ``build_face_graph(mesh, weld=weld)`` in units of d; by default
+        `crease_weights` for r = sqrt(A / (pi K)).
     centers : array_like of int, optional
         Distinct faces that keep their labels.
     max_distance : float, default 1.0
-        Maximum distance, in r and as a path length in the given weights, of a face from the border
-        of the region that it moves to, >= 0. Creases make paths long, so borders stay in them.
+        Largest distance that a border moves, >= 0, in r: the path length, in the given weights,
+        from a face to the border of the region that it joins. Creases make paths long, so borders
+        stay in creases.
     stiffness : float, default 0.0
-        How firmly regions keep their area and place, >= 0. `segment` uses 1.5.
+        Resistance, >= 0, of regions to changes of their area and position. `segment` uses 1.5.
     weld, n_threads
         As for `segment`. The labels do not depend on the number of threads.
 
     Returns
     -------
     ndarray of int32, shape (N,)
-        0..K-1, each at least once, and -1 where it was. Groups of neighboring regions move their
-        faces in turn; groups far from each other move at the same time. Of moves that gain the
-        same, the move of the face with the lower index comes first.
+        0..K-1, each at least once, and -1 where the given label is -1. Of moves with equal gain,
+        the one of the face with the lower index comes first.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If the labels are not integers, not one per face, below -1, with gaps or all -1, or another
-        parameter is out of range or of the wrong type.
+        If labels are not integers >= -1, one per face, a label 0..K-1 is missing or all are -1, or
+        another parameter is out of range or of the wrong type.
 
     Notes
     -----
-    Time O(N + M), and for each of up to ten sweeps a constant time per face at a border.
+    Time O(N + M), plus constant time per border face for each of up to ten sweeps.
 
     Examples
     --------
-    A border that zigzags through a flat strip is made straight:
+    Straighten a zigzag border in a flat strip:
 
     >>> from superfacets import Mesh
     >>> vertices = [[x, y, 0] for y in range(3) for x in range(3)]
@@ -155,11 +156,11 @@ def smooth_borders(
 
 
 BALANCED_STIFFNESS = 15.0
-"""Weight of sizes in 1 / r, where regions have goals. With 5, the coefficient of variation of areas
-is 0.16 before cells are transferred; with 15, 0.13; with 30, 0.12 at 0.1 more compactness."""
+"""Stiffness of regions with target sizes, in 1 / r. With 5, 15 and 30, the coefficient of variation
+of areas before `move_to_goals` is 0.16, 0.13 and 0.12; 30 also raises compactness by 0.1."""
 
 BALANCED_SWEEPS = 20
-"""The same as `MAX_SWEEPS`, where regions have goals."""
+"""Largest number of sweeps for regions with target sizes."""
 
 
 def straighten(
@@ -169,9 +170,9 @@ def straighten(
     options: SmoothOptions,
     goals: tuple[Floats, Floats] | None = None,
 ) -> Ints:
-    """Return smoothed labels; arguments are checked.
+    """Return smoothed labels of checked arguments.
 
-    With goals, the sizes of cells and those that regions are to have, regions tend to these.
+    Goals are the sizes of cells and the target sizes of regions.
     """
     args = options.args(costs, labels, fixed)
     if goals is None or not goals[1].sum() > 0:

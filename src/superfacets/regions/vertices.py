@@ -1,4 +1,4 @@
-"""Stage 5: labels of vertices from labels of cells."""
+"""Stage 5: derive labels of vertices from labels of cells."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from ..cells.sums import weighted_majority
 from .crease_labels import corners_in, crease_labels
 
 METHODS = ("majority", "creases")
-"""Ways from labels of cells to labels of vertices."""
+"""Methods of `vertex_labels`."""
 
 LEAST_IN_FILES = 20
-"""Vertices that regions get in files for networks, where others have vertices to spare: the minimum
-of ScanNet's segmenter (segMinVerts), which these networks were trained with."""
+"""Minimum number of vertices of a region in files for networks: the default of ScanNet's segmenter
+(segMinVerts), on whose output these networks are trained."""
 
 
 def vertex_labels(
@@ -36,58 +36,56 @@ def vertex_labels(
     min_vertices: int = 1,
     n_threads: int | None = None,
 ) -> Ints:
-    """Return one label per vertex: that of most of the area around it, or one that follows creases.
+    """Return one label per vertex, by majority of its cells or with borders along creases.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`. The vertices of a point cloud are its cells: they keep their labels.
+        As for `segment`. For a point cloud the result equals `labels`.
     labels : array_like of int, shape (N,)
-        One per face or tetrahedron; -1 where a cell has none. Gaps are allowed.
+        One per face or tetrahedron, or -1 for none. Gaps are allowed.
     method : {"majority", "creases"}, default "majority"
-        ``"majority"``: the label with the largest sum of the areas (volumes of tetrahedra) of the
-        vertex's cells; the lowest of equals, also where all areas are 0. A region may lose all
-        vertices, or be left in pieces. Vertices are not welded, and a polygon that passes through a
-        vertex twice counts twice.
+        ``"majority"``: the label with the largest total area (volume) of the cells at the vertex;
+        the lowest label in a tie. A region may lose all vertices, or end up in several pieces.
+        Vertices are not welded. A polygon that contains a vertex twice counts twice.
 
-        ``"creases"``: borders run along creases. Vertices whose cells all have one label keep it,
-        and those between regions get labels in the order of the weights of edges (see Notes). No
-        region is lost as long as there are vertices for all. A region whose cells are connected
-        over edges is connected over the edges of the mesh: if it has several pieces, the largest
-        stays, and the vertices of others get the labels beside them. Cells with one label that are
-        not connected are regions of their own here. Vertices at one position are one vertex, and
-        get the same label.
+        ``"creases"``: borders run along creases. A vertex whose cells share one label keeps it, and
+        vertices between regions are labeled in the order of edge weights (see Notes). Each region
+        keeps at least one vertex if there are enough vertices. A region of connected cells stays
+        connected along the edges of the mesh: only its largest piece keeps the label. Unconnected
+        cells with the same label are treated as separate regions. Vertices at the same position are
+        welded, and share a label.
     min_vertices : int, default 1
-        Size to which smaller regions grow, with ``"creases"``. They take vertices over the edges
-        with the lowest weights, from regions that stay connected and have `min_vertices` left.
-        Where there are not enough of these, as in a small component, a region stays as it is.
+        With ``"creases"``, smaller regions grow to this number of vertices. They take vertices
+        across the edges with the lowest weights, from regions that stay connected and keep
+        `min_vertices`. If there are none, as in a small component, the region stays small.
     n_threads : int, optional
         As for `segment`; labels do not depend on it.
 
     Returns
     -------
     ndarray of int32, shape (V,)
-        -1 if no labeled cell has the vertex.
+        -1 if no labeled cell contains the vertex.
 
     Raises
     ------
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If the labels are not integers of -1 and up, one per cell, or another parameter is out of
-        range or of the wrong type.
+        If labels are not integers >= -1, one per cell, or another parameter is out of range or of
+        the wrong type.
 
     Notes
     -----
-    The weight of an edge between vertices with normals n_i and n_j, the means of the unit normals
-    of their faces, is 1 - n_i . n_j, at least 0. It is squared where the edge is convex: the normal
-    at one end points away from the other, n_j . (x_j - x_i) > 0 or n_i . (x_i - x_j) > 0. In
-    ascending order of weight (of equal weights, edges within a region of the majority come first),
-    an edge unites the labels at its ends, unless both have one. So a border ends in the edges with
-    the highest weights around it: in concave creases. In a volume all weights are equal.
+    The normal n_i of a vertex is the mean of the unit normals of its faces. The weight of an edge
+    is max(0, 1 - n_i . n_j), squared if the edge is convex: n_j . (x_j - x_i) > 0 or
+    n_i . (x_i - x_j) > 0. Edges are visited in ascending order of weight; in a tie, edges inside a
+    majority region come first. Each edge gives both ends the same label, unless both already have
+    one. So borders end up in the edges of highest weight: the concave creases. In a volume all
+    weights are equal.
 
-    Time linear in the number of corners: with ``"creases"`` less than 0.2 s per million faces on
-    two cores.
+    Time is linear in the number of corners; ``"creases"`` takes less than 0.2 s per million faces
+    on two cores.
 
     References
     ----------
@@ -97,7 +95,7 @@ def vertex_labels(
 
     Examples
     --------
-    Two triangles of one square, and a vertex that no face has:
+    Two triangles of a square, and an unused vertex:
 
     >>> from superfacets import Mesh
     >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 9]]
@@ -127,10 +125,10 @@ def vertex_labels(
 
 
 def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return an id for each vertex, for files of networks: labels that follow creases.
+    """Return an id for each vertex, for files of networks, with borders along creases.
 
-    They have at least `LEAST_IN_FILES` vertices where others have vertices to spare. Each vertex
-    that no cell uses gets an id of its own, above all labels. Labels are 0 and up, gaps allowed.
+    Regions grow to `LEAST_IN_FILES` vertices where possible. Labels are >= 0, gaps allowed. Each
+    unused vertex gets its own id, above all labels.
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
@@ -141,7 +139,7 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Names of labels 0 to K - 1; each vertex labeled -1 gets an id of its own, above all names."""
+    """Map labels 0..K-1 to names; each vertex labeled -1 gets its own id, above all names."""
     ids = names.astype(np.int64)[labels]
     unused = np.flatnonzero(labels < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
@@ -149,6 +147,6 @@ def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def corner_groups(cells: Any) -> tuple[Ints, Longs | int]:
-    """Vertices of the corners of all cells in a row, and the number of corners of each cell."""
+    """Return the vertices of all corners, cell by cell, and the number of corners of each cell."""
     corners = corners_in(cells)
     return corners.vertices, corners.sizes

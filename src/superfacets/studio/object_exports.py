@@ -20,7 +20,7 @@ from ..export.scannet import GROUPS, scene_of, write_groups
 from ..export.text import write_rows
 from ..export.write import write_labels, write_mesh
 from ..io.atomic import atomic_outputs
-from ..regions.parts import split_regions
+from ..regions.submeshes import split_regions
 from ..regions.vertices import vertex_labels
 from .classes import INSTANCES
 from .document import Document

@@ -1,4 +1,4 @@
-#include "cells/arc_prices.hpp"
+#include "cells/part_prices.hpp"
 
 #include <cmath>
 #include <utility>

@@ -1,4 +1,4 @@
-"""Stage 5: regions as meshes of their own, with the way back."""
+"""Stage 5: one submesh per region, with maps to the whole mesh."""
 
 from __future__ import annotations
 
@@ -19,18 +19,17 @@ from ..mesh.cells import Cells
 
 
 class Submesh(NamedTuple):
-    """A part of a mesh, and where it comes from.
+    """A part of a mesh, with maps to the whole.
 
     Attributes
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or PointCloud
-        Of the same kind as the whole. Cells and vertices keep their order; vertices that no cell of
-        the region uses are left out. Points keep their normals and colors.
+        The part, of the same class as the whole. Cells and vertices keep their order, and unused
+        vertices are removed. Points keep their normals and colors.
     cells : ndarray of int32
-        For each face (tetrahedron, point) of the part, its index in the whole, ascending.
+        Index in the whole of each face (tetrahedron, point) of the part, ascending.
     vertices : ndarray of int32
-        For each vertex of the part, its index in the whole, ascending; of a cloud, the same as
-        ``cells``.
+        Index in the whole of each vertex of the part, ascending. Equal to ``cells`` for a cloud.
     """
 
     mesh: Cells
@@ -39,11 +38,11 @@ class Submesh(NamedTuple):
 
 
 def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> Submesh:
-    """Return the mesh of one region, with maps back to the whole.
+    """Return the mesh of one region, with maps to the whole mesh.
 
     Parameters
     ----------
-    cells : Mesh, PolygonMesh, TetMesh, PointCloud, or what is like one
+    cells : Mesh, PolygonMesh, TetMesh, PointCloud, or mesh-like or cloud-like
         As for `segment`.
     labels : array_like of int, shape (N,)
         0..K-1, each at least once; -1 for cells in no region.
@@ -59,8 +58,8 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     MeshError
         If the mesh is not valid, or if all faces of the region lie at one point.
     ValueError, TypeError
-        If the labels are not integers, not one per cell, below -1 or with gaps, or if there is no
-        such region.
+        If labels are not integers >= -1, one per cell, a label 0..K-1 is missing, or `region` does
+        not exist.
 
     Examples
     --------
@@ -78,7 +77,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
 
 
 def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
-    """Yield the mesh of each region 0..K-1, with maps back to the whole.
+    """Yield the mesh of each region 0..K-1, with maps to the whole mesh.
 
     Parameters
     ----------
@@ -88,13 +87,12 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     Yields
     ------
     Submesh
-        In the order of the labels; each is made when it is asked for. All together take time
-        O(N log N).
+        In the order of the labels, made one at a time. Total time O(N log N).
 
     Raises
     ------
     MeshError, ValueError, TypeError
-        As for `submesh`. What is wrong with cells or labels is raised at once.
+        As for `submesh`. Errors in cells or labels are raised by the call, before iteration.
 
     Examples
     --------
@@ -113,9 +111,9 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
 
 
 def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
-    """Yield all parts; what takes long, numbers of vertices and checks, is done for all at once.
+    """Yield all parts; vertices are numbered and extents checked once for all of them.
 
-    Cells of part i are ``order[starts[i]:starts[i + 1]]``.
+    The cells of part i are ``order[starts[i]:starts[i + 1]]``.
     """
     kind = kind_of(whole)
     corners, offsets = kind.corners(whole).of(order)  # type: ignore[union-attr]  # it has some
@@ -135,7 +133,7 @@ def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
         zip(pairwise(starts.tolist()), pairwise(firsts.tolist()), strict=True)
     ):
         if not has_extent[part]:
-            yield splitter.named_part(order[a:b], part)  # which raises
+            yield splitter.named_part(order[a:b], part)  # raises a MeshError
             continue
         ends = offsets[a : b + 1]
         mesh = kind.with_corners(
@@ -146,13 +144,13 @@ def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
 
 
 class Splitter:
-    """Cuts parts out of a mesh, in time and memory of the part once it is made."""
+    """Extracts parts of a mesh, each in time and memory linear in the part."""
 
     def __init__(self, whole: Any) -> None:
         self._whole = whole
         self._corners = kind_of(whole).corners(whole)
         n_vertices = 0 if self._corners is None else whole.n_vertices
-        # By vertex, its number in the part at hand; of other vertices, anything.
+        # Number in the current part of each of its vertices; other entries are undefined.
         self._numbers = np.empty(n_vertices, dtype=np.int32)
 
     def part(self, cells: Ints) -> Submesh:
@@ -167,14 +165,14 @@ class Splitter:
         return Submesh(kind.with_corners(whole, points, numbers, offsets), cells, vertices)
 
     def named_part(self, cells: Ints, region: int) -> Submesh:
-        """Return the mesh of the cells of a region, which an error names."""
+        """Return the mesh of these cells; errors name the region."""
         try:
             return self.part(cells)
-        except MeshError as error:  # all of it lies at one point
+        except MeshError as error:  # all vertices have the same position
             raise MeshError(f"region {region}: {error}") from None
 
     def _renumber(self, corners: Ints) -> Ints:
-        """Number the vertices of a part, and return them."""
+        """Number the vertices of a part in ascending order, and return them."""
         vertices = np.unique(corners)
         self._numbers[vertices] = np.arange(len(vertices), dtype=np.int32)
         return vertices

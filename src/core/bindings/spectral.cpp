@@ -1,0 +1,51 @@
+// Bindings of diffusion and eigenvectors. The headers of the folder describe the functions;
+// superfacets/_validate.py ensures their preconditions.
+#include "bindings/bindings.hpp"
+#include "spectral/diffusion.hpp"
+#include "spectral/eigenvectors.hpp"
+
+namespace superfacets {
+namespace {
+
+Buffer<double> sums_between(Offsets offsets, Integers neighbors, Doubles conductances,
+                            Doubles steps, Integers coarse_of, Offsets coarse_offsets,
+                            Integers coarse_neighbors) {
+  return sum_between({offsets, neighbors}, conductances, steps, coarse_of,
+                     {coarse_offsets, coarse_neighbors});
+}
+
+Buffer<float> relaxed(Offsets offsets, Integers neighbors, Doubles conductances,
+                      const Table<float>& rows, int n_sweeps, ThreadTeam& team) {
+  Buffer<float> found(rows.size());
+  std::copy(rows.data(), rows.data() + rows.size(), found.begin());
+  relax({offsets, neighbors}, conductances, rows.shape(1), n_sweeps, team, found.span());
+  return found;
+}
+
+std::vector<double> diffused(Offsets offsets, Integers neighbors, Doubles conductances,
+                             Doubles masses, Doubles values, double time, ThreadTeam& team) {
+  return diffuse({offsets, neighbors}, conductances, masses, values, time, team);
+}
+
+Eigenpairs eigenpairs(Offsets offsets, Integers neighbors, Doubles conductances, Doubles measures,
+                      Integers components, Label n_components, int n_wanted) {
+  return smallest_eigenpairs({offsets, neighbors}, conductances, measures, components, n_components,
+                             static_cast<std::size_t>(n_wanted));
+}
+
+}  // namespace
+
+void bind_spectral(nb::module_& module) {
+  module.def("step_conductances", threaded(&step_conductances), "surface"_a, "areas"_a,
+             "n_threads"_a);
+  module.def("sum_between", serial(&sums_between), "offsets"_a, "neighbors"_a, "conductances"_a,
+             "steps"_a, "coarse_of"_a, "coarse_offsets"_a, "coarse_neighbors"_a);
+  module.def("relax", threaded(&relaxed), "offsets"_a, "neighbors"_a, "conductances"_a,
+             "rows"_a.noconvert(), "n_sweeps"_a, "n_threads"_a);
+  module.def("diffuse", threaded(&diffused), "offsets"_a, "neighbors"_a, "conductances"_a,
+             "masses"_a, "values"_a, "time"_a, "n_threads"_a);
+  module.def("smallest_eigenpairs", serial(&eigenpairs), "offsets"_a, "neighbors"_a,
+             "conductances"_a, "measures"_a, "components"_a, "n_components"_a, "n_wanted"_a);
+}
+
+}  // namespace superfacets
