@@ -35,7 +35,7 @@ class ArcFinder {
   ArcFinder(const OrderedGraph& graph, std::span<const float> prices, int n_steps)
       : graph_(graph), prices_(prices), n_steps_(n_steps), least_(graph.n_cells(), kNone) {}
 
-  // Appends the arcs of a place; returns their number.
+  // Adds the arcs of a place to those that `take` returns; returns their number.
   std::int64_t find(Place place) {
     walks_.clear();
     reached_.clear();
@@ -47,7 +47,11 @@ class ArcFinder {
       for (; begin < end; ++begin) {
         const Walk walk = walks_[begin];
         if (graph_.arcs_of(walk.here).size() > kMostArcs) continue;
-        step < n_steps_ ? extend<true>(walk) : extend<false>(walk);
+        if (step < n_steps_) {
+          extend<true>(walk);
+        } else {
+          extend<false>(walk);
+        }
       }
     }
     least_[place] = kNone;

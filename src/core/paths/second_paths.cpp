@@ -117,7 +117,8 @@ Buffer<Path> second_paths(const OrderedGraph& graph, std::span<const Path> neare
   }
   PerThread<Inwards> searches(team.size());
   team.for_each(regions.places.n_lists(), [&](std::int64_t label, int thread) {
-    searches.get(thread, graph, nearest, seconds.span()).expand(regions.of(static_cast<Label>(label)));
+    searches.get(thread, graph, nearest, seconds.span())
+        .expand(regions.of(static_cast<Label>(label)));
   });
   return seconds;
 }
