@@ -71,11 +71,10 @@ def _shares(results: Results) -> str:
     rows = [r for r in results["runs"] if (r["settings"], r["threads"]) == ("defaults", threads)]
     stages = list(dict.fromkeys(stage for row in rows for stage in row["stages"]))
     return markdown_table(
-        ["mesh", "faces", "k", "iterations", *stages],
+        ["faces", "k", *stages],
         (
             [
-                *_place(row),
-                _iterations(row),
+                *_place(row)[1:],
                 *(f"{row['stages'].get(stage, 0.0) / row['seconds']:.0%}" for stage in stages),
             ]
             for row in rows
