@@ -86,7 +86,7 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
     {
         "compactness": "use alpha: higher values follow creases more, 0 gives the roundest regions",
         "sigma": "use denoise: steps of smoothing before creases are measured",
-        "spacing": "lengths are those of the mesh",
+        "spacing": "lengths are in the unit of the mesh",
         "convert2lab": "use features='color'",
         "channel_axis": "use features: one row of numbers per face",
         "min_size_factor": "use min_size: a fraction of the mean area of regions",
