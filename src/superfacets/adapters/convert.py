@@ -158,7 +158,7 @@ def as_triangles(source: MeshLike) -> Mesh:
         return Mesh._of_new(mesh.vertices, mesh.indices.reshape(-1, 3))
     first = int(np.argmax(sizes != 3))
     raise MeshError(
-        f"faces[{first}] has {sizes[first]} corners, and this needs triangles: those of"
+        f"faces[{first}] has {sizes[first]} corners, and this needs triangles: use"
         " PolygonMesh.triangulate()"
     )
 
