@@ -20,11 +20,10 @@ namespace superfacets {
 class BucketQueue {
  public:
   // For a graph of n_arcs arcs whose lengths add up to a number of kTotalBits bits. The width of a
-  // bucket is between half and twice the mean length of an arc.
+  // bucket is between an eighth and a half of the mean length of an arc: in wider buckets, more
+  // places are expanded twice.
   explicit BucketQueue(std::int64_t n_arcs)
-      : width_bits_(std::max(
-            0, kTotalBits - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(n_arcs))))),
-        ring_(kRingSize) {}
+      : width_bits_(std::max(0, kTotalBits - 2 - bits_of(n_arcs))), ring_(kRingSize) {}
 
   // Restarts at the bucket of the lowest length that will be pushed. The queue must be empty.
   void restart(PathLength lowest) {
@@ -81,12 +80,16 @@ class BucketQueue {
   std::size_t n_handled() const { return n_handled_; }
 
  private:
+  static int bits_of(std::int64_t n_arcs) {
+    return static_cast<int>(std::bit_width(static_cast<std::uint64_t>(n_arcs)));
+  }
+
   struct FarEntry {
     PathLength length;
     Place place;
   };
 
-  // The ring spans arcs of up to about 500 times the mean length.
+  // The ring spans arcs of up to about 100 times the mean length.
   static constexpr std::uint64_t kRingSize = 512;
 
   // Refills the empty ring from the far entries, starting at the lowest length among them.
