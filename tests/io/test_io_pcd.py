@@ -198,7 +198,7 @@ def test_what_is_wrong_with_a_file_is_said(cloud_of, data, message):
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("number", [np.inf, np.nan, 1e300])
 def test_colors_that_are_no_packed_integers_give_no_warning(cloud_of, number):
-    colors = [number, 1, 2, 3]
+    colors = np.array([number, 1, 2, 3])
     cloud, _ = cloud_of(text([*XYZ, ("rgb", "F4", 1)], [*POINTS.T, colors]))
     assert np.array_equal(cloud.points, POINTS)
 
