@@ -80,7 +80,7 @@ def test_poses_of_their_own_and_facts_as_json(run, folder):
         "outputs": ["a.aggregation.json"],
     }
     groups = json.loads((folder / "a.aggregation.json").read_text())["segGroups"]
-    assert [group["label"] for group in groups] == ["object", "object"]
+    assert [(group["label"], group["score"]) for group in groups] == [("object", 1.0)] * 2
     status, _, err = run(*LIFT[:-1], "poses")
     assert (status, err.count("\n")) == (2, 1)
     assert "intrinsics and size are needed" in err

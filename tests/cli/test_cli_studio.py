@@ -7,6 +7,7 @@ import urllib.parse
 import urllib.request
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("uvicorn")
@@ -140,7 +141,7 @@ def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served
     from superfacets.studio.document import Document
 
     document = Document.open(Path(sheet))
-    document.paint(document.revision.cells_of_all(range(document.revision.n_regions)), 1)
+    document.paint(np.arange(document.n_cells, dtype=np.uint32), 1)
     document.review(True)
     document.close()
     status, out, err = run("studio", sheet, "--list")

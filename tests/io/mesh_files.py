@@ -111,6 +111,86 @@ def glb(document=None, buffer=None) -> bytes:
     return struct.pack("<4s2I", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
+def b3dm(model=None, features=None, binary=b"") -> bytes:
+    """A model of 3D Tiles; `features` is the JSON of its feature table."""
+    model = glb() if model is None else model
+    text = b"" if features is None else json.dumps(features).encode()
+    text += b" " * (-(28 + len(text)) % 8)
+    sizes = (28 + len(text) + len(binary) + len(model), len(text), len(binary), 0, 0)
+    return struct.pack("<4s6I", b"b3dm", 1, *sizes) + text + binary + model
+
+
+def draco_glb(vertices=VERTICES, faces=FACES, pairs=None, **options) -> bytes:
+    """A mesh that Draco compresses, with texture coordinates if `pairs` are given."""
+    import DracoPy
+
+    given = {"quantization_bits": 14, "preserve_order": True, **options}
+    data = DracoPy.encode(
+        np.asarray(vertices, np.float32), faces=np.asarray(faces, np.uint32), tex_coord=pairs,
+        **given,
+    )  # fmt: skip
+    mesh = DracoPy.decode(data)
+    ids = {{0: "POSITION", 3: "TEXCOORD_0"}[each["attribute_type"]]: each["unique_id"]
+           for each in mesh.attributes}  # fmt: skip
+    n_vertices, n_faces = len(mesh.points), len(mesh.faces)
+    primitive = {
+        "attributes": {name: 1 + i for i, name in enumerate(ids)},
+        "indices": 0,
+        "extensions": {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": ids}},
+    }
+    widths = {"POSITION": "VEC3", "TEXCOORD_0": "VEC2"}
+    document = gltf_document(
+        extensionsRequired=["KHR_draco_mesh_compression"],
+        meshes=[{"primitives": [primitive]}],
+        accessors=[
+            {"componentType": 5125, "count": 3 * n_faces, "type": "SCALAR"},
+            *({"componentType": 5126, "count": n_vertices, "type": widths[name]} for name in ids),
+        ],
+        bufferViews=[{"buffer": 0, "byteLength": len(data)}],
+        buffers=[{"byteLength": len(data)}],
+    )
+    return glb(document, data)
+
+
+def meshopt_glb(vertices=VERTICES, faces=FACES, pairs=None, name="EXT_meshopt_compression",
+                filter="NONE") -> bytes:  # fmt: skip
+    """A mesh that meshopt compresses; `pairs` become normalized 16-bit integers."""
+    import meshopt
+
+    positions = np.asarray(vertices, np.float32)
+    if filter == "EXPONENTIAL":
+        positions = meshopt.encode_filter_exp(positions, 24).view(np.float32)
+    arrays = [(positions, 5126, "VEC3"), (np.asarray(faces, np.uint32).ravel(), 5125, "SCALAR")]
+    if pairs is not None:
+        arrays.append((np.rint(np.asarray(pairs) * 65535).astype(np.uint16), 5123, "VEC2"))
+    data, views, accessors = b"", [], []
+    for rows, code, kind in arrays:
+        mode = "TRIANGLES" if kind == "SCALAR" else "ATTRIBUTES"
+        packed = meshopt.encode_gltf_buffer(rows, mode)
+        size = rows.nbytes // len(rows)
+        place = {"buffer": 0, "byteOffset": len(data), "byteLength": len(packed)}
+        how = {"count": len(rows), "byteStride": size, "mode": mode}
+        if kind == "VEC3":
+            how["filter"] = filter
+        views.append({"buffer": 1, "byteLength": rows.nbytes, "extensions": {name: place | how}})
+        accessors.append({"bufferView": len(views) - 1, "componentType": code, "count": len(rows),
+                          "type": kind, "normalized": code == 5123})  # fmt: skip
+        data += packed + b"\0" * (-len(packed) % 4)
+    attributes = {"POSITION": 0} | ({} if pairs is None else {"TEXCOORD_0": 2})
+    size = sum(view["byteLength"] for view in views)
+    document = gltf_document(
+        extensionsRequired=[name],
+        meshes=[{"primitives": [{"attributes": attributes, "indices": 1}]}],
+        accessors=accessors,
+        bufferViews=views,
+        buffers=[
+            {"byteLength": len(data)},
+            {"byteLength": size, "extensions": {name: {"fallback": True}}},
+        ],
+    )
+    return glb(document, data)
+
+
 def whole_files() -> dict[str, bytes]:
     """A file of each format by a name with its ending."""
     return {
@@ -123,4 +203,7 @@ def whole_files() -> dict[str, bytes]:
         "binary.stl": stl_binary(),
         "ascii.stl": stl_text(),
         "square.glb": glb(),
+        "square.b3dm": b3dm(features={"RTC_CENTER": [10, 0, 0]}),
+        "draco.glb": draco_glb(),
+        "meshopt.glb": meshopt_glb(),
     }

@@ -696,7 +696,7 @@ def test_wrong_materials_and_attributes_are_refused():
 
 def test_a_texture_of_another_mesh_is_refused(square, tmp_path):
     attributes = read_attributes(square)
-    with pytest.raises(MeshError, match="the texture is for 6 corners of 2 faces"):
+    with pytest.raises(MeshError, match="the texture has 6 corners of 2 faces but the mesh has 3"):
         write_mesh(tmp_path / "a.obj", Mesh(VERTICES, FACES[:1]), attributes=attributes)
     with pytest.raises(ValueError, match="points have no texture"):
         write_mesh(tmp_path / "a.las", VERTICES, attributes=attributes)

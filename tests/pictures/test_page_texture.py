@@ -110,3 +110,25 @@ def run_view(monkeypatch, capsys):
         return capsys.readouterr().err
 
     return run
+
+
+def test_small_pictures_of_fine_patterns_are_their_mean_and_do_not_mix(opened, tmp_path):
+    mesh, pairs = grid(24, 24, 1, 1)
+    squares = np.indices((500, 500)).sum(axis=0) % 2 * 255
+    pictures = [np.repeat(squares[:, :, np.newaxis], 3, axis=2), np.full((90, 50, 3), (255, 0, 0))]
+    images = []
+    for number, picture in enumerate(pictures):
+        save_png(tmp_path / f"{number}.png", picture.astype(np.uint8))
+        images.append(TextureImage(f"{number}.png", tmp_path / f"{number}.png"))
+    is_red = (pairs[mesh.faces].mean(axis=1)[:, 0] > 0.5).astype(int)
+    texture = Texture(40 * pairs, mesh.faces.ravel(), [Material(image=i) for i in images], is_red)
+    camera = sf.View(azimuth=20, elevation=10, up="z")
+    tab = opened(sf.view(mesh, np.zeros(mesh.n_faces, int), texture=texture, camera=camera))
+    tab.locator("#canvas").press("t")
+    picture, seen = pixels(tab), cells_seen(tab)
+    gray = np.array([picture[y, x, :3] for x, y, cell in seen if not is_red[cell]], float)
+    red = np.array([picture[y, x, :3] for x, y, cell in seen if is_red[cell]], float)
+    assert min(len(gray), len(red)) > 100
+    assert gray.std(axis=0).max() < 4  # each pixel covers hundreds of squares
+    assert np.abs(gray - gray.mean(axis=1, keepdims=True)).max() < 4
+    assert red[:, 1:].max() < 8

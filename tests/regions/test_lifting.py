@@ -30,12 +30,18 @@ def test_regions_get_the_label_of_most_of_their_visible_area():
     result = sf.lift(SQUARE, [0, 1], [mask], [above()], consistent_ids=True)
     assert result.labels.tolist() == result.region_labels.tolist() == [5, 7]
     assert np.allclose(result.scores, [0.7, 1.0])
+    assert np.allclose(result.label_scores, [0.7, 1.0])
     assert result.mask_labels == ({5: 5, 7: 7, 9: -1},)
     assert result.found.tolist() == [5, 7]
     assert repr(result) == "LiftedLabels(2 labels, 2 regions, 1 images)"
     assert result.seen.tolist() == [True, True]
     one = sf.lift(SQUARE, [0, 0], [mask], [above()], consistent_ids=True)
     assert one.labels.tolist() == [5, 5]  # 7 pixels against 6 and 3
+    same = np.full((4, 4), 7)
+    same[3] = 0  # 4 of the 10 pixels of the first face
+    both = sf.lift(SQUARE, [0, 1], [same], [above()], consistent_ids=True)
+    assert np.allclose(both.scores, [0.6, 1.0])
+    assert np.allclose(both.label_scores, [0.75])  # by area: 12 of 16 pixels
 
 
 def test_a_region_that_is_mostly_in_no_mask_has_no_label():
@@ -44,8 +50,11 @@ def test_a_region_that_is_mostly_in_no_mask_has_no_label():
     result = sf.lift(SQUARE, [0, 1], [mask], [above()], consistent_ids=True)
     assert result.labels.tolist() == [-1, -1]
     assert not result.scores.any()
+    assert len(result.label_scores) == len(result.found) == 0
     mask[2, 2:] = 2
-    assert sf.lift(SQUARE, [0, 1], [mask], [above()]).labels.tolist() == [0, -1]
+    half = sf.lift(SQUARE, [0, 1], [mask], [above()])
+    assert half.labels.tolist() == [0, -1]
+    assert np.allclose(half.label_scores, [half.scores[0]])
 
 
 def test_labels_are_projected_to_the_images_of_cameras():

@@ -81,7 +81,7 @@ def test_all_kinds_of_cells_are_shown_painted_and_split(serve, tmp_path, make, n
     assert np.array_equal(labels, superfacets.segment(superfacets.read_mesh(tmp_path / name)
                           if kind != "points" else superfacets.read_cloud(tmp_path / name),
                           2).labels)  # fmt: skip
-    painted = client.done("paint", **{"class": 1}, regions=[1], revision=revision)
+    painted = client.done("paint", **{"class": 1}, cells=encoded(np.flatnonzero(labels == 1)))
     assert painted["changed"] == np.count_nonzero(labels == 1)
     assert np.array_equal(client.classes() == 1, labels == 1)
     first, last = np.flatnonzero(labels == 0)[[0, -1]].tolist()
@@ -103,9 +103,10 @@ def test_neighboring_regions_are_joined_by_arcs(client):
     assert set(arrays["arcs"].ravel().tolist()) == set(range(20))
 
 
-def test_regions_and_cells_are_painted_and_undone(client):
-    labels, revision = client.labels(), client.state()["revision"]
-    answer = client.done("paint", **{"class": 2}, regions=[3, 5, 3], revision=revision)
+def test_cells_in_any_order_are_painted_and_undone(client):
+    labels = client.labels()
+    cells = np.flatnonzero(np.isin(labels, [3, 5]))
+    answer = client.done("paint", **{"class": 2}, cells=encoded([*cells[::-1], cells[0]]))
     assert answer["changed"] == np.isin(labels, [3, 5]).sum()
     assert (answer["seq"], answer["can_undo"], answer["can_redo"]) == (1, True, False)
     assert np.array_equal(client.classes(), 2 * np.isin(labels, [3, 5]))
@@ -128,11 +129,15 @@ def test_regions_and_cells_are_painted_and_undone(client):
     [
         ("paint", {"class": True, "cells": ""}, 400, "class must be a whole number"),
         ("paint", {"class": 1, "cells": "?"}, 400, "cells must be base64"),
-        ("paint", {"class": 1, "regions": 3, "revision": 0}, 410, "revision 0 is gone"),
         ("paint", {"class": 9, "cells": encoded([1])}, 400, "there is no class 9"),
         ("paint", {"class": 1, "cells": "", "stroke": 7}, 400, "stroke must be a text"),
         ("split", {"red": [0], "blue": [1], "revision": 0, "region": "x"}, 400, "whole number"),
-        ("split", {"red": [0], "blue": [-1], "region": 0}, 400, "blue holds a cell that is none"),
+        (
+            "split",
+            {"red": [0], "blue": [-1], "region": 0},
+            400,
+            "blue has a cell that does not exist",
+        ),
         ("split", {"red": [1 << 64], "blue": [1], "region": 0}, 400, "number of 64 bits"),
         ("paint", {"class": 10**400, "cells": ""}, 400, "class must be a whole number of 64 bits"),
         ("split", {"red": "x", "blue": [1], "region": 0}, 400, "red must be a list of numbers"),
@@ -149,6 +154,10 @@ def test_regions_and_cells_are_painted_and_undone(client):
         ("export", {"what": "all"}, 400, "what must be one of cells, objects"),
         ("export", {"what": "cells", "format": "exe"}, 400, "format must be one of npy"),
         ("import", {"files": {}}, 400, "files must be a list of objects"),
+        ("settle", {"accept": 3}, 400, "accept must be a list of pairs"),
+        ("settle", {"accept": [[1]]}, 400, "accept must be a list of pairs"),
+        ("settle", {"accept": [[1, "a"]]}, 400, "class must be a whole number"),
+        ("settle", {"reject": [7]}, 400, "there is no suggestion 7"),
     ],
 )
 def test_wrong_requests_say_what_is_wrong(client, name, body, status, message):
@@ -157,13 +166,6 @@ def test_wrong_requests_say_what_is_wrong(client, name, body, status, message):
     assert answer.status_code == status
     assert message in answer.json()["error"]
     assert client.state() == before
-
-
-def test_regions_that_are_no_list_and_that_are_not_there(client):
-    revision = client.state()["revision"]
-    for regions, message in ((3, "regions must be a list"), ([99], "there is no region 99")):
-        answer = client.post("paint", **{"class": 1}, regions=regions, revision=revision)
-        assert (answer.status_code, message in answer.json()["error"]) == (400, True)
 
 
 def test_what_is_no_json_object(client):
@@ -209,11 +211,10 @@ def test_a_run_tells_its_progress_and_ends_with_a_revision(client):
     assert client.segment(alpha=3)[-1]["n_regions"] == 13
 
 
-def test_a_preview_leaves_the_state_and_can_be_painted_with(client):
+def test_a_preview_leaves_the_state(client):
     before = client.state()
     preview = client.segment(n_segments=9, preview=True)[-1]
     assert client.state() == before
-    client.done("paint", **{"class": 1}, regions=[8], revision=preview["revision"])
     final = client.segment(n_segments=9)[-1]
     assert final["revision"] == preview["revision"]
 

@@ -119,7 +119,7 @@ def test_a_split_region_is_whole_again_after_an_undo(document):
     blue = document.split(2, number, region[:1], region[-1:])
     assert document.revision.n_regions == 21
     assert np.array_equal(document.revision.cells_of(20), blue)
-    with pytest.raises(GoneError, match="regions are other ones by now"):
+    with pytest.raises(GoneError, match="the regions have changed"):
         document.split(2, number, region[:1], region[-1:])
     document.undo()
     assert document.revision.number == number
@@ -145,7 +145,7 @@ def foreign(document, monkeypatch):
 
 
 def test_regions_of_another_version_are_told_and_paint_stays(foreign):
-    assert sum("another version of superfacets" in note for note in foreign.notes) == 1
+    assert sum("This version of superfacets" in note for note in foreign.notes) == 1
     assert foreign.revision.n_regions == 20
     painted = foreign.revision.cells_of(2)
     assert np.array_equal(np.flatnonzero(foreign.state.classes == 1), painted)
@@ -175,7 +175,7 @@ def test_a_split_after_undo_is_of_the_regions_of_this_version(foreign):
 
 def test_a_class_that_cells_have_is_not_removed(document):
     document.paint(cells(1, 2), 3)
-    with pytest.raises(ValueError, match="class 3 has 2 cells: paint these anew first"):
+    with pytest.raises(ValueError, match="class 3 has 2 cells: give these another class first"):
         document.set_classes([{"id": 1, "name": "a"}])
     with pytest.raises(ValueError, match="there is no class 8"):
         document.paint(cells(1), 8)
@@ -205,7 +205,9 @@ def test_an_input_that_changed_under_the_work_is_refused(document):
     size = work.stat().st_size
     other = document.path.with_name("other.ply")
     write_mesh(other, shapes.bumpy_sheet(20))
-    with pytest.raises(JournalError, match=r"sheet\.ply, not other\.ply, is what the work"):
+    with pytest.raises(
+        JournalError, match=r"sheet\.ply, not other\.ply, is the file that the work"
+    ):
         Document.open(other, work)
     assert work.stat().st_size == size
     write_mesh(document.path, shapes.bumpy_sheet(24))  # the old one

@@ -8,6 +8,7 @@ import os
 
 import numpy as np
 import pytest
+from textured_meshes import grid, save_png
 
 import superfacets
 from superfacets.io.readers.labels import read_labels
@@ -93,7 +94,7 @@ def test_the_class_of_a_region_is_that_of_most_of_its_area(painted):
 def test_a_file_of_another_tool_is_not_replaced_unasked(painted):
     path = painted.path.with_name("sheet.bin")
     path.write_text("made by hand")
-    with pytest.raises(FileExistsError, match=r"sheet\.bin is there already"):
+    with pytest.raises(FileExistsError, match=r"sheet\.bin exists already"):
         export(painted, "regions", "bin")
     assert path.read_text() == "made by hand"
     export(painted, "regions", "bin", replace=True)
@@ -103,7 +104,7 @@ def test_a_file_of_another_tool_is_not_replaced_unasked(painted):
 
 
 def test_exports_are_sent_and_written(client, sheet):
-    client.done("paint", **{"class": 3}, regions=[0, 1], revision=client.state()["revision"])
+    client.paint_regions(3, 0, 1)
     written = client.done("export", what="cells", format="npy")
     assert written["path"] == str(sheet.with_name("sheet.classes.npy"))
     answer = client.get("export", what="cells", format="npy")
@@ -115,9 +116,8 @@ def test_exports_are_sent_and_written(client, sheet):
 
 
 def test_what_was_exported_is_imported_as_one_operation(client):
-    revision = client.state()["revision"]
-    client.done("paint", **{"class": 3}, regions=[0, 1], revision=revision)
-    client.done("paint", **{"class": 5}, regions=[2], revision=revision)
+    client.paint_regions(3, 0, 1)
+    client.paint_regions(5, 2)
     before = client.classes()
     for format in ("npy", "seg", "sstk.json"):
         data = client.get("export", what="cells", format=format).content
@@ -184,9 +184,9 @@ def test_a_cell_gets_what_most_of_its_corners_have():
 @pytest.mark.parametrize(
     ("files", "message"),
     [
-        ({}, "an import is one file of labels"),
-        ({"a.npy": b"", "b.npy": b""}, "an import is one file of labels"),
-        ({"a.aggregation.json": b"{}"}, "an import is one file of labels"),
+        ({}, "import one file of labels"),
+        ({"a.npy": b"", "b.npy": b""}, "import one file of labels"),
+        ({"a.aggregation.json": b"{}"}, "import one file of labels"),
         ({"a.sstk.json": b"[[["}, "it is not JSON"),
         ({"a.segs.json": b"\xff"}, "it is not JSON"),
         ({"a.exe": b""}, "expected the ending .sstk.json"),
@@ -223,3 +223,50 @@ def test_wrong_imports_say_what_is_wrong(files, message):
 def test_json_of_another_shape_is_one_line(name, data, message):
     with pytest.raises(superfacets.MeshError, match=f"{name}: .*{message}"):
         _read({name: data})
+
+
+@pytest.fixture
+def textured(tmp_path):
+    """The work on a wall with an image, of which the left half has class 1."""
+    from superfacets.studio.document import Document
+
+    mesh, pairs = grid(6, 6, 1, 1)
+    save_png(tmp_path / "wall.png", np.arange(8 * 8 * 3, dtype=np.uint8).reshape(8, 8, 3))
+    image = superfacets.TextureImage("wall.png", tmp_path / "wall.png")
+    texture = superfacets.Texture(
+        pairs, mesh.faces.ravel(), [superfacets.Material("wall", image=image)], [0] * mesh.n_faces
+    )
+    attributes = superfacets.MeshAttributes(texture=texture)
+    superfacets.write_mesh(tmp_path / "wall.obj", mesh, attributes=attributes)
+    opened = Document.open(tmp_path / "wall.obj", n_segments=4)
+    opened.paint(np.flatnonzero(pairs[mesh.faces].mean(axis=1)[:, 0] < 0.5), 1)
+    yield opened
+    opened.close()
+
+
+@pytest.mark.parametrize("what", ["cells", "regions"])
+@pytest.mark.parametrize("format", ["obj", "glb"])
+def test_textures_stay_with_exported_meshes(textured, what, format):
+    source = textured.source.texture
+    path = export(textured, what, format)
+    found = superfacets.read_attributes(path).texture
+    (image,) = found.images
+    assert np.array_equal(image.pixels(), source.images[0].pixels())
+    mesh = superfacets.read_mesh(path)
+
+    def rows(cells, texture):
+        pairs = texture.coordinates[texture.corners].reshape(-1, 6)
+        places = cells.vertices[cells.faces].reshape(-1, 9)
+        return sorted(np.hstack([places, pairs]).round(5).tolist())
+
+    assert rows(mesh, found) == rows(textured.cells, source)
+
+
+def test_downloads_keep_textures_where_one_file_holds_them(textured, tmp_path):
+    for format, is_kept in (("glb", True), ("obj", False)):
+        name, content = export_bytes(textured, "regions", format)
+        path = tmp_path / f"sent.{format}"
+        path.write_bytes(content)
+        assert (superfacets.read_attributes(path).texture is not None) == is_kept
+        assert (b"mtllib" in content) is False
+        assert name == f"wall.superfacets.{format}"

@@ -37,8 +37,7 @@ def test_all_meshes_are_listed_with_how_far_they_are(serve, folder):
     listed = client.http.get("/api/files").json()
     assert [entry["name"] for entry in listed] == ["a.ply", "b.ply", "c.ply", "d.ply", "sub/e.ply"]
     assert {entry["done"] for entry in listed} == {0.0}
-    revision = client.state(1)["revision"]
-    client.done("paint", 1, **{"class": 1}, regions=[0, 1], revision=revision)
+    client.paint_regions(1, 0, 1, file=1)
     done = client.state(1)["progress"]
     assert client.http.get("/api/files").json()[1]["done"] == done > 0
     client.close()
@@ -49,8 +48,7 @@ def test_all_meshes_are_listed_with_how_far_they_are(serve, folder):
 def test_only_a_few_are_open_and_others_are_opened_again(serve, folder):
     client = serve(folder)
     for number in range(5):
-        client.done("paint", number, **{"class": 1}, regions=[number],
-                    revision=client.state(number)["revision"])  # fmt: skip
+        client.paint_regions(1, number, file=number)
     assert len(client.files._open) == MAX_OPEN
     for number in range(5):
         assert np.array_equal(client.classes(number) == 1, client.labels(number) == number)
@@ -125,17 +123,17 @@ def test_pipes_at_names_of_ours_do_not_stop_the_studio(serve, folder):
 
 def test_a_class_that_another_mesh_has_is_shown_with_it(serve, folder):
     client = serve(folder)
-    client.done("paint", **{"class": 6}, regions=[0], revision=client.state()["revision"])
+    client.paint_regions(6, 0)
     client.done("classes", 1, classes=[{"id": 1, "name": "one"}])
     assert [entry["id"] for entry in client.state(0)["classes"]] == [1, 6]
     assert [entry["id"] for entry in client.state(1)["classes"]] == [1]
-    client.done("paint", **{"class": 1}, regions=[1], revision=client.state()["revision"])
+    client.paint_regions(1, 1)
 
 
 def test_work_goes_on_in_a_folder_and_alone(serve, folder):
     alone = serve(folder / "a.ply")
     alone.done("classes", classes=[{"id": 1, "name": "mine"}, {"id": 2, "name": "yours"}])
-    alone.done("paint", **{"class": 2}, regions=[0], revision=alone.state()["revision"])
+    alone.paint_regions(2, 0)
     alone.close()
     client = serve(folder)
     assert [entry["name"] for entry in client.state()["classes"]][:2] == ["class 1", "class 2"]
@@ -154,7 +152,7 @@ def test_results_are_no_inputs(serve, folder):
 
 def test_a_folder_without_meshes_is_refused(tmp_path, sheet):
     sheet.rename(tmp_path / "sheet.classes.ply")
-    with pytest.raises(FileNotFoundError, match="holds exported files alone"):
+    with pytest.raises(FileNotFoundError, match="holds only exported files"):
         Files.of(tmp_path, None, None, ())
     with pytest.raises(ValueError, match="--work is for one file"):
         Files.of(tmp_path, tmp_path / "work", None, ())
@@ -258,7 +256,7 @@ def test_a_name_that_is_no_text_is_no_obstacle(serve, tmp_path):
         pytest.skip("the file system takes no such name")
     client = serve(tmp_path)
     assert client.http.get("/api/files").json()[0]["name"] == path.name
-    client.done("paint", **{"class": 1}, regions=[0], revision=client.state()["revision"])
+    client.paint_regions(1, 0)
     answer = client.get("export", what="cells", format="npy")
     assert "a%FF.classes.npy" in answer.headers["content-disposition"]
     client.close()

@@ -78,7 +78,9 @@ def test_a_header_that_was_cut_is_written_again(tmp_path, size):
 def test_a_file_of_something_else_is_left_alone(tmp_path):
     path = tmp_path / "thesis.txt"
     path.write_text("all my words")
-    with pytest.raises(JournalError, match=r"thesis\.txt: is no work file of superfacets studio"):
+    with pytest.raises(
+        JournalError, match=r"thesis\.txt: is not a work file of superfacets studio"
+    ):
         opened(path)
     assert path.read_text() == "all my words"
     with pytest.raises(OSError, match="is not a regular file"):
@@ -187,10 +189,10 @@ def test_a_file_that_can_not_be_mended_is_not_written_to_any_more(document, monk
 def test_a_work_file_that_is_taken_away_or_changed_is_noticed(document):
     path = document.journal.path
     moved = path.rename(path.with_name("moved"))
-    with pytest.raises(JournalError, match="the work file was taken away"):
+    with pytest.raises(JournalError, match="the work file is gone"):
         document.paint(cells(1), 1)
     path.write_text("")
-    with pytest.raises(JournalError, match="changed by something else: start the studio anew"):
+    with pytest.raises(JournalError, match="changed by something else: start the studio again"):
         document.paint(cells(1), 1)
     moved.replace(path)
     document.paint(cells(1), 1)

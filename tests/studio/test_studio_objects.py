@@ -144,7 +144,7 @@ def test_names_of_objects_are_kept_and_taken_away(client):
         ("name-object", {"class": 1, "object": 1, "name": 5}, "must have at most 200 characters"),
         ("split-object", {"class": 0, "object": 0}, "there is no object 0 of class 0"),
         ("review", {"reviewed": 1}, "reviewed must be True or False"),
-        ("compare", {"files": [{"name": "a", "data": "eA=="}]}, "is no work file"),
+        ("compare", {"files": [{"name": "a", "data": "eA=="}]}, "is not a work file"),
         ("compare", {"files": [{"name": str(i), "data": ""} for i in (1, 2)]}, "one work file"),
         ("accept", {"cells": "", "side": "mine"}, "there is no work to compare with"),
         ("accept", {"cells": "", "side": "ours"}, "side must be one of mine, theirs"),
@@ -362,6 +362,23 @@ def test_agreement_is_by_names_of_classes_and_by_overlap_of_objects(two):
     document.close()
 
 
+def test_halves_of_my_object_are_two_objects_of_theirs(tmp_path):
+    """The larger half is my object; the other one, and an object of another class, are new."""
+    path = tmp_path / "flat.ply"
+    write_mesh(path, _flat(8))
+    theirs = Document.open(path, tmp_path / "theirs.studio.jsonl")
+    theirs.paint(_range(0, 12), 1, objects=1)
+    theirs.paint(_range(12, 32), 1, objects=2)
+    theirs.paint(_range(32, 40), 2, objects=1)
+    theirs.close()
+    document = Document.open(path)
+    document.paint(_range(0, 40), 1, objects=1)
+    document.compare("theirs", (tmp_path / "theirs.studio.jsonl").read_bytes())
+    document.accept(_range(0, 40), "theirs")
+    assert document.instances[[0, 11, 12, 31, 32]].tolist() == [1002, 1002, 1001, 1001, 2001]
+    document.close()
+
+
 @pytest.mark.parametrize("prefer", ["mine", "theirs"])
 def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     from click.testing import CliRunner
@@ -429,7 +446,7 @@ def _annotations(n_cells, inside):
 
 @pytest.mark.parametrize(
     ("change", "message"),
-    [({"version": 3}, "was written by a later version"), ({"format": "x"}, "is no work file")],
+    [({"version": 3}, "was written by a later version"), ({"format": "x"}, "is not a work file")],
 )
 def test_a_work_file_that_cannot_be_read_is_not_compared(two, change, message):
     path, mine, theirs = two

@@ -14,7 +14,7 @@ from superfacets.studio.address import (
     kept_address,
     new_token,
 )
-from superfacets.studio.security import HEADERS
+from superfacets.studio.security import HEADERS, MAX_PATH
 
 OWN = f"127.0.0.1:{PORT}"
 
@@ -40,6 +40,12 @@ def test_a_request_of_the_page_is_answered(client):
         answer = asked(client, f"/?token={TOKEN}", token=None, Sec_Fetch_Site=site)
         assert answer.status_code == 200
     assert asked(client, "/", token=None, Sec_Fetch_Site="cross-site").status_code == 403
+
+
+def test_a_path_has_a_greatest_length(client):
+    longest = "/api/files/".ljust(MAX_PATH, "x")
+    assert asked(client, longest).status_code == 404
+    assert asked(client, longest + "x").status_code == 414
 
 
 @pytest.mark.parametrize("path", ["/", "/api/files", "/api/files/0/mesh", "/api/quit", "/nothing"])

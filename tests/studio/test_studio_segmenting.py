@@ -100,8 +100,8 @@ def test_notes_say_what_segment_warns_of():
     )
     segmenter = Segmenter(long)
     notes = segmenter.run(default_parameters(40, 20)).notes
-    assert any("faces are long and thin" in note for note in notes)
-    assert any("regions in place of 20" in note for note in notes)
+    assert any("Triangles are long and thin" in note for note in notes)
+    assert "20 small loose pieces of the mesh became regions of their own." in notes
     segmenter.close()
 
 

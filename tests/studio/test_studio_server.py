@@ -127,7 +127,7 @@ def test_a_run_that_takes_longer_is_not_cut_off(port, monkeypatch):
         time.sleep(1.5)
         return {"is": "done"}
 
-    monkeypatch.setattr("superfacets.studio.app._segmented", slow)
+    monkeypatch.setattr("superfacets.studio.app._segment_file", slow)
     answer = httpx.post(
         f"http://127.0.0.1:{port}/api/files/0/segment",
         headers={"X-Token": TOKEN}, json={}, timeout=WAIT,

@@ -8,8 +8,8 @@ import { cellsIn, type Place } from "../shared/picking";
 import { SURFACE } from "../shared/shaders";
 import { NONE, type Shape } from "../shared/shape";
 import { Surface } from "../shared/surface";
-import { Paint, type TextureFacts } from "../shared/texture";
-import { BORDER, INK, PICK, SHADE } from "./shaders";
+import { TexturePaint, type TextureFacts } from "../shared/texture";
+import { BORDER, CELLS, INK, SHADE } from "./shaders";
 
 const SAMPLES = 4; // samples per pixel, for antialiasing
 const SLOW_MS = 40; // frame time from which a moving view is drawn coarsely
@@ -31,7 +31,7 @@ export class Drawing {
   marked = NONE;
   borders = true;
   shareOfTexture: () => number = () => 0;
-  readonly paint: Paint;
+  readonly texture: TexturePaint;
   readonly nEdges: number;
   /** Width of borders in CSS pixels, given the pixels of a length of 1. */
   lineWidth: (pixels: number, height: number) => number = () => 1;
@@ -39,15 +39,15 @@ export class Drawing {
   frameMs: number | undefined;
   private readonly surface: Surface;
   private readonly shade: Program;
-  private readonly pick: Program;
+  private readonly cellsProgram: Program;
   private readonly border: Program;
   private readonly groups: Table;
   private readonly regions: Table;
   private readonly colors: Table;
   private readonly edges: Table;
   private readonly samples: Samples;
-  private readonly picked: Frame;
-  private pickedView = "";
+  private readonly cellsFrame: Frame;
+  private cellsView = "";
   private missing: Rgb = [0, 0, 0];
   private waiting = 0;
   private resting = 0;
@@ -56,12 +56,12 @@ export class Drawing {
     const gpu = (this.gpu = new Gpu(canvas, false));
     this.surface = new Surface(gpu);
     this.shade = new Program(gpu, SURFACE, SHADE);
-    this.pick = new Program(gpu, SURFACE, PICK);
+    this.cellsProgram = new Program(gpu, SURFACE, CELLS);
     this.border = new Program(gpu, BORDER, INK);
     [this.groups, this.regions, this.colors, this.edges] = Array.from({ length: 4 }, () => new Table(gpu));
     this.samples = new Samples(gpu.gl);
-    this.picked = new Frame(gpu, 1);
-    this.paint = new Paint(gpu);
+    this.cellsFrame = new Frame(gpu, 1);
+    this.texture = new TexturePaint(gpu);
     this.surface.show(shape);
     this.nEdges = (edges?.length ?? 0) / 4;
     this.edges.fill("rgba32", edges ?? []);
@@ -70,7 +70,7 @@ export class Drawing {
 
   /** Bytes of buffers and textures, without framebuffers. */
   get gpuBytes(): number {
-    const tables = [this.surface, this.paint, this.groups, this.regions, this.colors, this.edges];
+    const tables = [this.surface, this.texture, this.groups, this.regions, this.colors, this.edges];
     return tables.reduce((sum, { bytes }) => sum + bytes, 0);
   }
 
@@ -80,7 +80,7 @@ export class Drawing {
 
   /** Show a texture, too. */
   async setTexture(shape: Shape, facts: TextureFacts, arrays: Arrays): Promise<void> {
-    await this.paint.show(shape, facts, arrays);
+    await this.texture.show(shape, facts, arrays);
     this.request();
   }
 
@@ -156,7 +156,7 @@ export class Drawing {
     const { camera, groups, regions, colors, marked } = this;
     this.stats.calls++;
     this.surface.draw(program, camera.eye, camera.pixelsOf(height), {
-      ...this.paint.values, blend: this.shareOfTexture(),
+      ...this.texture.values, blend: this.shareOfTexture(),
       groups, regions, colors, marked, missing: this.missing.map((value) => value / 255),
     });
   }
@@ -175,11 +175,11 @@ export class Drawing {
   /** Draw the cell number at each pixel, unless it is known for this view. */
   private drawCells(size: Size): void {
     const view = [size.width, size.height, ...Object.values(this.camera.eye)].join();
-    if (view === this.pickedView) return;
-    this.picked.begin(size.width, size.height);
-    this.drawSurface(this.pick, size);
+    if (view === this.cellsView) return;
+    this.cellsFrame.begin(size.width, size.height);
+    this.drawSurface(this.cellsProgram, size);
     this.stats.picks++;
-    this.pickedView = view;
+    this.cellsView = view;
   }
 
   /** The cell at a place of the canvas, or NONE. */
@@ -191,7 +191,7 @@ export class Drawing {
     const size = this.resize();
     this.drawCells(size);
     const [left, top] = [Math.floor(x * size.ratio), Math.floor(y * size.ratio)];
-    return cellsIn(this.gpu, this.picked, left, size.height - 1 - top, 1, 1)[0];
+    return cellsIn(this.gpu, this.cellsFrame, left, size.height - 1 - top, 1, 1)[0];
   }
 }
 

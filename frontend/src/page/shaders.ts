@@ -1,9 +1,9 @@
 // GLSL of the page: a cell has a group, a group has a color.
 
 import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
-import { PAINT } from "../shared/texture";
+import { TEXTURE } from "../shared/texture";
 
-export const SHADE = `${HEAD}${LIGHT}${EYE}${PAINT}
+export const SHADE = `${HEAD}${LIGHT}${EYE}${TEXTURE}
 flat in uint triangle;
 uniform float blend;  // share of the texture, 0 to 1
 uniform usampler2D groups;  // the group of each cell
@@ -15,12 +15,12 @@ out vec4 color;
 void main() {
   uint group = texelFetch(groups, place(cell), 0).r;
   vec3 base = group == NONE ? missing : texelFetch(colors, place(group), 0).rgb;
-  if (has_texture && blend > 0.0) base = mix(base, painted(triangle, at), blend);
+  if (has_texture && blend > 0.0) base = mix(base, textureColor(triangle, at), blend);
   if (marked != NONE && texelFetch(regions, place(cell), 0).r == marked) base = mix(base, vec3(1.0), 0.45);
   color = vec4(min(base * light(), 1.0), 1.0);
 }`;
 
-export const PICK = `${HEAD}${CODE}
+export const CELLS = `${HEAD}${CODE}
 flat in uint cell;
 out vec4 found;
 void main() { found = codeOf(cell); }`;

@@ -224,7 +224,7 @@ export class Table implements Lookup, Held {
   }
 }
 
-/** An image that shaders read, row 0 at the top. */
+/** An image that shaders read, row 0 at the top, and its halvings. */
 export class Picture implements Lookup, Held {
   readonly unit: number;
   bytes = 0;
@@ -245,9 +245,11 @@ export class Picture implements Lookup, Held {
   fill(image: ImageBitmap): void {
     const { gl } = this.gpu;
     this.image = this.gpu.isKept ? image : null;
-    this.bytes = 4 * image.width * image.height;
+    this.bytes = (16 * image.width * image.height) / 3;
     gl.activeTexture(gl.TEXTURE0 + this.unit);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
+    gl.generateMipmap(gl.TEXTURE_2D);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST_MIPMAP_NEAREST);
   }
 }
 

@@ -15,19 +15,38 @@ export interface TextureFacts {
 }
 
 /** Color of the texture at a place of a triangle, seen by the eye. For fragments, behind EYE. */
-export const PAINT = `
+export const TEXTURE = `
 uniform bool has_texture;
 uniform usampler2D texture_corners;  // per triangle: vertices, tile
 uniform usampler2D texture_pairs;  // per triangle: two texels with bits of u, v of the corners
 uniform usampler2D texture_tiles;  // per tile: rectangle; ways to repeat; color
 uniform sampler2D texture_image;
+const float LEVELS = 5.0;  // halvings at which images of an atlas stay apart
 int along(int i, int size, uint wrap) {
   if (wrap == 1u) return clamp(i, 0, size - 1);
   int period = wrap == 0u ? size : 2 * size;
   int rest = ((i % period) + period) % period;
   return rest < size ? rest : period - 1 - rest;
 }
-vec3 painted(uint piece, vec3 at) {
+vec3 smoothed(uvec4 box, uvec4 wraps, vec2 uv, int level) {
+  ivec2 size = max(ivec2(box.zw >> level), 1);
+  vec2 texel = vec2(uv.x, 1.0 - uv.y) * vec2(size) - 0.5;
+  ivec2 corner = ivec2(floor(texel));
+  vec2 share = texel - floor(texel);
+  vec3 rows[2];
+  for (int y = 0; y < 2; y++) {
+    vec3 pixels[2];
+    for (int x = 0; x < 2; x++) {
+      ivec2 inside = ivec2(along(corner.x + x, size.x, wraps.x), along(corner.y + y, size.y, wraps.y));
+      pixels[x] = texelFetch(texture_image, ivec2(box.xy >> level) + inside, level).rgb;
+    }
+    rows[y] = mix(pixels[0], pixels[1], share.x);
+  }
+  return mix(rows[0], rows[1], share.y);
+}
+vec3 textureColor(uint piece, vec3 at) {
+  vec3 right = dFdx(at);
+  vec3 up = dFdy(at);
   uvec4 corners = texelFetch(texture_corners, place(piece), 0);
   uvec4 box = texelFetch(texture_tiles, place(3u * corners.w), 0);
   uvec4 wraps = texelFetch(texture_tiles, place(3u * corners.w + 1u), 0);
@@ -38,25 +57,19 @@ vec3 painted(uint piece, vec3 at) {
   vec3 c = seen(texelFetch(vertices, place(corners.z), 0)) - a;
   vec3 across = cross(b, c);
   float scale = max(dot(across, across), 1e-30);
-  float s = dot(cross(at - a, c), across) / scale;
-  float t = dot(cross(b, at - a), across) / scale;
+  mat3x2 shares = transpose(mat2x3(cross(c, across), cross(across, b))) / scale;  // of b and c in a vector
   uvec4 first = texelFetch(texture_pairs, place(2u * piece), 0);
   uvec4 second = texelFetch(texture_pairs, place(2u * piece + 1u), 0);
-  vec2 uv = (1.0 - s - t) * uintBitsToFloat(first.xy) + s * uintBitsToFloat(first.zw)
-    + t * uintBitsToFloat(second.xy);
-  vec2 texel = vec2(uv.x, 1.0 - uv.y) * vec2(box.zw) - 0.5;
-  ivec2 corner = ivec2(floor(texel));
-  vec2 share = texel - floor(texel);
-  vec3 rows[2];
-  for (int y = 0; y < 2; y++) {
-    vec3 pixels[2];
-    for (int x = 0; x < 2; x++) {
-      ivec2 inside = ivec2(along(corner.x + x, int(box.z), wraps.x), along(corner.y + y, int(box.w), wraps.y));
-      pixels[x] = texelFetch(texture_image, ivec2(box.xy) + inside, 0).rgb;
-    }
-    rows[y] = mix(pixels[0], pixels[1], share.x);
-  }
-  return tint * mix(rows[0], rows[1], share.y);
+  vec2 origin = uintBitsToFloat(first.xy);
+  mat2 sides = mat2(uintBitsToFloat(first.zw) - origin, uintBitsToFloat(second.xy) - origin);
+  vec2 uv = origin + sides * (shares * (at - a));
+  vec2 size = vec2(box.zw);
+  float reach = max(length(size * (sides * (shares * right))), length(size * (sides * (shares * up))));  // texels per pixel
+  float level = clamp(log2(max(reach, 1.0)), 0.0, min(LEVELS, floor(log2(min(size.x, size.y)))));
+  int whole = int(level);
+  vec3 paint = smoothed(box, wraps, uv, whole);
+  if (level > float(whole)) paint = mix(paint, smoothed(box, wraps, uv, whole + 1), level - float(whole));
+  return tint * paint;
 }
 `;
 
@@ -86,7 +99,7 @@ export class Blend {
   }
 }
 
-export class Paint {
+export class TexturePaint {
   private readonly corners: Table;
   private readonly pairs: Table;
   private readonly tiles: Table;
@@ -128,7 +141,7 @@ export class Paint {
     this.isShown = true;
   }
 
-  /** Uniforms of PAINT. */
+  /** Uniforms of TEXTURE. */
   get values(): Values {
     const { corners, pairs, tiles, image, isShown } = this;
     return {

@@ -4,17 +4,6 @@ import type { Neighbors } from "./labeling";
 
 export type Rgb = readonly [number, number, number];
 
-// Colors of new classes, in turn; adjacent ones are distinct for color-blind people.
-const CLASS_COLORS = [
-  "#e6550d", "#3182bd", "#31a354", "#8856a7", "#d6b300", "#c51b8a", "#1b9e9e", "#8c510a",
-  "#636363", "#66a61e", "#e7298a", "#2b3fb0",
-];
-
-export function nextClassColor(used: string[]): string {
-  const free = CLASS_COLORS.find((color) => !used.includes(color));
-  return free ?? CLASS_COLORS[used.length % CLASS_COLORS.length];
-}
-
 export function parseColor(text: string): Rgb {
   const value = parseInt(text.slice(1), 16);
   return [value >> 16, (value >> 8) & 255, value & 255];

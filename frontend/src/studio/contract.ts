@@ -31,6 +31,7 @@ export interface Progress {
   can_redo: boolean;
   object_names: ObjectName[];
   is_reviewed: boolean;
+  n_suggestions: number;
 }
 
 export interface State extends Progress {
@@ -55,13 +56,19 @@ export interface FileEntry {
   error?: string;
 }
 
-/** Effect of an undo or redo, and the state after it. */
-export interface UndoReply extends Progress {
+/** An object that a file suggests. */
+export interface SuggestionEntry {
+  id: number;
+  class: number; // 0: the user chooses it
+  score: number | null; // 0 to 1; null: the file has none
+  n_cells: number;
+}
+
+/** Effect of an undo, a redo or a settled suggestion, and the state after it. */
+export interface Effect extends Progress {
   kind: string;
   cells: string;
   paint: string;
-  revision: number;
-  parameters: Parameters;
 }
 
 /** How far two works agree. */

@@ -8,7 +8,7 @@ import type { ClassEntry } from "./contract";
 import { classOf, objectOf, paintOf } from "./labeling";
 import type { Drawing } from "./drawing";
 import { Events } from "./events";
-import { Picker } from "./picking";
+import { Picker } from "./picker";
 import type { Session } from "./session";
 
 const MAX_OBJECT = 999;
@@ -115,7 +115,9 @@ export class Desk {
   paintName(paint: number): string {
     const [id, object] = [classOf(paint), objectOf(paint)];
     const named = this.session.state.object_names.find((one) => one.class === id && one.object === object);
-    return object && !this.isStuff(id) ? (named?.name ?? `${this.className(id)} ${object}`) : this.className(id);
+    const name = this.className(id);
+    if (!object || this.isStuff(id)) return name;
+    return named?.name ?? `${name} ${/\d$/.test(name) ? "#" : ""}${object}`; // "class 1 #2", but "chair 2"
   }
 
   say(line: string): void {
@@ -186,7 +188,7 @@ export class Desk {
   }
 
   /** Fly to cells; false if they are hidden inside the body. */
-  private fly(cells: Uint32Array, keepsAngles = false): boolean {
+  fly(cells: Uint32Array, keepsAngles = false): boolean {
     const { mesh } = this.session;
     let [sum, normal]: [Vector, Vector] = [[0, 0, 0], [0, 0, 0]];
     const middles: Vector[] = [];
@@ -240,11 +242,11 @@ export class Desk {
   }
 
   grow(): void {
-    if (!this.selection.size) return this.say("Nothing is selected, nor painted yet.");
+    if (!this.selection.size) return this.say("Nothing is selected or painted yet.");
     const { regions, paints } = this.session;
     let ring = regions.neighbors.ringAround(this.selection);
     if (this.isPainted) ring = ring.filter((r) => paints.mainPaint(regions.cellsOf(r)) === 0);
-    if (!ring.length) return this.say("There is nothing around to grow into.");
+    if (!ring.length) return this.say("All neighbors have a class already.");
     const painted = paints.mainPaint(regions.cellsOfAll(this.selection));
     if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), painted);
     this.select([...this.selection, ...ring], this.isPainted);
@@ -255,7 +257,7 @@ export class Desk {
     const { regions } = this.session;
     const ring = regions.neighbors.outerRing(this.selection);
     if (!ring.length || ring.length === this.selection.size) {
-      return this.say("There is no ring to take away.");
+      return this.say("No ring of regions is left to remove.");
     }
     if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), 0);
     const rest = [...this.selection].filter((region) => !ring.includes(region));
@@ -286,7 +288,7 @@ export class Desk {
     const { activeRegion, session, currentPaint } = this;
     const cells = activeRegion >= 0 ? session.regions.cellsOf(activeRegion)
       : session.paints.cellsOf(classOf(currentPaint), objectOf(currentPaint));
-    if (!cells.length || !this.fly(cells, true)) this.say("No region is under the pointer, and the object has no cells.");
+    if (!cells.length || !this.fly(cells, true)) this.say("No region is under the pointer, and the chosen object has no cells.");
   }
 
   hideActive(): void {
@@ -320,14 +322,14 @@ export class Desk {
 
   /** Hide all cells of a class; 0: those that have none. */
   hideClass(id: number): void {
-    this.hide(this.session.paints.cellsOf(id), id ? this.className(id) : "What has no class");
+    this.hide(this.session.paints.cellsOf(id), id ? this.className(id) : "Everything unlabeled");
   }
 
   /** Protect cells that have a class from strokes, or not. */
   lock(isLocked = !this.session.isLocked): void {
     this.session.isLocked = isLocked;
     part<HTMLInputElement>("lock").checked = isLocked;
-    this.say(isLocked ? "Strokes paint only what has no class." : "Strokes paint everything.");
+    this.say(isLocked ? "Strokes paint unlabeled cells only." : "Strokes paint everything.");
   }
 
   /** Paint under the pointer; 0 for none. */

@@ -7,7 +7,7 @@ import { cellsIn } from "../shared/picking";
 import { SURFACE } from "../shared/shaders";
 import { NONE } from "../shared/shape";
 import { Surface } from "../shared/surface";
-import { Blend, Paint } from "../shared/texture";
+import { Blend, TexturePaint } from "../shared/texture";
 import type { Vector } from "../shared/vectors";
 import { CellTable } from "./celltable";
 import { parseColor, type Rgb } from "./colors";
@@ -32,15 +32,19 @@ export class Drawing {
   readonly cells: CellTable;
   readonly afterDraw: (() => void)[] = [];
   clip: Box | null = null; // what is outside is not drawn
+  hidesBacks = false; // triangles seen from behind are not drawn
   readonly blend = new Blend(part("texture-row"), part<HTMLInputElement>("texture"), () => this.redraw());
   private readonly gpu: Gpu;
-  private readonly paint: Paint;
+  private readonly texture: TexturePaint;
   private readonly surface: Surface;
   private readonly cellsProgram: Program;
   private readonly imageProgram: Program;
   private readonly regions: Table; // the region of each cell
   private readonly regionColors: Table; // color of each region; alpha is 255 if it is selected
   private readonly classColors: Table;
+  private readonly suggestions: Table; // place of the suggestion of each cell in their list, from 1; 0: none
+  private readonly suggestionColors: Table; // color of each by its place; alpha is 255 if it is chosen
+  private hasSuggestions = false;
   private readonly frames: [Frame, Frame]; // framebuffers of the first pass, by stride
   private frame: Frame | null = null; // frame of the latest first pass
   private stride = 1; // pixels of the first pass per pixel of the canvas, along each side
@@ -57,9 +61,10 @@ export class Drawing {
   constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
     const gpu = (this.gpu = new Gpu(canvas, true));
     this.surface = new Surface(gpu);
-    this.paint = new Paint(gpu);
+    this.texture = new TexturePaint(gpu);
     this.cells = new CellTable(gpu);
-    [this.regions, this.regionColors, this.classColors] = Array.from({ length: 3 }, () => new Table(gpu));
+    [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors] =
+      Array.from({ length: 5 }, () => new Table(gpu));
     this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
@@ -106,9 +111,9 @@ export class Drawing {
   /** Show the texture of a mesh, once its image is decoded. */
   private async showTexture(mesh: Mesh): Promise<void> {
     const { texture, shape, textureArrays } = mesh;
-    this.paint.clear();
+    this.texture.clear();
     this.blend.begin(texture !== null, 0.5);
-    if (texture) await this.paint.show(shape, texture, textureArrays);
+    if (texture) await this.texture.show(shape, texture, textureArrays);
     if (this.mesh === mesh) this.changeView();
   }
 
@@ -145,6 +150,19 @@ export class Drawing {
     const texels = new Uint8Array(4 * (highest + 1)).fill(128);
     for (const [id, color] of colors) texels.set(color, 4 * id);
     this.classColors.fill("rgba8", texels);
+    this.redraw();
+  }
+
+  /** Suggested objects, hatched where nothing is painted; no cells: none. */
+  setSuggestions(owners: Uint32Array): void {
+    this.hasSuggestions = owners.length > 0;
+    this.suggestions.fill("r32", owners);
+    this.redraw();
+  }
+
+  setSuggestionColors(colors: Rgb[], chosen: number): void {
+    const texels = colors.flatMap((color, i) => [...color, i + 1 === chosen ? 255 : 0]);
+    this.suggestionColors.fill("rgba8", [0, 0, 0, 0, ...texels]);
     this.redraw();
   }
 
@@ -228,10 +246,11 @@ export class Drawing {
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     this.imageProgram.use({
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
+      suggestions: this.suggestions, suggestion_colors: this.suggestionColors, has_suggestions: this.hasSuggestions,
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
       stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
-      blend: this.paint.isShown ? this.blend.share : 0,
+      blend: this.texture.isShown ? this.blend.share : 0,
       is_cloud: this.mesh.isCloud, height: this.canvas.height,
     });
     gl.disable(gl.DEPTH_TEST);
@@ -246,7 +265,7 @@ export class Drawing {
     const frame = (this.frame = this.frames[stride - 1]);
     frame.begin(stride * width, stride * height);
     this.surface.draw(this.cellsProgram, camera.eye, camera.pixelsOf(frame.height), {
-      ...this.paint.values, cells: cells.table, has_hidden: cells.hasHidden, is_clipped: this.clip !== null,
+      ...this.texture.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
       clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
     });
     this.isStale = false;

@@ -4,7 +4,9 @@ import type { Desk } from "./desk";
 import type { ClipBox } from "./clip";
 import type { Modes } from "./modes";
 import type { Comparison } from "./panels/comparison";
+import type { Suggestions } from "./panels/suggestions";
 import { savedText } from "./notices";
+import { SCHEMES } from "./pointer";
 import type { Views } from "./views";
 import { make, part } from "../shared/dom";
 
@@ -19,21 +21,15 @@ interface Key {
 const ARROWS: [string, number, number][] = [["Left", -1, 0], ["Right", 1, 0], ["Up", 0, -1], ["Down", 0, 1]];
 const FIELDS = "input:not([type=radio]):not([type=checkbox]):not([type=range]), select, textarea";
 
-const MOUSE: [string, string][] = [
-  ["Left drag", "paint the regions under the pointer"],
-  ["Shift + left drag", "remove their class"],
-  ["Ctrl + click", "pick the class and object under the pointer"],
-  ["Right drag, or beside the mesh", "turn"],
-  ["Middle or Alt + left drag", "move"],
-  ["Wheel", "zoom"],
-  ["Two fingers", "turn and zoom; three: move"],
-];
+// Keys of the number pad, in the scheme of Blender.
+const NUMPAD: Record<string, string> = { Numpad1: "Alt+1", Numpad3: "Alt+2", Numpad7: "Alt+3", NumpadDecimal: "g" };
 
-export interface Parts {
+interface Parts {
   modes: Modes;
   views: Views;
   clip: ClipBox;
   comparison: Comparison;
+  suggestions: Suggestions;
   goToFile: (steps: number) => void;
 }
 
@@ -41,10 +37,11 @@ export class Keys {
   private readonly groups: Record<string, Key[]>;
   private readonly table = new Map<string, Key>();
   private readonly help = part<HTMLDialogElement>("help");
+  private readonly scheme = part<HTMLSelectElement>("scheme");
 
   private readonly modes: Modes;
 
-  constructor(private readonly desk: Desk, { modes, views, clip, comparison, goToFile }: Parts) {
+  constructor(private readonly desk: Desk, { modes, views, clip, comparison, suggestions, goToFile }: Parts) {
     this.modes = modes;
     this.groups = {
       Labeling: this.labeling(),
@@ -53,13 +50,19 @@ export class Keys {
       Modes: this.modeKeys(),
       View: [...this.view(views), this.textureKey(comparison)],
       Sections: this.sections(clip),
+      Suggestions: [
+        { names: ["a"], what: "accept the suggestion under the pointer, or the chosen one", run: () => suggestions.accept() },
+        { names: ["Shift+a"], what: "accept it as an object of the chosen class", run: () => suggestions.accept(true) },
+        { names: ["r"], what: "reject it", run: () => suggestions.reject() },
+        { names: ["j"], what: "next suggestion, the highest score first", run: () => suggestions.next() },
+      ],
       "Comparison of two works": [
         { names: ["d"], what: "next difference", run: () => comparison.next() },
         { names: [], shown: "T", what: "take theirs in the region", run: () => undefined },
         { names: ["y"], what: "keep mine in the region", run: () => comparison.settle("mine") },
       ],
       Files: [
-        { names: ["Ctrl+s"], what: "say when the work was saved: it always is", run: () => this.saySaved() },
+        { names: ["Ctrl+s"], what: "show when the work was saved: each stroke is", run: () => this.saySaved() },
         { names: ["PageDown"], what: "next file", run: () => goToFile(1) },
         { names: ["PageUp"], what: "previous file", run: () => goToFile(-1) },
       ],
@@ -67,8 +70,7 @@ export class Keys {
     for (const key of Object.values(this.groups).flat()) {
       for (const name of key.names) this.table.set(name, key);
     }
-    this.fillHelp();
-    part("help-button").addEventListener("click", () => this.help.showModal());
+    part("help-button").addEventListener("click", () => this.openHelp());
     window.addEventListener("keydown", (event) => this.pressed(event));
   }
 
@@ -91,7 +93,7 @@ export class Keys {
       { names: ["o"], what: "new object of the chosen class", run: () => desk.newObject() },
       { names: ["m"], what: "merge the object under the pointer into the chosen one", run: () => desk.mergeObject(desk.hoveredPaint) },
       { names: ["Shift+o"], what: "show the object under the pointer alone", run: () => desk.isolatePaint(desk.hoveredPaint || desk.currentPaint) },
-      { names: ["k"], what: "paint only what has no class; again: everything", run: () => desk.lock() },
+      { names: ["k"], what: "paint unlabeled cells only; again: all cells", run: () => desk.lock() },
     ];
   }
 
@@ -107,7 +109,7 @@ export class Keys {
         run: () => clip.cycle(axis),
       })),
       { names: ["c"], what: "clip box, whose sides are dragged", run: () => clip.toggle() },
-      { names: [".", ">"], shown: ". and ,", what: "move the last side", run: () => clip.nudge(1) },
+      { names: [".", ">"], shown: ". and ,", what: "move the last section", run: () => clip.nudge(1) },
       { names: [",", "<"], shown: "", what: "", run: () => clip.nudge(-1) },
     ];
   }
@@ -143,12 +145,12 @@ export class Keys {
   private modeKeys(): Key[] {
     const { modes } = this;
     return [
-      { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions, none chosen", run: () => this.leave() },
+      { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions; clear the selection", run: () => this.leave() },
       { names: ["b"], what: "brush single cells", run: () => modes.choose("brush") },
       { names: [], shown: "B, then arrows", what: "from cell to cell; Enter paints it, Delete removes its class", run: () => undefined },
       { names: ["l"], what: "lasso; again: of single cells", run: () => modes.nextLasso() },
       { names: ["x"], what: "split a region by strokes", run: () => modes.choose("split") },
-      { names: ["?"], what: "this help", run: () => this.help.showModal() },
+      { names: ["?"], what: "this help", run: () => this.openHelp() },
     ];
   }
 
@@ -170,7 +172,7 @@ export class Keys {
 
   private textureKey(comparison: Comparison): Key {
     const run = (): void => (comparison.isOpen ? comparison.settle("theirs") : this.desk.drawing.blend.toggle());
-    return { names: ["t"], what: "the texture alone, or none of it", run };
+    return { names: ["t"], what: "the texture alone; again: no texture", run };
   }
 
   private leave(): void {
@@ -181,27 +183,28 @@ export class Keys {
   private pressed(event: KeyboardEvent): void {
     const target = event.target as Element;
     if (this.help.open || !this.desk.session.paints || target.closest(FIELDS)) return;
-    const key = this.table.get(nameOf(event));
+    const onPad = this.scheme.value === "blender" ? NUMPAD[event.code] : undefined;
+    const key = this.table.get(onPad ?? nameOf(event));
     if (!key || (key.onCanvas && target !== this.desk.drawing.canvas && target !== document.body)) return;
     if (target.matches("[type=range]") && /^(Arrow|Page|Home)/.test(event.key)) return;
     event.preventDefault();
     key.run();
   }
 
-  private fillHelp(): void {
-    const mouse = make("dl");
-    for (const [how, what] of MOUSE) mouse.append(make("dt", {}, make("kbd", {}, how)), make("dd", {}, what));
-    const sections = [make("section", {}, make("h3", {}, "Mouse"), mouse)];
-    for (const [group, keys] of Object.entries(this.groups)) {
-      const list = make("dl");
-      for (const { names, shown = names[0], what } of keys) {
-        if (!shown) continue;
-        const text = shown.length === 1 ? shown.toUpperCase() : shown.replace(/\+([a-z])$/, (_, letter: string) => `+${letter.toUpperCase()}`);
-        list.append(make("dt", {}, make("kbd", {}, text)), make("dd", {}, what));
-      }
-      sections.push(make("section", {}, make("h3", {}, group), list));
-    }
-    part("help-keys").append(...sections);
+  private openHelp(): void {
+    const rows = Object.values(this.groups).map((keys) => keys.flatMap(({ names, shown = names[0], what }) => {
+      if (!shown) return [];
+      const text = shown.length === 1 ? shown.toUpperCase() : shown.replace(/\+([a-z])$/, (_, letter: string) => `+${letter.toUpperCase()}`);
+      return [[text, what] as const];
+    }));
+    const mouse = [...SCHEMES[this.scheme.value].rows, ["Wheel", "zoom"], ["Two fingers", "turn and zoom; three: move"]];
+    const titles = ["Mouse", ...Object.keys(this.groups)];
+    const sections = [mouse, ...rows].map((list, i) => make("section", {},
+      make("h3", {}, titles[i]),
+      make("dl", {}, ...list.flatMap(([how, what]) => [make("dt", {}, make("kbd", {}, how)), make("dd", {}, what)])),
+    ));
+    part("help-keys").replaceChildren(...sections);
+    this.help.showModal();
   }
 }
 

@@ -2,8 +2,6 @@
 
 import { readPacket } from "./api";
 
-export const NO_REGION = -1;
-
 /** Indices grouped by their values, by a counting sort. */
 export class Groups {
   private readonly starts: Uint32Array;
@@ -102,7 +100,7 @@ export class Regions {
   constructor(
     readonly labels: Int32Array, areas: Float32Array, graph: ArrayBuffer, readonly revision: number,
   ) {
-    let highest = NO_REGION;
+    let highest = -1;
     for (const label of labels) if (label > highest) highest = label;
     this.count = highest + 1;
     this.areas = new Float64Array(this.count);

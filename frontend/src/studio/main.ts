@@ -17,6 +17,7 @@ import { Comparison } from "./panels/comparison";
 import { ExchangePanel } from "./panels/exchange";
 import { FilesPanel } from "./panels/files";
 import { ParametersPanel } from "./panels/parameters";
+import { Suggestions } from "./panels/suggestions";
 import { Pointer } from "./pointer";
 import { remember, remembered } from "./remembered";
 import { Session } from "./session";
@@ -38,7 +39,11 @@ async function start(): Promise<void> {
     const modes = new Modes(desk);
     const files = new FilesPanel(session);
     new Pointer(desk, modes);
-    new Keys(desk, { modes, views: new Views(desk), clip: new ClipBox(desk), comparison: new Comparison(desk), goToFile: (steps) => files.go(steps) });
+    const views = new Views(desk);
+    new Keys(desk, {
+      modes, views, clip: new ClipBox(desk), comparison: new Comparison(desk),
+      suggestions: new Suggestions(desk), goToFile: (steps) => files.go(steps),
+    });
     new ClassesPanel(desk);
     new ParametersPanel(session);
     new ExchangePanel(session);
@@ -47,6 +52,7 @@ async function start(): Promise<void> {
     window.studio = makeHook(desk, modes, () => part("loading").hidden === true);
     await session.loadFiles();
     await files.openFirst();
+    part("welcome-inside").hidden = !views.isSeenFromBehind;
   } catch (error) {
     session.report(error);
   }
@@ -69,7 +75,7 @@ function watchTools(desk: Desk): void {
 
 const WELCOMED = "superfacets welcome";
 
-/** Five lines on the first visit. */
+/** A few lines on the first visit. */
 function welcome(): void {
   part("welcome").hidden = remembered(WELCOMED) !== null;
   part("welcome-close").addEventListener("click", () => {

@@ -7,7 +7,7 @@ import type { TextureFacts } from "../shared/texture";
 import { readPacket } from "./api";
 import type { Rgb } from "./colors";
 
-export type Kind = "triangles" | "polygons" | "points" | "tets";
+type Kind = "triangles" | "polygons" | "points" | "tets";
 
 interface Header extends ShapeFacts {
   kind: Kind;

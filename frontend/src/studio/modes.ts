@@ -7,7 +7,7 @@ import { classOf, objectOf } from "./labeling";
 import { make, part } from "../shared/dom";
 import { CellBrush, Lasso, RegionBrush, Splitter, type Tool } from "./tools";
 
-export type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
+type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
 
 const BUTTONS: [ModeName, string, string][] = [
   ["paint", "Paint", "Paint whole regions (V)"],
@@ -41,6 +41,7 @@ export class Modes {
     desk.events.on("paint", () => this.showPaint());
     desk.session.events.on("state", () => this.showPaint());
     desk.session.events.on("file", () => this.choose("paint"));
+    desk.session.events.on("suggestions", () => this.show());
     this.show();
   }
 
@@ -62,7 +63,9 @@ export class Modes {
 
   private show(): void {
     part("mode").textContent = this.tool.name;
-    part("hint").textContent = this.tool.hint;
+    const nSuggested = this.desk.session.suggested.entries.length;
+    const ofSuggestions = "A accepts a suggestion, R rejects it, J goes to the next · ";
+    part("hint").textContent = `${nSuggested ? ofSuggestions : ""}${this.tool.hint}`;
     const shown = this.current === "lasso-cells" ? "lasso" : this.current;
     for (const [name, button] of this.buttons) button.ariaPressed = String(name === shown);
   }

@@ -49,5 +49,5 @@ function showWaiting({ online, nWaiting }: Session): void {
   if (online) return;
   const kept = nWaiting === 0 ? "Everything is saved."
     : `${nWaiting} ${nWaiting === 1 ? "stroke waits" : "strokes wait"} to be saved, and will be when it is back.`;
-  part("banner").textContent = `The server does not answer. ${kept} Painting goes on; the rest has to wait.`;
+  part("banner").textContent = `The server does not answer. ${kept} You can go on painting; everything else waits.`;
 }

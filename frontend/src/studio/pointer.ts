@@ -12,15 +12,22 @@ type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
 interface Scheme {
   name: string;
   hint: string; // how to turn, move and zoom
+  rows: [how: string, what: string][]; // for the help
   drag: (event: PointerEvent) => Drag;
 }
 
 const isControl = (event: PointerEvent): boolean => event.ctrlKey || event.metaKey;
 
+const [PAINT, REMOVE, PICK] = ["paint the regions under the pointer", "remove their class", "pick the class and object under the pointer"];
+
 export const SCHEMES: Record<string, Scheme> = {
   studio: {
     name: "Mouse: studio",
     hint: "Turn: right drag, or drag beside the mesh · Move: middle drag · Zoom: wheel",
+    rows: [
+      ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Ctrl + click", PICK],
+      ["Right drag", "turn; or drag beside the mesh"], ["Middle drag", "move; or Alt + left drag"],
+    ],
     drag: (event) => {
       if (event.button === 2) return "orbit";
       if (event.button === 1 || event.altKey) return "pan";
@@ -30,6 +37,11 @@ export const SCHEMES: Record<string, Scheme> = {
   blender: {
     name: "Mouse: as in Blender",
     hint: "Turn: middle drag, or drag beside the mesh · Move: Shift + middle drag · Zoom: wheel",
+    rows: [
+      ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Right click", PICK],
+      ["Middle drag", "turn; or drag beside the mesh"], ["Shift + middle drag", "move"], ["Ctrl + middle drag", "zoom"],
+      ["Numpad 1 3 7 .", "front, side, top, frame"],
+    ],
     drag: (event) => {
       if (event.button === 2) return "pick";
       if (event.button === 1) return event.shiftKey ? "pan" : isControl(event) ? "zoom" : "orbit";
@@ -39,6 +51,10 @@ export const SCHEMES: Record<string, Scheme> = {
   meshlab: {
     name: "Mouse: as in MeshLab",
     hint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
+    rows: [
+      ["Right drag", PAINT], ["Shift + right drag", REMOVE], ["Ctrl + right click", PICK],
+      ["Left drag", "turn"], ["Middle drag", "move; or Ctrl + left drag"], ["Shift + left drag", "zoom"],
+    ],
     drag: (event) => {
       if (event.button === 2) return isControl(event) ? "pick" : "tool";
       if (event.button === 1 || isControl(event)) return "pan";
@@ -53,7 +69,7 @@ const TAP = 8; // pixels that a finger may move in a tap
 export class Pointer {
   private drag: Drag | null = null;
   private last: Place = { x: 0, y: 0 };
-  private started: Place | null = null; // of a finger that has not moved enough to draw
+  private started: Place | null = null; // where a finger came down that has not moved enough to paint
   private readonly fingers = new Map<number, Place>();
   private readonly canvas: HTMLCanvasElement;
   private readonly tip = part("tip");
@@ -103,7 +119,7 @@ export class Pointer {
     this.last = placeOf(this.canvas, event);
     if (event.button === 1) event.preventDefault();
     this.drag = this.scheme.drag(event);
-    if (this.drag === "pick") this.pick();
+    if (this.drag === "pick") this.pickPaint();
     if (this.drag !== "tool") return;
     if (this.modes.tool.turnsBeside && this.desk.picker.cellAt(this.last) < 0) this.drag = "orbit";
     else if (event.pointerType === "touch") this.started = this.last; // perhaps the first of two fingers
@@ -116,7 +132,7 @@ export class Pointer {
     this.drag = "fingers";
   }
 
-  private pick(): void {
+  private pickPaint(): void {
     const { desk } = this;
     const cell = desk.picker.cellAt(this.last);
     if (cell < 0) return;
@@ -205,7 +221,7 @@ export class Pointer {
   private showTip(cell: number): void {
     this.tip.hidden = cell < 0 || this.drag === "orbit";
     if (cell < 0) return;
-    const { regions, paints, mesh } = this.desk.session;
+    const { regions, paints, mesh, suggested } = this.desk.session;
     const region = this.desk.regionOf(cell);
     const paint = paints.of[cell];
     const lines = [region < 0 ? "No region" : `Region ${region}`];
@@ -217,6 +233,8 @@ export class Pointer {
     const name = this.desk.paintName(paint);
     const kind = this.desk.className(classOf(paint));
     lines.push(!paint ? "No class" : objectOf(paint) && !name.startsWith(kind) ? `${name} (${kind})` : name);
+    const suggestion = paint ? undefined : suggested.entries[suggested.owners[cell] - 1];
+    if (suggestion) lines.push(`Suggested: ${suggestion.class ? this.desk.className(suggestion.class) : "no class yet"} (A accepts, R rejects)`);
     this.tip.textContent = lines.join("\n");
     putTip(this.tip, this.canvas, this.last);
   }

@@ -3,12 +3,13 @@
 import { Api, ServerError, ServerGone } from "./api";
 import { fromBase64, toBase64 } from "../shared/arrays";
 import type {
-  ClassEntry, CompareReply, FileEntry, Parameters, Progress, SegmentLine, SplitReply, State, UndoReply,
+  ClassEntry, CompareReply, Effect, FileEntry, Parameters, Progress, SegmentLine, SplitReply, State,
 } from "./contract";
 import { Events } from "./events";
 import { Paints, Regions } from "./labeling";
 import { Mesh } from "./mesh";
 import { Saver } from "./saver";
+import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "./suggested";
 
 interface Kinds {
   file: Mesh;
@@ -21,12 +22,13 @@ interface Kinds {
   message: string;
   error: string;
   files: FileEntry[];
+  suggestions: Suggested;
 }
 
 /** Message for an answer of a server other than the one that sent this page. */
 function strangerLine(error: unknown): string {
   if (error instanceof ServerError && error.status === 403) {
-    return "The server was started anew: open the address that it printed. Strokes that wait are kept.";
+    return "The server was started again: open the address that it printed. Strokes that wait are kept.";
   }
   return error instanceof Error ? error.message : String(error);
 }
@@ -37,6 +39,12 @@ let nStrokes = 0;
 export function newStroke(): string {
   return `${Date.now().toString(36)}-${nStrokes++}`;
 }
+
+// Names of steps that are undone, by kind.
+const STEPS: Record<string, string> = {
+  paint: "stroke", split: "split of a region", segment: "new regions", classes: "list of classes",
+  objects: "name of an object", review: "mark of review", suggest: "import of suggestions", settle: "suggestion",
+};
 
 const RETRY_MS = 1000;
 const BEAT_MS = 5000;
@@ -51,6 +59,7 @@ export class Session {
   regions!: Regions;
   paints!: Paints;
   state!: State;
+  suggested = NOTHING_SUGGESTED;
   online = true;
   savedAt: Date | null = null; // when the server wrote the latest step; null: before this page
   isLocked = false; // cells that have a class keep it
@@ -81,8 +90,8 @@ export class Session {
   }
 
   /**
-   * Run work that reads or writes the whole state, one at a time. Strokes are sent before or after
-   * it: answers that overtake each other would leave wrong classes on the page.
+   * Run work on the whole state, one piece of work at a time. Strokes are sent before or after it,
+   * because an answer that overtakes another would leave wrong classes on the page.
    */
   private alone<T>(work: () => Promise<T>): Promise<T> {
     this.nSteps++;
@@ -135,6 +144,7 @@ export class Session {
     ]);
     this.fileId = fileId;
     this.savedAt = null;
+    this.suggested = NOTHING_SUGGESTED;
     this.mesh = mesh;
     this.state = state;
     this.saver = new Saver(this.api, path, `superfacets ${state.input.name} ${state.input.sha256}`, {
@@ -149,12 +159,13 @@ export class Session {
     this.events.emit("cells", null);
     this.events.emit("regions", this.regions);
     this.take({});
+    await this.loadSuggestions();
     void this.saver.flush();
   }
 
   private takePaint(paint: ArrayBuffer): void {
     this.paints = new Paints(new Uint32Array(paint), this.mesh.areas);
-    for (const stroke of this.saver.strokes) this.show(stroke.cells, stroke.paint);
+    for (const stroke of this.saver.strokes) this.setPaint(stroke.cells, stroke.paint);
   }
 
   private async loadPaint(): Promise<void> {
@@ -175,6 +186,12 @@ export class Session {
     this.events.emit("regions", this.regions);
   }
 
+  private async loadSuggestions(): Promise<void> {
+    const isNone = !this.state.n_suggestions;
+    this.suggested = isNone ? NOTHING_SUGGESTED : suggestedFrom(await this.api.buffer(`${this.path}/suggestions`));
+    this.events.emit("suggestions", this.suggested);
+  }
+
   /** Apply a state sent by the server, unless a later one is known. */
   private take(news: Partial<State>): void {
     if (news.seq !== undefined && news.seq > this.state.seq) this.savedAt = new Date();
@@ -182,7 +199,7 @@ export class Session {
     this.events.emit("state", this.state);
   }
 
-  private show(cells: Uint32Array, paint: number): void {
+  private setPaint(cells: Uint32Array, paint: number): void {
     for (const cell of cells) this.paints.set(cell, paint);
   }
 
@@ -192,7 +209,7 @@ export class Session {
     const isKept = (cell: number): boolean => this.isLocked && paint !== 0 && of[cell] !== 0;
     const changed = cells.filter((cell) => of[cell] !== paint && !isKept(cell));
     if (!changed.length) return;
-    this.show(changed, paint);
+    this.setPaint(changed, paint);
     this.saver.add({ paint, cells: changed, stroke });
     this.events.emit("cells", changed);
     this.take({});
@@ -209,9 +226,9 @@ export class Session {
   private async step(what: "undo" | "redo", done: string): Promise<void> {
     try {
       await this.alone(async () => {
-        const reply = await this.post<UndoReply>(what);
-        await this.takeUndo(reply);
-        this.events.emit("message", `${done}: ${reply.kind}.`);
+        const reply = await this.post<Effect>(what);
+        await this.takeEffect(reply);
+        this.events.emit("message", `${done}: ${STEPS[reply.kind] ?? reply.kind}.`);
       });
     } catch (error) {
       if (error instanceof ServerError && error.status === 409) this.events.emit("message", `Nothing to ${what}.`);
@@ -219,18 +236,19 @@ export class Session {
     }
   }
 
-  private async takeUndo(reply: UndoReply): Promise<void> {
+  private async takeEffect(reply: Effect): Promise<void> {
     const { kind, cells: coded, paint: codedPaint, ...news } = reply;
     const cells = new Uint32Array(fromBase64(coded).buffer);
     const paint = new Uint32Array(fromBase64(codedPaint).buffer);
     cells.forEach((cell, i) => this.paints.set(cell, paint[i]));
     this.events.emit("cells", cells);
     for (const stroke of this.saver.strokes) {
-      this.show(stroke.cells, stroke.paint);
+      this.setPaint(stroke.cells, stroke.paint);
       this.events.emit("cells", stroke.cells);
     }
-    if (kind !== "paint") await this.reload();
+    if (kind !== "paint" && kind !== "settle") await this.reload();
     this.take(news);
+    if (kind === "settle") await this.loadSuggestions();
   }
 
   /** Reload parameters, the list of classes and, if they changed, regions. */
@@ -239,7 +257,13 @@ export class Session {
     this.state = state;
     this.events.emit("classes", state.classes);
     if (state.revision !== this.regions.revision) await this.loadRegions(state.revision);
+    if (state.n_suggestions || this.suggested.entries.length) await this.loadSuggestions();
     this.take({});
+  }
+
+  /** Accept suggestions, as pairs of id and class, and reject others; false if that failed. */
+  settle(accept: [number, number][], reject: number[]): Promise<boolean> {
+    return this.attempt(async () => this.takeEffect(await this.post<Effect>("settle", { accept, reject })));
   }
 
   /** Segment with these parameters. Of several waiting previews only the newest is computed. */
@@ -307,7 +331,7 @@ export class Session {
     return regions;
   }
 
-  async setClasses(classes: ClassEntry[]): Promise<void> {
+  async setClasses(classes: (Omit<ClassEntry, "color"> & { color?: string })[]): Promise<void> {
     const isDone = await this.attempt(async () => {
       await this.post<unknown>("classes", { classes });
       await this.reload();
@@ -335,8 +359,10 @@ export class Session {
     return this.api.address(`/api/files/${fileId}/thumbnail`);
   }
 
-  async importFrom(files: { name: string; data: string }[]): Promise<void> {
-    if (await this.change("import", { files })) this.events.emit("message", "Read and painted.");
+  async importFrom(files: { name: string; data: string }[], asSuggestions: boolean): Promise<void> {
+    if (!(await this.change("import", { files, as_suggestions: asSuggestions }))) return;
+    const count = this.suggested.entries.length;
+    this.events.emit("message", asSuggestions ? `Read: ${count} suggested objects. J goes to the first.` : "Read and painted.");
   }
 
   /** Compare with another work file, or with the one given last; null if the server refuses. */

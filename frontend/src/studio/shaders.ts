@@ -4,19 +4,22 @@
 
 import { VARIANTS } from "./colors";
 import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
-import { PAINT } from "../shared/texture";
+import { TEXTURE } from "../shared/texture";
 
-export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${PAINT}
+export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${TEXTURE}
 flat in uint triangle;
 uniform usampler2D cells;
 uniform bool has_hidden;
+uniform bool hides_backs;
 uniform bool is_clipped;
 uniform vec3 clip_low;
 uniform vec3 clip_high;
 layout(location = 0) out vec4 code;
 layout(location = 1) out vec4 brightness;  // and color of the texture
 void main() {
+  vec3 texture_color = has_texture ? textureColor(triangle, at) : vec3(0.0);  // before any pixel is left out: it needs neighbors
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
+  if (hides_backs && !gl_FrontFacing) discard;
   if (is_clipped) {
     vec3 here = transpose(turn) * (at + vec3(0.0, 0.0, distance_)) + target;
     if (any(lessThan(here, clip_low)) || any(greaterThan(here, clip_high))) discard;
@@ -24,7 +27,7 @@ void main() {
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
   code = codeOf(cell);
-  brightness = vec4(light() / 1.5, has_texture ? painted(triangle, at) : vec3(0.0));
+  brightness = vec4(light() / 1.5, texture_color);
 }`;
 
 /** A triangle that covers the picture. */
@@ -41,6 +44,9 @@ uniform usampler2D regions;  // the region of each cell
 uniform usampler2D cells;
 uniform sampler2D region_colors;  // color of each region; alpha is 1 if it is selected
 uniform sampler2D class_colors;
+uniform usampler2D suggestions;  // place of each cell's suggestion in their list, from 1; 0: none
+uniform sampler2D suggestion_colors;  // alpha is 1 for the chosen one
+uniform bool has_suggestions;
 uniform int stride;  // pixels of the first pass per pixel of this one, along each side
 uniform int samples;  // number of these pixels that are looked up, along each side
 uniform int line;  // width of borders, in pixels of the first pass
@@ -68,6 +74,7 @@ vec3 variant(vec3 color, uint object) {
   float shift = VARIANTS[(object - 1u) % ${VARIANTS.length}u];
   return shift > 0.0 ? mix(color, vec3(1.0), shift) : color * (1.0 + shift);
 }
+uint suggestionOf(uint cell) { return has_suggestions && cell != NONE ? texelFetch(suggestions, place(cell), 0).r : 0u; }
 uint regionOf(uint cell) { return cell == NONE ? NONE - 1u : texelFetch(regions, place(cell), 0).r; }
 float distanceAt(ivec2 p) {
   float z = 2.0 * texelFetch(depths, p, 0).r - 1.0;
@@ -91,6 +98,12 @@ vec3 shade(ivec2 p, ivec2 limit) {
     float shift = float((region * 2654435761u) >> 29) / 7.0 - 0.5;
     base = variant(texelFetch(class_colors, place(id), 0).rgb, state.a) * (1.0 + 0.12 * shift);
   }
+  uint suggestion = id == 0u ? suggestionOf(cell) : 0u;
+  vec4 tone = vec4(0.0);
+  if (suggestion != 0u) {
+    tone = texelFetch(suggestion_colors, place(suggestion), 0);
+    base = mix(base, tone.rgb, (p.x + 65536 - p.y) / (4 * line) % 2 == 0 ? 0.9 : 0.3);
+  }
   if (blend > 0.0) base = mix(base, texelFetch(lights, p, 0).gba, blend);
   if ((state.b & 1u) != 0u) base = vec3(0.85, 0.07, 0.12);
   if ((state.b & 2u) != 0u) base = vec3(0.08, 0.25, 0.9);
@@ -110,7 +123,8 @@ vec3 shade(ivec2 p, ivec2 limit) {
   if (is_active && !is_marked) result = mix(result, vec3(1.0), region == hovered ? 0.3 : 0.16);
   if ((state.b & 16u) != 0u && (p.x + p.y) / (3 * line) % 2 == 0) result = mix(result, accent, 0.75);
   if ((state.b & 8u) != 0u) result = mix(result, accent, 0.6);
-  if (!has_borders && !is_active && state.a == 0u) return result;
+  if (!has_borders && !is_active && state.a == 0u && suggestion == 0u) return result;
+  bool is_outline = false;  // another suggestion, or none, begins
   bool is_border = false;
   bool is_edge = false;
   bool is_object = false;  // another object begins
@@ -118,7 +132,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
   int after = line - before;
   for (int k = 0; k < 4; k++) {
     int reach = (k & 1) == 0 ? after : before;
-    if (is_active) reach = after + (line + 1) / 2;
+    if (is_active || tone.a > 0.5) reach = after + (line + 1) / 2;
     if (reach == 0) continue;
     ivec2 way = (k & 2) == 0 ? ivec2(reach, 0) : ivec2(0, reach);
     ivec2 q = clamp((k & 1) == 0 ? p + way : p - way, ivec2(0), limit);
@@ -128,12 +142,14 @@ vec3 shade(ivec2 p, ivec2 limit) {
       uint paint = paintOf(texelFetch(cells, place(neighbor), 0));
       is_object = is_object || (paint != paintOf(state) && paint != 0u && (paint & 0xffffu) == id);
     }
+    is_outline = is_outline || (suggestion != 0u && suggestionOf(neighbor) != suggestion);
     uint other = regionOf(neighbor);
     if (other == region) continue;
     if (other < NONE - 1u || !is_cloud) is_edge = is_edge || is_active;
     if (other < NONE - 1u && region < NONE - 1u) is_border = true;
   }
   if (is_edge) return accent;
+  if (is_outline) return tone.a > 0.5 ? accent : 0.55 * tone.rgb;
   if (is_object) return vec3(0.02);
   if (is_border && has_borders) return mix(result, vec3(0.09, 0.09, 0.11), 0.82);
   return result;

@@ -7,7 +7,7 @@ import type { CellCursor } from "./cellcursor";
 import { MARK_BLUE, MARK_RED } from "./celltable";
 import type { Desk } from "./desk";
 import { addTo } from "./labeling";
-import { placesBetween } from "./picking";
+import { placesBetween } from "./picker";
 import { newStroke } from "./session";
 
 export abstract class Tool {
@@ -86,10 +86,11 @@ export class RegionBrush extends Brush {
     const { desk } = this;
     const cell = desk.picker.cellAt(place);
     const region = desk.regionOf(cell);
+    if (region >= 0 && !this.touched.has(region)) {
+      this.touched.add(region);
+      desk.session.paint(desk.session.regions.cellsOf(region), this.paint, this.stroke);
+    }
     desk.hover(cell);
-    if (region < 0 || this.touched.has(region)) return;
-    this.touched.add(region);
-    desk.session.paint(desk.session.regions.cellsOf(region), this.paint, this.stroke);
   }
 
   end(): void {
@@ -246,7 +247,7 @@ export class Lasso extends Tool {
 }
 
 /** The x at which a closed line crosses a row of pixels, ascending. */
-export function crossingsOf(places: Place[], y: number): number[] {
+function crossingsOf(places: Place[], y: number): number[] {
   const found: number[] = [];
   places.forEach((a, i) => {
     const b = places[(i + 1) % places.length];

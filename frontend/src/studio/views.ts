@@ -1,7 +1,11 @@
 // Buttons and keys for usual views.
 
-import type { Desk } from "./desk";
 import { make, part } from "../shared/dom";
+import { NONE } from "../shared/shape";
+import { dot, minus, plus } from "../shared/vectors";
+import type { Desk } from "./desk";
+
+const MANY_BACKS = 0.2; // share of cells seen from behind at which walls hide much of a room
 
 interface Usual {
   name: string;
@@ -13,7 +17,7 @@ interface Usual {
 export class Views {
   private readonly usual: Usual[];
 
-  constructor(desk: Desk) {
+  constructor(private readonly desk: Desk) {
     const { camera } = desk.drawing;
     const quarter = Math.PI / 2;
     this.usual = [
@@ -21,7 +25,7 @@ export class Views {
       { name: "Side", key: "Alt+2", what: "from the right side", run: () => camera.turnTo(quarter, 0) },
       { name: "Top", key: "Alt+3", what: "from the top", run: () => camera.turnTo(0, quarter) },
       { name: "Frame", key: "g", what: "go to the region under the pointer, or the chosen object", run: () => desk.frameActive() },
-      { name: "Reset", key: "Home", what: "the view of the beginning", run: () => camera.home() },
+      { name: "Reset", key: "Home", what: "the initial view", run: () => camera.home() },
     ];
     const buttons = this.usual.map(({ name, key, what, run }) => {
       const title = `${what[0].toUpperCase()}${what.slice(1)} (${key.length === 1 ? key.toUpperCase() : key})`;
@@ -30,9 +34,31 @@ export class Views {
       return button;
     });
     part("views").prepend(...buttons);
+    part("inside").addEventListener("click", () => this.toggleBacks());
+  }
+
+  /** Draw what is seen from behind, or not. */
+  private toggleBacks(): void {
+    const { drawing } = this.desk;
+    drawing.hidesBacks = !drawing.hidesBacks;
+    part("inside").ariaPressed = String(drawing.hidesBacks);
+    drawing.changeView();
+    this.desk.say(drawing.hidesBacks ? "What is seen from behind is hidden; W shows it." : "Everything is shown from both sides.");
+  }
+
+  /** Whether much of what is seen is seen from behind, as the walls of a room from outside. */
+  get isSeenFromBehind(): boolean {
+    const { drawing, session: { mesh } } = this.desk;
+    const eye = plus(drawing.camera.target, drawing.camera.directions()[2], drawing.camera.distance);
+    const seen = [...new Set(drawing.cellsSeen().cells)].filter((cell) => cell !== NONE);
+    const isBack = (cell: number): boolean => dot(mesh.normalOf(cell), minus(eye, mesh.middleOf(cell)!)) < 0;
+    return seen.filter(isBack).length > MANY_BACKS * seen.length;
   }
 
   keys(): { names: string[]; what: string; onCanvas: boolean; run: () => void }[] {
-    return this.usual.map(({ key, what, run }) => ({ names: [key], what, onCanvas: key === "Home", run }));
+    return [
+      ...this.usual.map(({ key, what, run }) => ({ names: [key], what, onCanvas: key === "Home", run })),
+      { names: ["w"], what: "see inside: hide what is seen from behind, as walls", onCanvas: false, run: () => this.toggleBacks() },
+    ];
   }
 }

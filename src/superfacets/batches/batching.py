@@ -20,7 +20,14 @@ from ..workers.pool import open_pool
 from .files import FileOptions
 from .jobs import BatchJob, Record, cells_of, hash_of, memory_of, run_job
 from .manifest import Manifest
-from .sources import Source, check_outputs_differ, find_sources, output_names, result_ending
+from .sources import (
+    Source,
+    check_outputs_differ,
+    find_sources,
+    origin_notes,
+    output_names,
+    result_ending,
+)
 
 MANIFEST = "manifest.jsonl"
 """Name of the manifest in the output folder."""
@@ -53,7 +60,8 @@ class BatchResult:
     seconds : float
         Wall time.
     notes : tuple of str
-        A message for each damaged line of `manifest.jsonl`; such lines are ignored.
+        A message for each damaged line of `manifest.jsonl`; such lines are ignored. And what was
+        subtracted from the positions of a tileset far from zero.
     """
 
     records: tuple[Record, ...]
@@ -124,8 +132,10 @@ def batch(
     ----------
     inputs : path-like, or iterable of these
         Files; folders, which are searched with all folders below them, but not for ``.csv``,
-        ``.txt`` and ``.npy``; patterns such as ``"scans/**/*.ply"``; or ``"@list.txt"``, a file
-        with a path per line, relative to its own folder.
+        ``.txt`` and ``.npy``; tilesets of 3D Tiles (``tileset.json``, or its folder), of which
+        each model is a file, moved to its place less ``origin`` in its record; patterns such as
+        ``"scans/**/*.ply"``; or ``"@list.txt"``, a file with a path per line, relative to its own
+        folder.
     output_folder : path-like
         Created if missing. It gets ``manifest.jsonl`` with a record per file, and
         ``NAME.superfacets.ply`` for each, in folders that mirror those of the inputs.
@@ -220,7 +230,7 @@ def batch(
     checked_callable(progress, "progress")
     began = time.perf_counter()
     folder = Path(output_folder).absolute()
-    jobs = _plan(inputs, folder, formats, file_options)
+    jobs, notes = _plan(inputs, folder, formats, file_options)
     with locked(folder), Manifest(folder / MANIFEST) as manifest, _tidied(jobs):
         todo = _todo(jobs, manifest, retry_failed=retry_failed)
         tally = _Tally(todo)
@@ -234,14 +244,17 @@ def batch(
     n_failed = sum("error" in record for record in records)
     return BatchResult(
         records, tally.n_done, len(jobs) - n_failed - tally.n_done, n_failed, tally.n_cells,
-        time.perf_counter() - began, tuple(manifest.notes),
+        time.perf_counter() - began, (*manifest.notes, *notes),
     )  # fmt: skip
 
 
 def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
-) -> list[BatchJob]:
-    """Return a job per file, done or not; an error if results of two files would have one name."""
+) -> tuple[list[BatchJob], list[str]]:
+    """Return a job per file, done or not, and notes on positions.
+
+    An error if results of two files would have one name.
+    """
     for name in formats:
         if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
             known = ", ".join(ENDING_OF_FORMAT)
@@ -253,13 +266,17 @@ def _plan(
     params = {**options.params, "formats": list(formats)}
 
     def job_of(source: Source) -> BatchJob:
+        place = source.placement
+        placed = {} if place is None else {"matrix": [*place.matrix], "origin": [*place.origin]}
         head = {
-            "name": source.name, "input": source.input, "version": __version__, "params": params,
+            "name": source.name, "input": source.input, "version": __version__,
+            "params": {**params, **placed},
         }  # fmt: skip
         names = output_names(source.name, endings)
-        return BatchJob(head, str(Path(source.input).absolute()), str(folder), names, options)
+        path = str(Path(source.input).absolute())
+        return BatchJob(head, path, str(folder), names, options, place)
 
-    return [job_of(source) for source in sources]
+    return [job_of(source) for source in sources], origin_notes(sources)
 
 
 @contextlib.contextmanager

@@ -17,6 +17,7 @@ from ..export.write import OUTPUT_ENDINGS, check_fit, check_outputs, write_outpu
 from ..io.atomic import StrPath
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending, open_regular, read_content
+from ..io.readers.b3dm import Placement
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..mesh.cells import Cells
 from ..workers.calls import check_version
@@ -77,6 +78,8 @@ class BatchJob:
     outputs: tuple[str, ...]
     """Names of the results below the output folder, with slashes."""
     options: FileOptions
+    placement: Placement | None = None
+    """Where its tileset shows the file."""
 
     @property
     def name(self) -> str:
@@ -130,7 +133,9 @@ def _done(job: BatchJob, record: Record) -> Record:
             record["sha256"] = hash_of(job.path)
             raise
         record["sha256"] = hashlib.sha256(content).hexdigest()
-        found = parse_cells_and_attributes(content, cell_ending(path), path.parent, keep=keep)
+        found = parse_cells_and_attributes(
+            content, cell_ending(path), path.parent, keep=keep, placement=job.placement
+        )
         check_fit(found[0], None, endings, form)
         return found
 

@@ -8,11 +8,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from ..errors import MeshError
 from ..export.cells import usual_ending
 from ..export.scannet import scene_of
 from ..io.atomic import StrPath
+from ..io.readers.b3dm import Placement
 from ..io.readers.read import CELL_ENDINGS
 from ..io.readers.tets import TET_ENDINGS
+from ..io.readers.tileset import read_tileset, tileset_at
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
 """Endings that a folder is searched for; ``.csv``, ``.txt`` and ``.npy`` usually hold something
@@ -30,6 +33,8 @@ class Source:
     """Its path, as given or as found."""
     name: str
     """Its path below the given folder, with slashes; results mirror it."""
+    placement: Placement | None = None
+    """Where its tileset shows it."""
 
 
 def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
@@ -39,7 +44,8 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
     ----------
     inputs : path-like, or iterable of these
         A file; a folder, which is searched with all folders below it (links to folders are not
-        followed) for meshes and clouds, but not for ``.csv``, ``.txt`` and ``.npy``; a pattern with
+        followed) for meshes and clouds, but not for ``.csv``, ``.txt`` and ``.npy``; a tileset of
+        3D Tiles (``.json``), also where a folder has a ``tileset.json``: its models; a pattern with
         ``*``, ``?``, ``[]`` or ``**``; or ``@LIST``, a text file with a path per line, relative to
         its own folder, in which empty lines and lines that begin with ``#`` are ignored.
 
@@ -48,7 +54,8 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
     OSError
         If a folder or a list cannot be read, or nothing is found.
     ValueError
-        If no input is given, or two different files have the same path below the given folders.
+        If no input is given, or two different files have the same path below the given folders; a
+        MeshError if a tileset is damaged.
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     found: dict[str, Source] = {}
@@ -71,12 +78,24 @@ def _expanded(text: str) -> Iterator[Source]:
         raise ValueError("'' is not a file")
     if text.startswith("@"):
         yield from _listed(Path(text[1:]))
-    elif path.is_dir():
-        yield from _below(path)
     elif glob.has_magic(text) and not path.exists():
         yield from _matching(text)
+    elif tileset_at(path) is not None:
+        yield from _shown_by(path, "")
+    elif path.is_dir():
+        yield from _below(path)
     else:
         yield Source(text, path.name)
+
+
+def origin_notes(sources: Iterable[Source]) -> list[str]:
+    """Notes on what is subtracted from positions of tilesets."""
+    placements = [source.placement for source in sources if source.placement is not None]
+    origins = dict.fromkeys(place.origin for place in placements if any(place.origin))
+    return [
+        "positions in results are relative to " + ", ".join(f"{number:.0f}" for number in origin)
+        for origin in origins
+    ]
 
 
 def _listed(path: Path) -> Iterator[Source]:
@@ -87,9 +106,15 @@ def _listed(path: Path) -> Iterator[Source]:
             continue
         name = os.path.normpath(text)
         is_below = not Path(name).is_absolute() and Path(name).parts[0] != os.pardir
-        yield Source(
-            str(path.parent / text), Path(name if is_below else Path(name).name).as_posix()
-        )
+        yield from _named(path.parent / text, Path(name if is_below else Path(name).name))
+
+
+def _named(path: Path, name: Path) -> Iterator[Source]:
+    """A file with this name, or the models of a tileset in a folder of its name."""
+    if path.suffix.lower() == ".json":
+        yield from _shown_by(path, "" if name.parent == Path() else f"{name.parent.as_posix()}/")
+    else:
+        yield Source(str(path), name.as_posix())
 
 
 def _below(folder: Path) -> Iterator[Source]:
@@ -97,6 +122,11 @@ def _below(folder: Path) -> Iterator[Source]:
     n_found = 0
     for parent, folders, names in os.walk(folder, onerror=_fail):
         folders.sort()
+        if tileset_at(Path(parent)) is not None:
+            n_found += 1
+            folders.clear()
+            yield from _shown_by(Path(parent), f"{Path(parent).relative_to(folder).as_posix()}/")
+            continue
         for name in sorted(names):
             if Path(name).suffix.lower() in FOUND_ENDINGS and MARK not in Path(name).suffixes:
                 path = Path(parent, name)
@@ -104,6 +134,20 @@ def _below(folder: Path) -> Iterator[Source]:
                 yield Source(str(path), path.relative_to(folder).as_posix())
     if not n_found:
         raise FileNotFoundError(f"{folder}: no file in it ends in {', '.join(FOUND_ENDINGS)}")
+
+
+def _shown_by(path: Path, above: str) -> Iterator[Source]:
+    """The models of a tileset, each once; `above` begins their names."""
+    file = tileset_at(path)
+    assert file is not None
+    seen = set()
+    for tile in read_tileset(file).tiles:
+        if tile.path in seen:
+            raise MeshError(
+                f"{file}: {tile.name} is shown twice: segment it with --tiled, which joins all"
+            )
+        seen.add(tile.path)
+        yield Source(str(file.parent / tile.name), above + tile.name, tile.placement)
 
 
 def _fail(error: OSError) -> None:
@@ -120,7 +164,7 @@ def _matching(pattern: str) -> Iterator[Source]:
     if not found:
         raise FileNotFoundError(f"{pattern}: no file matches")
     for path in found:
-        yield Source(str(path), path.relative_to(root).as_posix())
+        yield from _named(path, path.relative_to(root))
 
 
 def _is_same_file(one: str, other: str) -> bool:

@@ -76,9 +76,10 @@ def batch_command(
 ) -> None:
     """Segment thousands of files on all cores, or on a cluster.
 
-    IN are files, folders, patterns in quotes ("scans/**/*.ply"), or @LIST, a text file with a path
-    per line. DIR/manifest.jsonl gets a line per file. A second start does only what is missing or
-    has changed. If a file fails, the others are still processed, and the exit status is 1.
+    IN are files, folders, tilesets (tileset.json), patterns in quotes ("scans/**/*.ply"), or @LIST,
+    a text file with a path per line. DIR/manifest.jsonl gets a line per file. A second start does
+    only what is missing or has changed. If a file fails, the others are still processed, and the
+    exit status is 1.
     """
     options = options_of(**given)
     tried: list[str] = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import click
 import numpy as np
 import numpy.typing as npt
 
-from ..batches.sources import find_sources
+from ..batches.sources import Source, find_sources, origin_notes
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..export.cells import FormatOptions
@@ -20,6 +21,8 @@ from ..export.scannet import GROUPS
 from ..export.write import ENDING_OF_FORMAT, check_outputs
 from ..interop.aggregation import regroup_segments
 from ..io.attributes import MeshAttributes
+from ..io.readers.b3dm import Placement
+from ..io.readers.pieces import holds_files
 from ..mesh.cells import Cells
 from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import labels_beside, load_cells_and_attributes
@@ -35,7 +38,7 @@ from .options import (
     labels_named_option,
     quiet_option,
 )
-from .outputs import Job, output_option, plan_jobs, to_option
+from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
 from .report import notes_on_attributes, notes_on_vertices
 
 
@@ -78,7 +81,8 @@ def convert_command(
     """Write meshes with their labels in other formats.
 
     Without a file of LABELS, the labels in IN are written if there are any. Of a FOLDER, all meshes
-    and point clouds are converted, to the folder that -o names. If IN is an
+    and point clouds are converted, to the folder that -o names; of a tileset.json, all models in
+    their places. If IN is an
     .aggregation.json, LABELS are new segments (.segs.json), and its objects are written as groups
     of these; a table shows the vertices that each object loses and gains.
     """
@@ -88,13 +92,19 @@ def convert_command(
         return
     if segments is not None:
         raise click.UsageError("--segments goes with an .aggregation.json only")
-    jobs, ending = _plan(mesh, labels, outputs, folder, formats, ascii=ascii)
+    sources = _sources_of(mesh, labels, folder)
+    jobs, ending = _plan(sources, labels, outputs, folder, formats, ascii=ascii)
     form = FormatOptions.checked(
         [ending for job in jobs for ending in job.endings], ascii=ascii, label_name=label_name,
         vertex_labels=vertex_labels, force=force,
     )  # fmt: skip
     keeps = not drop_attributes
-    run = _Run(labels, labels_named, format, form, folder, ending, keeps, is_quiet, as_json)
+    placements = {source.input: source.placement for source in sources}
+    run = _Run(
+        placements, labels, labels_named, format, form, folder, ending, keeps, is_quiet, as_json
+    )
+    for note in [] if is_quiet else origin_notes(sources):
+        print_note(note)
     if count_failures([job.input for job in jobs], lambda i: run.do(jobs[i])):
         ctx.exit(EXIT_DATA)
 
@@ -127,6 +137,7 @@ def _regroup(
 class _Run:
     """Options of the command, with which each file is converted."""
 
+    placements: dict[str, Placement | None]  # of the inputs
     labels: Path | None
     labels_named: str
     format: str | None  # of the input
@@ -160,7 +171,9 @@ class _Run:
 
     def _read(self, job: Job) -> _Found:
         keep = job.holds_attributes and self.keeps_attributes
-        cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
+        cells, attributes = load_cells_and_attributes(
+            job.input, self.format, keep=keep, placement=self.placements[job.input]
+        )
         if self.labels is None and self.format is not None:  # they are found by the ending of IN
             return _Found(cells, None, attributes, False)
         labels = labels_beside(Path(job.input), self.labels, cells.n_cells, self.labels_named)
@@ -205,24 +218,40 @@ class _Found:
         )
 
 
+def _sources_of(mesh: Path, labels: Path | None, folder: Path | None) -> list[Source]:
+    """The file; or the files of a folder or a tileset."""
+    if not holds_files(mesh):
+        return [Source(str(mesh), mesh.name)]
+    if labels is not None or folder is not None:
+        what = "folder" if mesh.is_dir() else "tileset"
+        raise click.UsageError(f"LABELS and --split belong to one mesh: IN is a {what}")
+    return find_sources(mesh)
+
+
 def _plan(
-    mesh: Path, labels: Path | None, outputs: tuple[str, ...], folder: Path | None,
-    formats: tuple[str, ...], *, ascii: bool,
+    sources: Sequence[Source], labels: Path | None, outputs: tuple[str, ...],
+    folder: Path | None, formats: tuple[str, ...], *, ascii: bool,
 ) -> tuple[list[Job], str | None]:  # fmt: skip
     """The files to convert, and the ending of region files if a format is given."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
-    inputs = [str(mesh)]
-    if mesh.is_dir():
-        if labels is not None or folder is not None:
-            raise click.UsageError("LABELS and --split belong to one mesh: IN is a folder")
-        inputs = [source.input for source in find_sources(mesh)]
+    inputs = [source.input for source in sources]
     also_read = [] if labels is None else [str(labels)]
     if folder is None:
-        return plan_jobs(inputs, outputs, formats, ascii=ascii, also_read=also_read), None
+        tiles = {
+            source.input: source.name.replace("/", "_")
+            for source in sources
+            if source.placement is not None
+        }
+
+        def names(text: str, endings: Sequence[str]) -> Sequence[str]:
+            return names_of_results(tiles.get(text, text), endings)
+
+        jobs = plan_jobs(inputs, outputs, formats, ascii=ascii, also_read=also_read, names=names)
+        return jobs, None
     if len(formats) > 1:
         raise click.UsageError("files of regions have one format: give --to once")
     ending = ENDING_OF_FORMAT[formats[0]] if formats else None
     if not outputs:
-        return [Job(str(mesh), ())], ending
+        return [Job(inputs[0], ())], ending
     return plan_jobs(inputs, outputs, (), ascii=ascii, also_read=also_read), ending

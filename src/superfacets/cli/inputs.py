@@ -13,6 +13,7 @@ import numpy.typing as npt
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.guards import Content, known_ending, read_content
+from ..io.readers.b3dm import Placement
 from ..io.readers.labels import LABEL_ENDINGS, checked_labels, has_labels, read_labels
 from ..io.readers.npy import npy_array
 from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
@@ -46,12 +47,15 @@ def load_cells(text: str, format: str | None) -> Cells:
 
 
 def load_cells_and_attributes(
-    text: str, format: str | None, *, keep: bool = True
+    text: str, format: str | None, *, keep: bool = True, placement: Placement | None = None
 ) -> tuple[Cells, MeshAttributes | None]:
-    """Return the mesh or cloud; with `keep`, also the attributes of a PLY or a cloud, else None."""
+    """Return the mesh or cloud; with `keep`, also its attributes, if there are any, else None.
+
+    `placement` moves a model of 3D Tiles.
+    """
     data, ending, folder = _content(text, None if format is None else f".{format}")
     try:
-        return parse_cells_and_attributes(data, ending, folder, keep=keep)
+        return parse_cells_and_attributes(data, ending, folder, keep=keep, placement=placement)
     except MeshError as error:
         raise MeshError(f"{name_of(text)}: {error}") from None
 

@@ -130,7 +130,7 @@ def lift_command(
         run.cells,
         run.result.labels,
         attributes=run.attributes,
-        options=replace(form, classes=names),
+        options=replace(form, classes=names, scores=tuple(run.result.label_scores.tolist())),
     )
     if not is_quiet:
         for note in run.notes + notes_on_written(run.cells, run.attributes, job.endings, n_lost):

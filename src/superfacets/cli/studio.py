@@ -63,7 +63,7 @@ def studio_command(
             reviewed = "  reviewed" if entry.get("reviewed") else ""
             click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{reviewed}")
         return
-    opened, address = open_again(port, kept_address(address_file(files.place)))
+    opened, address = open_again(port, kept_address(address_file(files.home)))
     with opened, contextlib.ExitStack() as stack:
         for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # so that the token file is removed
             number = getattr(signal, name)

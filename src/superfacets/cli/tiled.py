@@ -25,8 +25,9 @@ _OPTIONS = (
         "--tiled",
         "is_tiled",
         is_flag=True,
-        help="Work in tiles, for meshes and point clouds larger than memory. IN is a file or a"
-        " folder of files, whose meshes are joined where vertices have the same position. Writes"
+        help="Work in tiles, for meshes and point clouds larger than memory. IN is a file, a"
+        " folder of files or a tileset.json, whose meshes are joined where vertices have the same"
+        " position. Writes"
         " all labels to one .npy; for a folder, with a folder for -o, one .npy per file.",
     ),
     click.option(
@@ -160,8 +161,9 @@ class TileOptions:
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
     """Names of the results in a folder; for a folder of files, one name per file."""
     from ..export.label_files import label_names
+    from ..io.readers.pieces import holds_files
 
-    if Path(text).is_dir():
+    if holds_files(Path(text)):
         with contextlib.suppress(OSError):  # the run reports any error
             return label_names(Path(text))
     return names_of_results(text, endings)

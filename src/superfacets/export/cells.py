@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import IO, Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from .._types import Array, Bytes, Ints
 from .._validate import refuse_mask
@@ -86,6 +87,8 @@ class FormatOptions:
         Whether a PLY file also stores a label per vertex.
     classes : tuple of str, optional
         Class of each region that occurs, in the order of the labels.
+    scores : tuple of float, optional
+        Score of each region, 0 to 1, in the same order.
     force : bool
         Whether files are replaced that `check_truth_stays` protects.
     """
@@ -94,6 +97,7 @@ class FormatOptions:
     label_name: str = "label"
     vertex_labels: bool = False
     classes: tuple[str, ...] | None = None
+    scores: tuple[float, ...] | None = None
     force: bool = False
 
     @classmethod
@@ -105,6 +109,7 @@ class FormatOptions:
         label_name: str = "label",
         vertex_labels: bool = False,
         classes: Sequence[str] | Sequence[int] | None = None,
+        scores: npt.ArrayLike | None = None,
         force: bool = False,
     ) -> FormatOptions:
         """Return the options; an error if a value is wrong or applies to none of `endings`."""
@@ -114,21 +119,32 @@ class FormatOptions:
             ("label_name", label_name != "label", NAMED_OUTPUTS),
             ("vertex_labels", vertex_labels, (".ply",)),
             ("classes", classes is not None, CLASS_OUTPUTS),
+            ("scores", scores is not None, (".aggregation.json",)),
         ):
             if is_given and not {*endings} & {*fitting}:
                 raise ValueError(f"{name} is for {', '.join(fitting)}: no such file is written")
         names = None if classes is None else tuple(map(_checked_class, classes))
-        return cls(ascii, label_name, vertex_labels, names, force)
+        return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
 
     def check_classes(self, labels: Ints | None) -> None:
-        """Raise a MeshError if there are classes, but not one for each region."""
-        if self.classes is None:
-            return
-        if labels is None:
-            raise MeshError("classes are of regions, and there are no labels")
-        n_regions = len(np.unique(labels[labels >= 0]))
-        if len(self.classes) != n_regions:
-            raise MeshError(f"there are {len(self.classes)} classes for {n_regions} regions")
+        """Raise a MeshError if there are classes or scores, but not one for each region."""
+        for name, given in (("classes", self.classes), ("scores", self.scores)):
+            if given is None:
+                continue
+            if labels is None:
+                raise MeshError(f"{name} are of regions, and there are no labels")
+            n_regions = len(np.unique(labels[labels >= 0]))
+            if len(given) != n_regions:
+                raise MeshError(f"there are {len(given)} {name} for {n_regions} regions")
+
+
+def _checked_scores(values: npt.ArrayLike | None) -> tuple[float, ...] | None:
+    if values is None:
+        return None
+    scores = np.asarray(values, np.float64)
+    if scores.ndim != 1 or not ((scores >= 0) & (scores <= 1)).all():
+        raise ValueError("scores must be a list of numbers from 0 to 1")
+    return tuple(scores.tolist())
 
 
 def _checked_class(value: object) -> str:

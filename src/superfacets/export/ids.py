@@ -73,7 +73,7 @@ class IdWriter:
             self._write_graph(file)
             return
         labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self.labels
-        _write(file, ending, path, labels, self.options.classes)
+        _write(file, ending, path, labels, self.options)
 
     def _write_graph(self, file: IO[bytes]) -> None:
         """Write the graph of the regions, in the order of their labels."""
@@ -111,7 +111,7 @@ def write_given_labels(
         _check_all_in_regions(checked, ending)
     if ending == ".pth":
         check_torch()
-    return lambda file, ending, path: _write(file, ending, path, checked, None)
+    return lambda file, ending, path: _write(file, ending, path, checked, FormatOptions())
 
 
 def _write(
@@ -119,13 +119,13 @@ def _write(
     ending: str,
     path: Path | None,
     labels: npt.NDArray[np.integer[Any]],
-    classes: Sequence[str] | None,
+    options: FormatOptions,
 ) -> None:
     """Write checked labels, which belong to the elements that the format labels."""
     if ending == ".segs.json":
         write_segments(file, labels, scene_of(path, ending))
     elif ending == ".aggregation.json":
-        write_aggregation(file, labels, scene_of(path, ending), classes)
+        write_aggregation(file, labels, scene_of(path, ending), options.classes, options.scores)
     elif ending == ".sstk.json":
         write_sstk(file, [labels])
     elif ending == ".pth":

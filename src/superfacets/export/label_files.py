@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.atomic import StrPath, atomic_outputs, checked_targets, writable_folder
-from ..io.readers.pieces import Pieces, files_of
+from ..io.readers.pieces import Pieces, SourceFile, files_of, holds_files
 from .scannet import write_array
 
 
@@ -33,7 +33,7 @@ def label_files(source: object, out: StrPath) -> list[Path]:
         if Path(out).suffix != ".npy":
             raise ValueError(f"out must end in .npy, got {Path(out).name!r}")
         files = [Path(out)]
-    elif isinstance(source, (str, os.PathLike)) and Path(source).is_dir():
+    elif isinstance(source, (str, os.PathLike)) and holds_files(Path(source)):
         files = [Path(out, name) for name in label_names(Path(source))]
         writable_folder(Path(out))
     else:
@@ -43,7 +43,7 @@ def label_files(source: object, out: StrPath) -> list[Path]:
         )
     checked_targets(files)
     if isinstance(source, (str, os.PathLike)) and Path(source).exists():
-        inputs = {path.resolve() for path in files_of(Path(source))}
+        inputs = {file.path.resolve() for file in files_of(Path(source))}
         for file in files:
             if file.resolve() in inputs:
                 raise ValueError(f"{file}: the labels would replace a file of the source")
@@ -61,18 +61,21 @@ def _is_folder(out: StrPath) -> bool:
 def label_names(folder: Path) -> list[str]:
     """Names of the label files for the files in a folder: ``a.npy`` for ``a.ply``.
 
-    A ValueError if two names are the same; an OSError if the folder has no meshes and no clouds.
+    In names of a tileset's files, ``_`` takes the place of slashes. A ValueError if two names are
+    the same; an OSError if the folder has no meshes and no clouds.
     """
-    found: dict[str, Path] = {}
-    for path in files_of(folder):
-        name = f"{path.stem}.npy"
-        other = found.setdefault(os.path.normcase(name), path)
-        if other is not path:
+    found: dict[str, SourceFile] = {}
+    names = []
+    for file in files_of(folder):
+        name = f"{file.name.removesuffix(file.path.suffix).replace('/', '_')}.npy"
+        names.append(name)
+        other = found.setdefault(os.path.normcase(name), file)
+        if other is not file:
             raise ValueError(
-                f"{other.name} and {path.name} in {folder} would both have their labels in {name}:"
+                f"{other.name} and {file.name} in {folder} would both have their labels in {name}:"
                 " rename one, or take one .npy for all"
             )
-    return [f"{path.stem}.npy" for path in found.values()]
+    return names
 
 
 def ranges_of(pieces: Pieces, n_files: int) -> tuple[int, ...]:

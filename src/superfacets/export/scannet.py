@@ -100,14 +100,19 @@ def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) ->
 
 
 def write_aggregation(
-    file: IO[bytes], ids: npt.NDArray[np.integer], scene: str, classes: Sequence[str] | None
-) -> None:
-    """Write a group for each segment, with the class of the segment where there are classes."""
+    file: IO[bytes], ids: npt.NDArray[np.integer], scene: str,
+    classes: Sequence[str] | None, scores: Sequence[float] | None = None,
+) -> None:  # fmt: skip
+    """Write a group for each segment, with the class and the score of the segment, if given."""
     _check_ids(ids)
     segments = np.unique(ids[ids >= 0]).tolist()
     names = [NO_CLASS] * len(segments) if classes is None else classes
-    pairs = zip(segments, names, strict=True)
-    write_groups(file, [{"segments": [one], "label": name} for one, name in pairs], scene)
+    groups: list[dict[str, Any]] = [
+        {"segments": [one], "label": name} for one, name in zip(segments, names, strict=True)
+    ]
+    for group, score in zip(groups, scores or (), strict=False):
+        group["score"] = round(score, 6)
+    write_groups(file, groups, scene)
 
 
 def write_groups(file: IO[bytes], groups: Sequence[dict[str, Any]], scene: str) -> None:

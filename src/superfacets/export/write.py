@@ -43,6 +43,7 @@ def write_mesh(
     label_name: str = "label",
     vertex_labels: bool = False,
     classes: Sequence[str] | Sequence[int] | None = None,
+    scores: npt.ArrayLike | None = None,
     force: bool = False,
 ) -> None:
     """Write a mesh, with labels and colors of its faces, in the format of the file's ending.
@@ -89,6 +90,9 @@ def write_mesh(
     classes : sequence of str or int, length K, optional
         Class of each region, in the order of the labels that occur. GLB stores it as a column of
         the table, ``.aggregation.json`` as the label of the group.
+    scores : array_like of float, length K, optional
+        Score of each region, 0 to 1, in the same order, as of `LiftedLabels.label_scores`.
+        ``.aggregation.json`` alone stores it; the studio lists suggestions by it.
     force : bool, default False
         Whether to replace a ``.segs.json`` whose segments an ``.aggregation.json`` beside it
         groups: the groups mean nothing with other segments. See `regroup_segments`.
@@ -124,8 +128,9 @@ def write_mesh(
     path = Path(path)
     ending = known_ending(path, (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *DERIVED_OUTPUTS))
     options = FormatOptions.checked(
-        [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels, classes=classes
-    )
+        [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
+        classes=classes, scores=scores,
+    )  # fmt: skip
     if not force:
         check_truth_stays([path])
     cells = as_cells(mesh)

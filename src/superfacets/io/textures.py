@@ -300,8 +300,10 @@ def _indices(values: npt.ArrayLike, name: str, count: int) -> Ints:
     return owned(array, np.int32)
 
 
-def file_beside(name: str, folder: Path | None) -> Path | None:
-    """The file that a relative path names; None if it is not in the folder or below it.
+def file_beside(name: str, folder: Path | None, top: Path | None = None) -> Path | None:
+    """The file that a relative path names; None if it is not in `top`, or below it.
+
+    `top` is the folder itself, or a folder above it.
 
     A file must not be able to name files elsewhere on the machine: ``..`` is applied and symbolic
     links are followed before the path is compared with the folder.
@@ -309,7 +311,7 @@ def file_beside(name: str, folder: Path | None) -> Path | None:
     if folder is None or re.match(r"[\w+.-]*:|[/\\]", name) or "\0" in name:
         return None
     path = Path(os.path.realpath(folder / name))
-    return path if path.is_relative_to(os.path.realpath(folder)) else None
+    return path if path.is_relative_to(os.path.realpath(top or folder)) else None
 
 
 def image_beside(name: str, folder: Path | None) -> TextureImage:

@@ -45,6 +45,8 @@ class LiftedLabels:
     scores : ndarray of float64, shape (K,)
         Fraction, 0 to 1, of the visible area of each region (over all images) that is in masks of
         its label; 0 for regions without a label.
+    label_scores : ndarray of float64, shape (len(found),)
+        The same fraction for all regions of a label together, one per label of `found`.
     mask_labels : tuple of dict
         For each image, the label of each mask id; -1 if no region got the label of the mask. Use
         it to look up classes or captions of masks by label.
@@ -55,6 +57,7 @@ class LiftedLabels:
     labels: Ints
     region_labels: Ints
     scores: Floats
+    label_scores: Floats
     mask_labels: tuple[dict[int, int], ...]
     seen: Bools
 
@@ -157,13 +160,16 @@ def lift(
     surface = SeenSurface(cells, labels, checked_threads(n_threads))
     votes = collect_votes(surface, masks, views, overlap)
     label_of = votes.ids if is_consistent else _objects_of_masks(votes, n_regions, least)
-    winners, scores = _elect(votes, label_of, n_regions)
+    winners, won, total = _elect(votes, label_of, n_regions)
     if not is_consistent:
         label_of, winners = _without_gaps(label_of, winners)
     label_of = np.where(np.isin(label_of, winners), label_of, -1)
     by_image = _by_image(votes, label_of, len(views))
     of_cells = np.append(winners, np.int32(-1))[labels]
-    return LiftedLabels(of_cells, winners, scores, by_image, votes.seen)
+    scores = np.divide(won, total, out=np.zeros(n_regions), where=total > 0)
+    _, ranks = np.unique(np.append(winners, np.int32(-1)), return_inverse=True)
+    of_labels = np.bincount(ranks[:-1], won)[1:] / np.bincount(ranks[:-1], total)[1:]
+    return LiftedLabels(of_cells, winners, scores, of_labels, by_image, votes.seen)
 
 
 def project_labels(
@@ -245,8 +251,8 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
     return weighted_majority(masks, groups[regions], areas, len(votes.ids)).winners
 
 
-def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats]:
-    """Return the winning label of each region, -1 for none, and its share of the votes."""
+def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, Floats]:
+    """Return the winning label of each region, -1 for none, its votes, and all of the region."""
     total = sums_by_label(votes.regions, votes.areas, n_regions)
     is_masked = votes.masks >= 0
     regions, areas = votes.regions[is_masked], votes.areas[is_masked]
@@ -255,7 +261,7 @@ def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats]:
     winners[2 * sums_by_label(regions, areas, n_regions) < total] = -1
     is_won = (labels == winners[regions]) & (labels >= 0)
     won = sums_by_label(regions[is_won], areas[is_won], n_regions)
-    return winners, np.divide(won, total, out=np.zeros(n_regions), where=total > 0)
+    return winners, won, total
 
 
 def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:

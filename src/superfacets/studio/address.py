@@ -1,7 +1,7 @@
 """Port and token of a server: chosen, remembered for the next start, and passed to a browser.
 
-A page that was open when a server was killed goes on with the next server for the same work, which
-answers at the same address. The file is for its owner alone, and is removed when a server ends.
+The next server for the same work answers at the same address, so a page that was open when a server
+was killed continues with it. Only its owner can read the file, which is removed when a server ends.
 """
 
 from __future__ import annotations

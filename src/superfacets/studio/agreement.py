@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..cells.sums import sums_by_label
-from .classes import INSTANCES, ClassList, Paint, class_of, paint_of, with_new
+from .classes import INSTANCES, ClassList, Paint, class_of, names_of, paint_of, with_named
 from .history import History, State
 from .journal import JournalError, parsed_work
 from .source import Source
@@ -24,7 +24,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass
 class Theirs:
-    """The work of somebody else, in my numbers of classes and objects."""
+    """Somebody else's work, translated to my numbers of classes and objects."""
 
     name: str
     paint: Paint  # (N,)
@@ -37,7 +37,7 @@ class Theirs:
 
 
 def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floats) -> Theirs:
-    """Read somebody else's work file, and express it in my classes and objects.
+    """Read somebody else's work file, and translate it to my numbers of classes and objects.
 
     Raises JournalError if it is no work file, damaged, or about another mesh.
     """
@@ -55,23 +55,19 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
 def _matched_classes(theirs: State, known: ClassList) -> tuple[npt.NDArray[np.int64], ClassList]:
     """My number of each class of theirs; classes of a new name are added to my list."""
     numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
-    names = {entry["id"]: entry["name"] for entry in theirs.class_list}
-    for number in np.unique(theirs.classes[theirs.classes > 0]).tolist():
-        name = names.get(number, f"class {number}")
-        number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(known)}
-        if name.casefold() not in number_of:
-            known = with_new(known, max(number_of.values(), default=0) + 1, name)
-            number_of[name.casefold()] = known[-1]["id"]
-        numbers[number] = number_of[name.casefold()]
+    names = names_of(theirs.class_list)
+    for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():
+        numbers[class_id], known = with_named(known, names.get(class_id, f"class {class_id}"))
     return numbers, known
 
 
 def _matched_objects(
     mine: npt.NDArray[np.int64], theirs: npt.NDArray[np.int64], areas: Floats
 ) -> npt.NDArray[np.int64]:
-    """My object of each cell of theirs: pairs of one class, those most alike first.
+    """For each cell, their class and object translated to my object.
 
-    Objects of theirs that match none get numbers above all of mine.
+    Objects of one class are matched greedily, the pair with the largest IoU first. Objects of
+    theirs without a match get numbers above all of mine.
     """
     pairs = sorted(_overlaps(mine, theirs, areas), key=lambda pair: (-pair[2], pair[0], pair[1]))
     number_of: dict[int, int] = {}
@@ -87,19 +83,22 @@ def _matched_objects(
     found, ranks = np.unique(theirs, return_inverse=True)
     numbers = np.zeros(len(found), np.int64)
     for rank, other in enumerate(found.tolist()):
-        number, place = divmod(other, INSTANCES)
-        if place and other not in number_of:
-            number_of[other] = highest[number] = highest.get(number, 0) + 1
-            if highest[number] >= INSTANCES:
+        class_id, object_id = divmod(other, INSTANCES)
+        if object_id and other not in number_of:
+            number_of[other] = highest[class_id] = highest.get(class_id, 0) + 1
+            if highest[class_id] >= INSTANCES:
                 raise JournalError(f"both works have {INSTANCES} objects or more of one class")
-        numbers[rank] = number_of[other] if place else 0
+        numbers[rank] = number_of[other] if object_id else 0
     return numbers[ranks]
 
 
 def _overlaps(
     mine: npt.NDArray[Any], theirs: npt.NDArray[Any], areas: Floats
 ) -> list[tuple[int, int, float]]:
-    """Pairs of values that a cell has in both, with the IoU of their areas; 0 if none has any."""
+    """Pairs of values that some cell has in both works, with the IoU of their areas.
+
+    The IoU is 0 if neither value has any area.
+    """
     (own, a), (other, b) = (np.unique(one, return_inverse=True) for one in (mine, theirs))
     keys, pairs = np.unique(a * len(other) + b, return_inverse=True)
     common = sums_by_label(pairs, areas, len(keys))
@@ -113,8 +112,8 @@ def _overlaps(
 def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     """How far both agree: the share of the area, and the IoU of each class and object.
 
-    ``share`` is of the area that both have given a class. Only classes and objects that one of
-    both has are in the lists; ``object`` is in my numbers.
+    ``share`` is the share of the area labeled by both on which both agree. The lists have the
+    classes and objects that occur in either work; ``object`` is my number.
     """
     paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
     both = (paint > 0) & (theirs.paint > 0)
@@ -122,20 +121,20 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     agreed = float(areas[both & (paint == theirs.paint)].sum())
     of_classes = _ious(class_of(paint), class_of(theirs.paint), areas)
     of_objects = _ious(paint, theirs.paint, areas)
-    names = {entry["id"]: entry["name"] for entry in theirs.class_list}
+    names = names_of(theirs.class_list)
     rows = []
-    for number, iou in of_classes.items():
+    for class_id, iou in of_classes.items():
         objects = [
             {"object": one >> 16, "iou": round(share, 6)}
             for one, share in of_objects.items()
-            if one & 0xFFFF == number and one >> 16
+            if one & 0xFFFF == class_id and one >> 16
         ]
-        name = names.get(number, f"class {number}")
-        rows.append({"class": number, "name": name, "iou": round(iou, 6), "objects": objects})
+        name = names.get(class_id, f"class {class_id}")
+        rows.append({"class": class_id, "name": name, "iou": round(iou, 6), "objects": objects})
     return {"name": theirs.name, "share": agreed / total if total else 0.0, "classes": rows}
 
 
 def _ious(mine: npt.NDArray[Any], theirs: npt.NDArray[Any], areas: Floats) -> dict[int, float]:
-    """The IoU of each value above 0 that a cell has in one of both."""
+    """The IoU of each value above 0 that occurs in either work."""
     same = {own: iou for own, other, iou in _overlaps(mine, theirs, areas) if own == other}
     return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}

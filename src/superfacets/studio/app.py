@@ -80,7 +80,7 @@ class Studio:
             parameters = await run_in_threadpool(checked, body)
         except Exception as error:
             return failure(error)
-        lines = _told(self.files, number, parameters, is_preview=is_preview)
+        lines = _progress_lines(self.files, number, parameters, is_preview=is_preview)
         return StreamingResponse(lines, media_type="application/x-ndjson")
 
     def route(self, name: str, work: Operation, method: str) -> Route:
@@ -94,7 +94,7 @@ class Studio:
                 return failure(error)
 
             def done() -> object:
-                with self.files.document(request.path_params["id"]) as document:
+                with self.files.document(request.path_params["id"]) as document, document.lock:
                     return work(document, given)
 
             return await answered(done)
@@ -130,7 +130,7 @@ async def _not_found(request: Request, error: Exception) -> Response:
     return JsonReply({"error": message}, getattr(error, "status_code", 404))
 
 
-async def _told(
+async def _progress_lines(
     files: Files, number: int, parameters: Body, *, is_preview: bool
 ) -> AsyncIterator[str]:
     """Segment a file; yield lines of progress, and the revision in the last line."""
@@ -138,7 +138,7 @@ async def _told(
     queue: asyncio.Queue[Body | None] = asyncio.Queue()
     turn = Turn(lambda fact: loop.call_soon_threadsafe(queue.put_nowait, fact))
     work = asyncio.ensure_future(
-        run_in_threadpool(_segmented, files, number, parameters, turn, is_preview)
+        run_in_threadpool(_segment_file, files, number, parameters, turn, is_preview)
     )
     work.add_done_callback(lambda _: queue.put_nowait(None))
     try:
@@ -149,17 +149,19 @@ async def _told(
         turn.cancel()
 
 
-def _segmented(files: Files, number: int, parameters: Body, turn: Turn, is_preview: bool) -> Body:
+def _segment_file(
+    files: Files, number: int, parameters: Body, turn: Turn, is_preview: bool
+) -> Body:
     try:
         with files.document(number) as document:
-            return _done(document, parameters, turn, is_preview)
+            return _segment(document, parameters, turn, is_preview)
     except Cancelled:
         return {"cancelled": True}
     except Exception as error:
         return {"error": message_of(error)}
 
 
-def _done(document: Document, parameters: Body, turn: Turn, is_preview: bool) -> Body:
+def _segment(document: Document, parameters: Body, turn: Turn, is_preview: bool) -> Body:
     start = time.perf_counter()
     base = document.segmenter.run(parameters, turn)
     turn.check()

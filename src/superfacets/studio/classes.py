@@ -26,8 +26,12 @@ _MAX_NAME = 200
 _STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
 """Names of new classes without objects."""
 
-_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1")
-"""Eight colors: seven of Okabe and Ito, which color-blind people can tell apart, and one more."""
+_COLORS = (
+    "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1",
+    "#8c510a", "#1b9e9e", "#c51b8a", "#66a61e", "#2b3fb0", "#e7298a", "#a1140f", "#636363",
+)  # fmt: skip
+"""Colors of classes by their number. Color-blind people can tell the first seven apart, which are
+those of Okabe and Ito."""
 
 _N_DEFAULT = 6
 
@@ -60,24 +64,43 @@ def object_of(paint: Paint) -> npt.NDArray[np.uint16]:
     return (paint >> np.uint32(16)).astype(np.uint16)
 
 
-def new_class(number: int, name: str | None = None) -> dict[str, Any]:
+def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
     """A class with the usual color; the first nine have their number as key."""
     entry = {
-        "id": number,
-        "name": f"class {number}" if name is None else name,
-        "color": _COLORS[(number - 1) % len(_COLORS)],
-        "key": str(number) if number < 10 else "",
+        "id": class_id,
+        "name": f"class {class_id}" if name is None else name,
+        "color": _COLORS[(class_id - 1) % len(_COLORS)],
+        "key": str(class_id) if class_id < 10 else "",
     }
     is_stuff = str(entry["name"]).strip().casefold() in _STUFF
     return {**entry, "stuff": True} if is_stuff else entry
 
 
-def with_new(classes: ClassList, number: int, name: str | None = None) -> ClassList:
+def with_new(classes: ClassList, class_id: int, name: str | None = None) -> ClassList:
     """The list with one more class, without a key if its key is taken."""
-    entry = new_class(number, name)
+    entry = new_class(class_id, name)
     if any(entry["key"] == other["key"] for other in classes):
         entry["key"] = ""
     return (*classes, entry)
+
+
+def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
+    """The first class of a name, in any case, and the list, which gets it if it has none."""
+    for entry in classes:
+        if entry["name"].casefold() == name.casefold():
+            return int(entry["id"]), classes
+    class_id = max((entry["id"] for entry in classes), default=0) + 1
+    return class_id, with_new(classes, class_id, name)
+
+
+def names_of(classes: ClassList) -> dict[int, str]:
+    """Names of classes by their numbers."""
+    return {entry["id"]: entry["name"] for entry in classes}
+
+
+def stuff_of(classes: ClassList) -> set[int]:
+    """Classes without objects."""
+    return {entry["id"] for entry in classes if entry.get("stuff")}
 
 
 def default_classes(names: Sequence[str] = ()) -> ClassList:
@@ -89,16 +112,15 @@ def default_classes(names: Sequence[str] = ()) -> ClassList:
 
 def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
     """The list, completed with the classes that cells have but the list lacks."""
-    known = {entry["id"] for entry in classes}
-    more = sorted(number for number in used if number and number not in known)
-    return (*classes, *({**new_class(number), "key": ""} for number in more))
+    more = sorted({*used} - {0, *names_of(classes)})
+    return (*classes, *({**new_class(class_id), "key": ""} for class_id in more))
 
 
 def checked_class_list(value: object) -> ClassList:
     """Check a list of classes; a ValueError that names the first entry that is wrong."""
     if not isinstance(value, (list, tuple)):
         raise ValueError("classes must be a list")
-    checked = tuple(_checked(entry, place) for place, entry in enumerate(value))
+    checked = tuple(_checked(entry, index) for index, entry in enumerate(value))
     for name in ("id", "key"):
         seen: set[Any] = set()
         for entry in checked:
@@ -108,40 +130,48 @@ def checked_class_list(value: object) -> ClassList:
     return checked
 
 
-def _checked(entry: Any, place: int) -> dict[str, Any]:
+def _checked(entry: Any, index: int) -> dict[str, Any]:
     if not isinstance(entry, dict):
-        raise ValueError(f"classes[{place}] must have an id, a name and a color")
-    number, name, color, key = (entry.get(part) for part in ("id", "name", "color", "key"))
-    if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= MAX_CLASS:
-        raise ValueError(f"classes[{place}]: id must be a whole number from 1 to {MAX_CLASS}")
+        raise ValueError(f"classes[{index}] must have an id, a name and a color")
+    class_id, name, color, key = (entry.get(part) for part in ("id", "name", "color", "key"))
+    if (
+        isinstance(class_id, bool)
+        or not isinstance(class_id, int)
+        or not 1 <= class_id <= MAX_CLASS
+    ):
+        raise ValueError(f"classes[{index}]: id must be a whole number from 1 to {MAX_CLASS}")
     if not isinstance(name, str) or not name.strip() or len(name) > _MAX_NAME:
-        raise ValueError(f"classes[{place}]: name must have 1 to {_MAX_NAME} characters")
-    color = new_class(number)["color"] if color is None else color
+        raise ValueError(f"classes[{index}]: name must have 1 to {_MAX_NAME} characters")
+    color = new_class(class_id)["color"] if color is None else color
     if not isinstance(color, str) or not _COLOR.fullmatch(color.lower()):
-        raise ValueError(f"classes[{place}]: color must be #rrggbb, as #e69f00")
+        raise ValueError(f"classes[{index}]: color must be #rrggbb, as #e69f00")
     key = "" if key is None else key
     if not isinstance(key, str) or len(key) > 1:
-        raise ValueError(f"classes[{place}]: key must be one character, or none")
+        raise ValueError(f"classes[{index}]: key must be one character, or none")
     for part, text in (("name", name), ("key", key)):
         if not is_encodable(text):
-            raise ValueError(f"classes[{place}]: {part} has half of a surrogate pair")
+            raise ValueError(f"classes[{index}]: {part} has half of a surrogate pair")
     is_stuff = entry.get("stuff", False)
     if not isinstance(is_stuff, bool):
-        raise ValueError(f"classes[{place}]: stuff must be true or false")
-    checked = {"id": number, "name": name.strip(), "color": color.lower(), "key": key}
+        raise ValueError(f"classes[{index}]: stuff must be true or false")
+    checked = {"id": class_id, "name": name.strip(), "color": color.lower(), "key": key}
     return {**checked, "stuff": True} if is_stuff else checked
 
 
-def with_object_name(names: ObjectNames, number: int, place: int, name: object) -> ObjectNames:
+def with_object_name(
+    names: ObjectNames, class_id: int, object_id: int, name: object
+) -> ObjectNames:
     """The names of objects with another name for one; an empty name removes it.
 
     Raises ValueError if the name is no short text.
     """
     if not isinstance(name, str) or len(name) > _MAX_NAME or not is_encodable(name):
         raise ValueError(f"the name of an object must have at most {_MAX_NAME} characters")
-    others = [entry for entry in names if (entry["class"], entry["object"]) != (number, place)]
+    others = [
+        entry for entry in names if (entry["class"], entry["object"]) != (class_id, object_id)
+    ]
     if name.strip():
-        others.append({"class": number, "object": place, "name": name.strip()})
+        others.append({"class": class_id, "object": object_id, "name": name.strip()})
     return tuple(sorted(others, key=lambda entry: (entry["class"], entry["object"])))
 
 

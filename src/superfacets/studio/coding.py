@@ -54,7 +54,7 @@ def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
     deltas = np.add.reduceat((data & 0x7F).astype(np.int64) << shifts, starts)
     cells = np.cumsum(deltas)
     if cells[-1] >= n_cells or deltas[1:].min(initial=1) < 1:
-        raise ValueError(f"cells are damaged: they do not ascend to {n_cells - 1} at most")
+        raise ValueError(f"cells are damaged: they must ascend, up to {n_cells - 1}")
     return cells.astype(np.uint32)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -27,19 +27,22 @@ from .classes import (
     checked_class_list,
     class_of,
     default_classes,
+    names_of,
     object_of,
     paint_of,
+    stuff_of,
     with_missing,
     with_object_name,
 )
 from .coding import CellNumbers, pack_cells, unpack_cells
-from .history import Change, History, Partition, State
+from .history import Change, History, Partition, State, settling
 from .imports import Imported
 from .journal import Journal, Line
 from .revisions import GoneError, Revision, Revisions
 from .segmenting import Base, Segmenter, default_parameters
 from .source import Source
 from .splitting import split_cells
+from .suggestions import suggestions_of
 
 
 def work_file_of(path: Path) -> Path:
@@ -48,8 +51,8 @@ def work_file_of(path: Path) -> Path:
 
 
 OTHER_VERSION = (
-    "regions are not exactly those that the work was done with, as this is another version of"
-    " superfacets: splits of regions are gone, what is painted is not"
+    "This version of superfacets makes other regions than the one that the work was done with."
+    " Splits of regions are lost; all classes and objects are kept."
 )
 
 
@@ -57,7 +60,7 @@ OTHER_VERSION = (
 class Document:
     """A mesh with the state of its labeling.
 
-    All changes go through the journal: a change that cannot be written is taken back.
+    All changes go through the journal. A change that cannot be written is reverted.
     """
 
     source: Source
@@ -145,22 +148,24 @@ class Document:
 
     @property
     def class_list(self) -> ClassList:
-        """The list of classes, with classes that cells have and the list lacks."""
+        """The list of classes, completed with those that cells or suggestions have."""
         used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
-        return with_missing(self.state.class_list, used)
+        suggested = {one.class_id for one in self.state.suggestions}
+        return with_missing(self.state.class_list, suggested.union(used))
 
     @property
     def instances(self) -> npt.NDArray[np.int32]:
         """Class and object of each cell, as ``class * 1000 + object``, (N,); 0: no class."""
         return self.state.classes.astype(np.int32) * INSTANCES + self.state.objects
 
-    def name_of(self, number: int, place: int = 0) -> str:
+    def name_of(self, class_id: int, object_id: int = 0) -> str:
         """The name of a class, or of an object of it."""
         for entry in self.state.object_names:
-            if place and (entry["class"], entry["object"]) == (number, place):
+            if object_id and (entry["class"], entry["object"]) == (class_id, object_id):
                 return str(entry["name"])
-        names = {entry["id"]: entry["name"] for entry in self.class_list}
-        return f"{names[number]} {place}" if place else str(names[number])
+        name = names_of(self.class_list)[class_id]
+        sign = "#" if name[-1].isdigit() else ""  # "class 1 #2", but "chair 2"
+        return f"{name} {sign}{object_id}" if object_id else name
 
     def close(self) -> None:
         """Stop all runs, and close the work file."""
@@ -183,62 +188,60 @@ class Document:
         """
         with self.lock:
             values = np.unique(np.asarray(classes))
-            known = {entry["id"] for entry in self.class_list} | {0}
-            unknown = [int(value) for value in values if int(value) not in known]
-            if unknown:
-                raise ValueError(f"there is no class {unknown[0]}")
+            if unknown := {*values.tolist()} - {0, *names_of(self.class_list)}:
+                raise ValueError(f"there is no class {min(unknown)}")
             wanted = paint_of(classes, objects)
             change = Change.painting(self.state.paint, cells, wanted, stroke)
             if change is not None:
                 self._commit(change)
             return change
 
-    def split_object(self, number: int, place: int) -> list[int]:
-        """Make each piece of an object but its largest an object of its own; return their numbers.
+    def split_object(self, class_id: int, object_id: int) -> list[int]:
+        """Make each connected piece of an object, except the largest, an object; return their ids.
 
-        Place 0 stands for all cells of the class without an object; each piece of these becomes
+        Object 0 stands for all cells of the class without an object. Each piece of these becomes
         an object.
 
         Raises ValueError if there is no such object, or it is in one piece.
         """
         with self.lock:
-            is_in = (self.state.classes == number) & (self.state.objects == place)
-            if not number or not is_in.any():
-                raise ValueError(f"there is no object {place} of class {number}")
+            is_in = (self.state.classes == class_id) & (self.state.objects == object_id)
+            if not class_id or not is_in.any():
+                raise ValueError(f"there is no object {object_id} of class {class_id}")
             surface = self.segmenter.surface
             pieces, _ = _core.find_components(
                 surface.offsets, surface.neighbors, is_in.astype(np.int32)
             )
             cells = np.flatnonzero(is_in)
             ids, ranks = np.unique(pieces[cells], return_inverse=True)
-            if place and len(ids) == 1:
-                raise ValueError(f"{self.name_of(number, place)} is in one piece")
-            kept = [place] if place else []  # by the largest piece
-            first = self.free_object(number)
+            if object_id and len(ids) == 1:
+                raise ValueError(f"{self.name_of(class_id, object_id)} is in one piece")
+            kept = [object_id] if object_id else []  # the largest piece keeps its number
+            first = self.free_object(class_id)
             new = list(range(first, first + len(ids) - len(kept)))
             if new[-1] > MAX_OBJECT:
                 raise ValueError(f"{len(ids)} pieces are too many: objects go to {MAX_OBJECT}")
             numbers = np.zeros(len(ids), np.int64)
             areas = np.bincount(ranks, self.areas[cells])
             numbers[np.argsort(-areas, kind="stable")] = kept + new
-            self.paint(cells.astype(np.uint32), number, objects=numbers[ranks])
+            self.paint(cells.astype(np.uint32), class_id, objects=numbers[ranks])
             return new
 
-    def free_object(self, number: int) -> int:
+    def free_object(self, class_id: int) -> int:
         """The lowest object of a class that is above all that cells have."""
-        of_class = self.state.objects[self.state.classes == number]
+        of_class = self.state.objects[self.state.classes == class_id]
         return int(of_class.max(initial=0)) + 1
 
-    def name_object(self, number: int, place: int, name: object) -> None:
-        """Give an object a name; an empty one takes it away.
+    def name_object(self, class_id: int, object_id: int, name: object) -> None:
+        """Give an object a name; an empty name removes it.
 
-        Raises ValueError if the name is no short text, or there is no such object.
+        Raises ValueError if the name is not a short text, or there is no such object.
         """
         with self.lock:
-            if not place or place not in self.state.objects[self.state.classes == number]:
-                raise ValueError(f"there is no object {place} of class {number}")
+            if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
+                raise ValueError(f"there is no object {object_id} of class {class_id}")
             before = self.state.object_names
-            after = with_object_name(before, number, place, name)
+            after = with_object_name(before, class_id, object_id, name)
             if after != before:
                 self._commit(Change("objects", before, after))
 
@@ -269,7 +272,7 @@ class Document:
         """
         with self.lock:
             if self.revisions.get(number) is not self.revision:
-                raise GoneError("regions are other ones by now: ask for the state, and its labels")
+                raise GoneError("the regions have changed: ask for the state and its labels")
             whole = self.revision.cells_of(region)
             cells = split_cells(self.segmenter.surface, whole, red, blue)
             self._adopt_base()
@@ -301,11 +304,64 @@ class Document:
             self.set_classes(list(imported.class_list), stroke)
             change = self.paint(imported.cells, imported.classes, stroke, objects=objects)
             names = self.state.object_names
-            for (number, place), name in imported.names.items():
-                names = with_object_name(names, number, place + int(highest[number]), name)
+            for (class_id, object_id), name in imported.names.items():
+                shifted = object_id + int(highest[class_id])
+                names = with_object_name(names, class_id, shifted, name)
             if names != self.state.object_names:
                 self._commit(Change("objects", self.state.object_names, names, stroke))
             return change
+
+    def suggest(self, imported: Imported) -> int:
+        """Keep imported objects as suggestions, in place of older ones; return their number.
+
+        Raises ValueError if there are none.
+        """
+        with self.lock:
+            suggestions, classes = suggestions_of(imported, self.class_list)
+            if not suggestions:
+                raise ValueError("the files suggest no object: no cell has a label above 0")
+            stroke = f"suggest {self.history.seq + 1}"
+            self.set_classes(list(classes), stroke)
+            self._commit(Change("suggest", self.state.suggestions, suggestions, stroke))
+            return len(suggestions)
+
+    def settle(self, accepted: Mapping[int, int], rejected: Collection[int] = ()) -> list[Change]:
+        """Accept and reject suggestions; return the changes, which one undo reverts.
+
+        `accepted` holds the class of each suggestion by its id. The cells of each that have no
+        class become a new object of that class, or a part of it if the class is stuff.
+
+        Raises ValueError if there is no such suggestion or class, or a class would have more than
+        `MAX_OBJECT` objects.
+        """
+        with self.lock:
+            stroke = f"settle {self.history.seq + 1}"
+            settled = settling(self.state, {*accepted, *rejected}, stroke)
+            n_before = len(self.history.undo_stack)
+            self._paint_suggestions(accepted, stroke)
+            self._commit(settled)
+            return self.history.undo_stack[n_before:]
+
+    def _paint_suggestions(self, accepted: Mapping[int, int], stroke: str) -> None:
+        stuff = stuff_of(self.class_list)
+        paint = np.zeros(self.n_cells, np.uint32)
+        next_object = {class_id: self.free_object(class_id) for class_id in {*accepted.values()}}
+        for one in self.state.suggestions:
+            if one.id not in accepted:
+                continue
+            class_id = accepted[one.id]
+            cells = unpack_cells(one.cells, self.n_cells)
+            bare = cells[self.state.paint[cells] == 0]
+            object_id = 0 if class_id in stuff else next_object[class_id]
+            if object_id > MAX_OBJECT:
+                raise ValueError(f"a class has at most {MAX_OBJECT} objects")
+            if not class_id:
+                raise ValueError(f"suggestion {one.id} needs a class")
+            paint[bare] = paint_of(class_id, object_id)
+            next_object[class_id] += bool(len(bare))
+        painted = np.flatnonzero(paint).astype(np.uint32)
+        found = paint[painted]
+        self.paint(painted, class_of(found), stroke, objects=object_of(found))
 
     def compare(self, name: str, data: bytes) -> None:
         """Compare with somebody else's work file, of this name and content.
@@ -325,9 +381,9 @@ class Document:
             return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
 
     def accept(self, cells: CellNumbers, side: Side) -> Change | None:
-        """Settle cells that differ, of those given: take theirs, or keep mine.
+        """Resolve the differences in these cells: take their labels, or keep mine.
 
-        Taking theirs also takes what I have given no class.
+        Taking theirs also labels cells to which I have given no class.
         """
         with self.lock:
             theirs = self._compared()
@@ -335,7 +391,7 @@ class Document:
                 theirs.paint[cells] = self.state.paint[cells]
                 return None
             stroke = f"theirs {self.history.seq + 1}"
-            known = {entry["id"] for entry in self.class_list}
+            known = names_of(self.class_list)
             new = [entry for entry in theirs.class_list if entry["id"] not in known]
             self.set_classes([*self.class_list, *new], stroke)
             taken = cells[theirs.paint[cells] > 0]
@@ -354,12 +410,18 @@ class Document:
         """
         classes = checked_class_list(value)
         with self.lock:
-            counts = np.bincount(self.state.classes)
-            kept = {entry["id"] for entry in classes}
-            for number in np.flatnonzero(counts).tolist():
-                if number and number not in kept:
+            counts = np.bincount(self.state.classes).tolist()
+            kept = names_of(classes)
+            for class_id in np.flatnonzero(counts).tolist():
+                if class_id and class_id not in kept:
                     raise ValueError(
-                        f"class {number} has {counts[number]} cells: paint these anew first"
+                        f"class {class_id} has {counts[class_id]} cells:"
+                        " give these another class first"
+                    )
+            for one in self.state.suggestions:
+                if one.class_id and one.class_id not in kept:
+                    raise ValueError(
+                        f"class {one.class_id} has suggestions: accept or reject these first"
                     )
             if self.share_classes is not None:
                 self.share_classes(classes)
@@ -429,8 +491,8 @@ def merged_work(
 ) -> dict[str, Any]:
     """Compare two work files of a mesh, and return how far they agree, see `agreement`.
 
-    With `output`, the merged work is written there: mine, and in one more step what only they have
-    labeled, and with `prefer_theirs` also that on which both differ.
+    With `output`, the merged work is written there: my work, and one more step. This step adds the
+    labels of cells that only they have labeled and, with `prefer_theirs`, of cells that differ.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """

@@ -19,7 +19,9 @@ from ..export.cells import CLASS_OUTPUTS
 from ..export.scannet import NO_CLASS
 from ..export.write import ENDING_OF_FORMAT, write_labels, write_mesh
 from ..io.atomic import atomic_outputs, checked_targets
+from ..io.attributes import MeshAttributes
 from ..regions.vertices import vertex_labels
+from .classes import names_of
 from .document import Document
 from .object_exports import FORMATS, PAIRED, vertex_instances, write_objects
 from .revisions import Revision
@@ -34,6 +36,7 @@ _OF_KIND = {
     "points": ("ply", "csv", "las", "laz"),
 }
 _COLORED = ("ply", "off", "vtp", "las", "laz")
+_TEXTURED = (".obj", ".glb")
 
 MARKS = {
     "cells": ".classes",
@@ -63,18 +66,18 @@ def formats_of(kind: str) -> dict[str, list[str]]:
 def export(document: Document, what: str, format: str, *, replace: bool = False) -> Path:
     """Write a file beside the input and return its path.
 
-    An existing file is replaced if its name has a mark of the studio: names that other tools ask
-    for may be the names of other files.
+    An existing file is replaced if its name has a mark of the studio. Names that other tools
+    require have none, so a file of that name may come from elsewhere.
 
-    Raises ValueError if there is no such thing to export, or it has no such format, or does not
-    fit into it; FileExistsError if there is a file with such a name, and it is not to be
-    replaced; OSError if the file cannot be written.
+    Raises ValueError if `what` or `format` is unknown, or the format cannot hold the labels;
+    FileExistsError if there is such a file and `replace` is False; OSError if the file cannot be
+    written.
     """
     ending = _checked_ending(document, what, format)
     path = document.path.with_name(_name_of(document, what, ending))
     is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
     if path.exists() and not is_ours and not replace:
-        raise FileExistsError(f"{path.name} is there already, and may be of another tool")
+        raise FileExistsError(f"{path.name} exists already, and may come from another tool")
     checked_targets([path])
     _write(document, what, format, path)
     if what == "objects" and format in PAIRED:
@@ -129,7 +132,16 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
         return
     names = _names_of(document, np.unique(classes)) if path.suffix in CLASS_OUTPUTS else None
     colors = _colors_of(document)[classes] if format in _COLORED else None
-    write_mesh(path, document.cells, classes, colors=colors, classes=names)
+    attributes = _attributes_for(document, path)
+    write_mesh(path, document.cells, classes, colors=colors, classes=names, attributes=attributes)
+
+
+def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
+    """The texture of the input, for a file that holds it, or has its images beside it."""
+    is_alone = path.parent != document.path.parent
+    if path.suffix not in _TEXTURED or (is_alone and path.suffix != ".glb"):
+        return None
+    return MeshAttributes(texture=document.source.texture)
 
 
 def _write_vertices(document: Document, format: str, path: Path) -> None:
@@ -148,7 +160,8 @@ def _write_regions(document: Document, format: str, path: Path) -> None:
         return
     is_named = any(path.name.endswith(ending) for ending in CLASS_OUTPUTS)
     names = _names_of(document, class_of_regions(document, revision)[0]) if is_named else None
-    write_mesh(path, document.cells, revision.labels, classes=names)
+    attributes = _attributes_for(document, path)
+    write_mesh(path, document.cells, revision.labels, classes=names, attributes=attributes)
 
 
 def _write_region_classes(document: Document, format: str, path: Path) -> None:
@@ -187,8 +200,8 @@ _WRITERS: dict[str, Callable[[Document, str, Path], None]] = {
 
 
 def _names_of(document: Document, classes: npt.NDArray[np.int32]) -> list[str]:
-    names = {entry["id"]: entry["name"] for entry in document.class_list}
-    return [names.get(number, NO_CLASS) for number in classes.tolist()]
+    names = names_of(document.class_list)
+    return [names.get(class_id, NO_CLASS) for class_id in classes.tolist()]
 
 
 def _colors_of(document: Document) -> npt.NDArray[np.uint8]:

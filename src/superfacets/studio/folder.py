@@ -46,14 +46,14 @@ class Files:
         found = [Path(source.input) for source in find_sources(path)]
         paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
-            raise FileNotFoundError(f"{path}: holds exported files alone, and no mesh to label")
+            raise FileNotFoundError(f"{path}: holds only exported files, no mesh to label")
         shared = path / CLASSES_FILE
         if not classes:
             classes = read_classes(shared) if shared.is_file() else default_classes()
         return cls(paths, None, n_segments, classes, path)
 
     @property
-    def place(self) -> Path:
+    def home(self) -> Path:
         """The work file, or the folder."""
         return self.folder or self.work or work_file_of(self.paths[0])
 
@@ -90,9 +90,7 @@ class Files:
         with self._lock:
             documents = list(self._open.values())
             self._open.clear()
-        for (
-            document
-        ) in documents:  # not under the lock, because a user of a document may wait for it
+        for document in documents:  # not under the lock: a user of a document may wait for it
             document.close()
 
     def _opened(self, number: int) -> Document:
@@ -121,7 +119,7 @@ class Files:
             reviewed = {"reviewed": True} if document.state.is_reviewed else {}
             return {**entry, "done": document.progress, "n_cells": document.n_cells, **reviewed}
         try:
-            return {**entry, **_told(summary(self.work or work_file_of(path)))}
+            return {**entry, **_progress_of(summary(self.work or work_file_of(path)))}
         except JournalError as error:
             return {**entry, "done": 0.0, "n_cells": None, "error": str(error)}
 
@@ -135,7 +133,7 @@ class Files:
                 document.state.class_list = classes
 
 
-def _told(found: tuple[Line, Line] | None) -> dict[str, Any]:
+def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
     """Progress of the work, and number of cells; a JournalError if they are damaged."""
     if found is None:
         return {"done": 0.0, "n_cells": None}

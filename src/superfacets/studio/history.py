@@ -27,11 +27,13 @@ from .classes import (
     default_classes,
     object_of,
     paint_of,
+    stuff_of,
     with_object_name,
 )
 from .coding import CellNumbers, base64_of, bytes_from, inflated, pack_cells, unpack_cells
 from .journal import Journal, JournalError, Line
 from .segmenting import checked_parameters, default_parameters
+from .suggestions import Suggestion, Suggestions
 
 Numbers = npt.NDArray[np.uint16]
 
@@ -62,6 +64,7 @@ class State:
     partition: Partition
     object_names: ObjectNames = ()
     is_reviewed: bool = False
+    suggestions: Suggestions = ()  # neither accepted nor rejected yet
 
     @property
     def classes(self) -> Numbers:
@@ -70,9 +73,9 @@ class State:
 
     @property
     def objects(self) -> Numbers:
-        """Object of each cell within its class, (N,); 0: none, as everywhere in stuff."""
+        """Object of each cell within its class, (N,); 0: none. Stuff has no objects."""
         is_stuff = np.zeros(MAX_CLASS + 1, bool)
-        is_stuff[[entry["id"] for entry in self.class_list if entry.get("stuff")]] = True
+        is_stuff[[*stuff_of(self.class_list)]] = True
         return np.where(is_stuff[self.classes], np.uint16(0), object_of(self.paint))
 
 
@@ -103,7 +106,7 @@ class Painted:
 class Change:
     """A change that can be done and undone."""
 
-    kind: Literal["paint", "split", "segment", "classes", "objects", "review"]
+    kind: Literal["paint", "split", "segment", "classes", "objects", "review", "suggest", "settle"]
     before: Any  # Painted, or a value of the state's field of this kind
     after: Any
     stroke: str | None = None  # consecutive changes with the same name are undone together
@@ -144,7 +147,7 @@ class Change:
     def line(self) -> Line:
         """The change as a line of the journal."""
         stroke = {} if self.stroke is None else {"stroke": self.stroke}
-        return {"op": self.kind, **_WRITERS[self.kind](self.after), **stroke}
+        return {"op": self.kind, **_WRITERS[self.kind](self), **stroke}
 
 
 def last_stroke(changes: list[Change]) -> list[Change]:
@@ -232,6 +235,7 @@ class History:
         return changes
 
     def _apply(self, changes: list[Change], record: Callable[[int], object]) -> None:
+        """Make changes and record the step; if that fails, revert them."""
         for change in changes:
             change.do(self.state)
         try:
@@ -264,6 +268,8 @@ _FIELDS = {
     "classes": "class_list",
     "objects": "object_names",
     "review": "is_reviewed",
+    "suggest": "suggestions",
+    "settle": "suggestions",
 }
 """The field of the state that each kind of change replaces; a paint changes a part of one."""
 
@@ -271,9 +277,12 @@ _FIELDS = {
 # For each kind of change: the entries of its line, and the change of a line.
 
 
-def _write_paint(painted: Painted) -> Line:
-    values = painted.unpacked()
-    line = {"cells": base64_of(painted.cells), **_write_numbers("class", "es", class_of(values))}
+def _write_paint(change: Change) -> Line:
+    values = change.after.unpacked()
+    line = {
+        "cells": base64_of(change.after.cells),
+        **_write_numbers("class", "es", class_of(values)),
+    }
     objects = object_of(values)  # work files without objects are as they always were
     return {**line, **_write_numbers("object", "s", objects)} if objects.any() else line
 
@@ -310,8 +319,8 @@ def _read_numbers(line: Line, name: str, plural: str, highest: int, n_cells: int
     return value
 
 
-def _write_segment(partition: Partition) -> Line:
-    return {"parameters": partition.parameters, "digest": partition.digest}
+def _write_segment(change: Change) -> Line:
+    return {"parameters": change.after.parameters, "digest": change.after.digest}
 
 
 def _read_segment(line: Line, state: State) -> Change:
@@ -320,8 +329,8 @@ def _read_segment(line: Line, state: State) -> Change:
     return Change("segment", before, Partition(parameters, str(line["digest"])))
 
 
-def _write_split(partition: Partition) -> Line:
-    return {"digest": partition.digest, "cells": base64_of(partition.splits[-1])}
+def _write_split(change: Change) -> Line:
+    return {"digest": change.after.digest, "cells": base64_of(change.after.splits[-1])}
 
 
 def _read_split(line: Line, state: State) -> Change:
@@ -338,8 +347,8 @@ def _read_classes(line: Line, state: State) -> Change:
 def _read_objects(line: Line, state: State) -> Change:
     names: ObjectNames = ()
     for entry in line["names"]:
-        place = checked_object(entry["object"])
-        names = with_object_name(names, int(entry["class"]), place, entry["name"])
+        object_id = checked_object(entry["object"])
+        names = with_object_name(names, int(entry["class"]), object_id, entry["name"])
     return Change("objects", state.object_names, names, line.get("stroke"))
 
 
@@ -347,13 +356,38 @@ def _read_review(line: Line, state: State) -> Change:
     return Change("review", state.is_reviewed, bool(line["reviewed"]))
 
 
-_WRITERS: dict[str, Callable[[Any], Line]] = {
+def _read_suggest(line: Line, state: State) -> Change:
+    n_cells = len(state.paint)
+    found = tuple(Suggestion.of_line(entry, n_cells) for entry in line["suggestions"])
+    return Change("suggest", state.suggestions, found, line.get("stroke"))
+
+
+def _write_settle(change: Change) -> Line:
+    left = {one.id for one in change.after}
+    return {"settled": [one.id for one in change.before if one.id not in left]}
+
+
+def _read_settle(line: Line, state: State) -> Change:
+    return settling(state, {int(one) for one in line["settled"]}, line.get("stroke"))
+
+
+def settling(state: State, ids: set[int], stroke: str | None) -> Change:
+    """The change that removes these suggestions; a ValueError if one of them is not there."""
+    if lacking := ids - {one.id for one in state.suggestions}:
+        raise ValueError(f"there is no suggestion {min(lacking)}")
+    left = tuple(one for one in state.suggestions if one.id not in ids)
+    return Change("settle", state.suggestions, left, stroke)
+
+
+_WRITERS: dict[str, Callable[[Change], Line]] = {
     "paint": _write_paint,
     "segment": _write_segment,
     "split": _write_split,
-    "classes": lambda classes: {"classes": list(classes)},
-    "objects": lambda names: {"names": list(names)},
-    "review": lambda is_reviewed: {"reviewed": is_reviewed},
+    "classes": lambda change: {"classes": list(change.after)},
+    "objects": lambda change: {"names": list(change.after)},
+    "review": lambda change: {"reviewed": change.after},
+    "suggest": lambda change: {"suggestions": [one.line() for one in change.after]},
+    "settle": _write_settle,
 }
 
 _READERS: dict[str, Callable[[Line, State], Change]] = {
@@ -363,4 +397,6 @@ _READERS: dict[str, Callable[[Line, State], Change]] = {
     "classes": _read_classes,
     "objects": _read_objects,
     "review": _read_review,
+    "suggest": _read_suggest,
+    "settle": _read_settle,
 }

@@ -17,11 +17,11 @@ from ..cells.kinds import kind_of
 from ..cells.sums import weighted_majority
 from ..errors import MeshError
 from ..export.scannet import NO_CLASS
-from ..io.guards import known_ending
+from ..io.guards import known_ending, shortened
 from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..regions.vertices import corner_groups
-from .classes import MAX_CLASS, MAX_OBJECT, ClassList, with_new
+from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
 from .coding import CellNumbers
 
 GROUPS = ".aggregation.json"
@@ -45,6 +45,7 @@ class Imported:
     objects: npt.NDArray[np.uint16]  # object of each, from 1 in each class; 0: none
     class_list: ClassList
     names: Mapping[tuple[int, int], str] = field(default_factory=dict)  # by class and object
+    scores: Mapping[tuple[int, int], float] = field(default_factory=dict)  # 0 to 1, the same
 
 
 def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> Imported:
@@ -63,23 +64,23 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
     grouping = [name for name, ending in endings.items() if ending == GROUPS]
     labeling = [name for name in files if name not in grouping]
     if len(labeling) != 1 or len(grouping) > 1:
-        raise MeshError("an import is one file of labels, and one .aggregation.json at most")
+        raise MeshError("import one file of labels, with at most one .aggregation.json")
     name = labeling[0]
     try:
         if endings[name] == OBJECTS and not grouping:
             return _by_annotation(json.loads(files[name]), cells.n_cells, known)
         labels = _labels_in(files[name], endings[name], cells)
     except _DAMAGE as error:
-        raise MeshError(f"{name}: {_told(error)}") from None
+        raise MeshError(f"{name}: {_reason(error)}") from None
     if not grouping:
         return _by_number(labels, known)
     try:
         return _by_group(labels, json.loads(files[grouping[0]]), known)
     except _DAMAGE as error:
-        raise MeshError(f"{grouping[0]}: {_told(error)}") from None
+        raise MeshError(f"{grouping[0]}: {_reason(error)}") from None
 
 
-def _told(error: Exception) -> str:
+def _reason(error: Exception) -> str:
     if isinstance(error, (json.JSONDecodeError, UnicodeDecodeError)):
         return "it is not JSON: is the file cut?"
     if isinstance(error, IndexError):
@@ -107,6 +108,15 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Ints:
     if len(index) != n_cells:
         raise MeshError(f"it has {len(index)} labels, and the mesh {n_cells} cells")
     return index
+
+
+def checked_score(value: object) -> float | None:
+    """The score of an object, or None; a ValueError if it is not 0 to 1."""
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= 1:
+        raise MeshError(f"score must be 0 to 1, got {shortened(str(value))}")
+    return float(value)
 
 
 def _integers(values: Any, name: str) -> Ints:
@@ -139,9 +149,8 @@ def _by_number(labels: Ints, known: ClassList) -> Imported:
     classes = np.maximum(labels, 0)
     if classes.max() > MAX_CLASS:
         raise MeshError(f"label {classes.max()} is no class: they go to {MAX_CLASS}")
-    numbers = {0, *(entry["id"] for entry in known)}
-    for number in np.unique(classes).tolist():
-        known = known if number in numbers else with_new(known, number)
+    for class_id in sorted({*np.unique(classes).tolist()} - {0, *names_of(known)}):
+        known = with_new(known, class_id)
     objects = np.zeros(len(labels), np.uint16)
     return Imported(
         np.arange(len(labels), dtype=np.uint32), classes.astype(np.uint16), objects, known
@@ -154,7 +163,7 @@ def _by_group(labels: Ints, document: Any, known: ClassList) -> Imported:
         name = str(group["label"]).strip()
         if name not in ("", NO_CLASS):
             is_in = np.isin(labels, _integers(group["segments"], "segments"))
-            gathered.add(name, is_in, str(group.get("name", "")))
+            gathered.add(name, is_in, group)
     return gathered.imported()
 
 
@@ -169,7 +178,7 @@ def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
         is_in = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
         name = names[int(annotation["category_id"])]
         wanted = 0 if annotation.get("iscrowd", 0) else annotation.get("object")
-        gathered.add(name, is_in, str(annotation.get("name", "")), wanted)
+        gathered.add(name, is_in, annotation, wanted)
     return gathered.imported()
 
 
@@ -178,40 +187,44 @@ class _Gathered:
 
     def __init__(self, n_cells: int, known: ClassList) -> None:
         self._known = known
-        self._number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(known)}
-        self._stuff = {entry["id"] for entry in known if entry.get("stuff")}
-        self._places: dict[int, set[int]] = {}  # objects of each class
+        self._taken: dict[int, set[int]] = {}  # objects of each class
         self._classes = np.zeros(n_cells, np.int64)
         self._objects = np.zeros(n_cells, np.int64)
         self._names: dict[tuple[int, int], str] = {}
+        self._scores: dict[tuple[int, int], float] = {}
 
     def add(
-        self, name: str, is_in: npt.NDArray[np.bool_], own_name: str, wanted: object = None
+        self, name: str, is_in: npt.NDArray[np.bool_], entry: Any, wanted: object = None
     ) -> None:
         """Give cells a class, which may be new, and an object, unless the class is stuff.
 
-        The object gets the wanted number if that is free, and else the next; 0 is no object.
+        The object gets the wanted number if that is free, and else the next; 0 is no object. Its
+        name and score are those of the entry of the file.
         """
-        number = self._number_of.get(name.casefold())
-        if number is None:
-            number = max((entry["id"] for entry in self._known), default=0) + 1
-            self._known = with_new(self._known, number, name)
-            self._number_of[name.casefold()] = number
-            if self._known[-1].get("stuff"):
-                self._stuff.add(number)
-        self._classes[is_in], self._objects[is_in] = number, 0
-        if wanted == 0 or number in self._stuff:
+        class_id, self._known = with_named(self._known, name)
+        self._classes[is_in], self._objects[is_in] = class_id, 0
+        if wanted == 0 or class_id in stuff_of(self._known):
+            self._keep_score(class_id, 0, entry)
             return
-        taken = self._places.setdefault(number, set())
+        taken = self._taken.setdefault(class_id, set())
         is_usable = type(wanted) is int and 0 < wanted <= MAX_OBJECT and wanted not in taken
-        place = cast(int, wanted) if is_usable else max(taken, default=0) + 1
-        if place > MAX_OBJECT:
+        object_id = cast(int, wanted) if is_usable else max(taken, default=0) + 1
+        if object_id > MAX_OBJECT:
             raise MeshError(f"{name} has more than {MAX_OBJECT} objects")
-        taken.add(place)
-        self._objects[is_in] = place
-        is_usual = re.fullmatch(re.escape(name) + r"( \d+)?", own_name.strip(), re.IGNORECASE)
-        if own_name.strip() and not is_usual:
-            self._names[number, place] = own_name
+        taken.add(object_id)
+        self._objects[is_in] = object_id
+        self._keep_score(class_id, object_id, entry)
+        own_name = str(entry.get("name", "")).strip()
+        is_usual = re.fullmatch(re.escape(name) + r"( #?\d+)?", own_name, re.IGNORECASE)
+        if own_name and not is_usual:
+            self._names[class_id, object_id] = own_name
+
+    def _keep_score(self, class_id: int, object_id: int, entry: Any) -> None:
+        """Keep the score of an entry; of several of one class without objects, the lowest."""
+        score = checked_score(entry.get("score"))
+        if score is not None:
+            key = class_id, object_id
+            self._scores[key] = min(score, self._scores.get(key, 1.0))
 
     def imported(self) -> Imported:
         """All cells that have a class."""
@@ -219,4 +232,6 @@ class _Gathered:
         classes, objects = (
             part[cells].astype(np.uint16) for part in (self._classes, self._objects)
         )
-        return Imported(cells.astype(np.uint32), classes, objects, self._known, self._names)
+        return Imported(
+            cells.astype(np.uint32), classes, objects, self._known, self._names, self._scores
+        )

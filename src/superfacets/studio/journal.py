@@ -64,8 +64,6 @@ class Journal:
             with os.fdopen(file, "rb", closefd=False) as reader:
                 reader.seek(0)
                 data = reader.read()
-            if data and not data.startswith(_BEGIN[: len(data)]):
-                raise JournalError(f"{path}: is no work file of superfacets studio")
             lines, size, notes = _read_lines(path, data)
             journal = cls(path, {}, lines[1:], notes, file, size)
             if size < len(data):
@@ -82,9 +80,6 @@ class Journal:
             if isinstance(error, ValueError) and not isinstance(error, JournalError):
                 raise JournalError(str(error)) from None
             raise
-        if journal.header.get("version") not in READABLE:
-            journal.close()
-            raise JournalError(f"{path}: was written by a later version of superfacets")
         return journal
 
     def append(self, line: Mapping[str, Any]) -> None:
@@ -123,11 +118,11 @@ class Journal:
             there = self.path.stat()
         except OSError:
             raise WriteError(
-                f"{self.path}: the work file was taken away: the operation was not done"
+                f"{self.path}: the work file is gone: the operation was not done"
             ) from None
         if (own.st_dev, own.st_ino) != (there.st_dev, there.st_ino) or own.st_size != self._size:
             raise WriteError(
-                f"{self.path}: the work file was changed by something else: start the studio anew"
+                f"{self.path}: the work file was changed by something else: start the studio again"
             )
 
     def _take_back(self) -> None:
@@ -135,7 +130,7 @@ class Journal:
         try:
             os.ftruncate(self._file, self._size)
         except OSError:
-            self._fault = f"{self.path}: cannot be written any more: start the studio anew"
+            self._fault = f"{self.path}: cannot be written any more: start the studio again"
 
 
 def parsed_work(path: Path, data: bytes) -> Journal:
@@ -143,11 +138,9 @@ def parsed_work(path: Path, data: bytes) -> Journal:
 
     Raises JournalError if it is no work file, or damaged before its last line.
     """
-    if not data.startswith(_BEGIN):
-        raise JournalError(f"{path}: is no work file of superfacets studio")
     lines, size, notes = _read_lines(path, data)
-    if not lines or lines[0].get("version") not in READABLE:
-        raise JournalError(f"{path}: was written by a later version of superfacets")
+    if not lines:
+        raise JournalError(f"{path}: is not a work file of superfacets studio")
     return Journal(path, lines[0], lines[1:], notes, -1, size)
 
 
@@ -183,7 +176,12 @@ def summary(path: Path) -> tuple[Line, Line] | None:
 
 
 def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
-    """The valid lines of a file, the number of their bytes, and a note if bytes are damaged."""
+    """The valid lines of a file, the number of their bytes, and a note if bytes are damaged.
+
+    Raises JournalError if it is no work file, of a later version, or damaged before its last line.
+    """
+    if data and not data.startswith(_BEGIN[: len(data)]):
+        raise JournalError(f"{path}: is not a work file of superfacets studio")
     lines: list[Line] = []
     size = 0
     for text in data.splitlines(keepends=True):
@@ -197,6 +195,8 @@ def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
             f"{path}: line {len(lines) + 1} of the work file is damaged; all before it is good:"
             " make a copy and cut it off there"
         )
+    if lines and lines[0].get("version") not in READABLE:
+        raise JournalError(f"{path}: was written by a later version of superfacets")
     note = f"{path}: the last line was not complete, as after a crash, and was cut off"
     return lines, size, [note] if size < len(data) else []
 

@@ -16,13 +16,13 @@ import numpy.typing as npt
 
 from ..cells.kinds import kind_of
 from ..export.cells import WRITERS
-from ..export.scannet import GROUPS, scene_of, write_groups
+from ..export.scannet import GROUPS, SEGMENTS, scene_of, write_groups, write_segments
 from ..export.text import write_rows
-from ..export.write import write_labels, write_mesh
+from ..export.write import write_mesh
 from ..io.atomic import atomic_outputs
 from ..regions.submeshes import split_regions
 from ..regions.vertices import vertex_labels
-from .classes import INSTANCES
+from .classes import INSTANCES, stuff_of
 from .document import Document
 
 Ints = npt.NDArray[np.int32]
@@ -30,15 +30,15 @@ Ints = npt.NDArray[np.int32]
 FORMATS = ("json", "npz", "csv", "aggregation.json", "segs.json", "zip")
 
 PAIRED = {"aggregation.json": "segs.json", "segs.json": "aggregation.json"}
-"""Formats that are of use only together: groups, and the segments that they group."""
+"""Formats that are useful only together: groups, and the segments that they group."""
 
 
 @dataclass(frozen=True)
 class Object:
     """The cells of an object, of a class without objects, or of a class that have no object."""
 
-    number: int  # class
-    place: int  # object; 0: none
+    class_id: int
+    object_id: int  # 0: none
     label: str  # name of the class
     name: str
     is_stuff: bool
@@ -46,17 +46,17 @@ class Object:
     @property
     def instance(self) -> int:
         """Class and object in one number."""
-        return self.number * INSTANCES + self.place
+        return self.class_id * INSTANCES + self.object_id
 
 
 def objects_of(document: Document, instances: Ints) -> list[Object]:
     """The objects that these cells or vertices have, by class and number."""
-    stuff = {entry["id"] for entry in document.class_list if entry.get("stuff")}
+    stuff = stuff_of(document.class_list)
     found = []
     for instance in np.unique(instances[instances > 0]).tolist():
-        number, place = divmod(instance, INSTANCES)
-        label, name = document.name_of(number), document.name_of(number, place)
-        found.append(Object(number, place, label, name, number in stuff))
+        class_id, object_id = divmod(instance, INSTANCES)
+        label, name = document.name_of(class_id), document.name_of(class_id, object_id)
+        found.append(Object(class_id, object_id, label, name, class_id in stuff))
     return found
 
 
@@ -86,8 +86,8 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
         low, high = centers[is_in].min(axis=0), centers[is_in].max(axis=0)
         annotations.append(
             {
-                "id": number, "image_id": 1, "category_id": one.number, "object": one.place,
-                "name": one.name, "iscrowd": int(not one.place and not one.is_stuff),
+                "id": number, "image_id": 1, "category_id": one.class_id, "object": one.object_id,
+                "name": one.name, "iscrowd": int(not one.object_id and not one.is_stuff),
                 "area": float(document.areas[is_in].sum()), "n_cells": int(is_in.sum()),
                 "bbox": [*low.tolist(), *(high - low).tolist()],
                 "segmentation": {"size": [cells.n_cells], "counts": _runs(is_in)},
@@ -141,10 +141,8 @@ def _segments(document: Document) -> tuple[Ints, Ints]:
 
 
 def _write_segments(document: Document, temporary: Path, path: Path) -> None:
-    with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
-        named = Path(folder, path.name)  # the name of the scene is in the file
-        write_labels(named, _segments(document)[0])
-        temporary.write_bytes(named.read_bytes())
+    with temporary.open("wb") as file:
+        write_segments(file, _segments(document)[0], scene_of(path, SEGMENTS))
 
 
 def _write_groups(document: Document, temporary: Path, path: Path) -> None:

@@ -19,7 +19,7 @@ from ..pictures.page.shape import shape_of, view_facts
 from ..pictures.page.texture import texture_parts
 from .agreement import Side
 from .classes import checked_object
-from .coding import base64_of, bytes_from, cells_from, packet
+from .coding import base64_of, bytes_from, cells_from, packet, unpack_cells
 from .document import Document
 from .exports import export, export_bytes, formats_of
 from .history import Change
@@ -29,7 +29,8 @@ from .revisions import similar_regions
 from .segmenting import levels_of, ranges
 
 Operation = Callable[[Document, Body], Any]
-"""Work on a document, with the query or the JSON object of a request."""
+"""Work on a document, with the query or the JSON object of a request. It runs under the document's
+lock: a document does one thing at a time."""
 
 LARGEST = (1 << 63) - 1  # largest number in arrays
 MAX_DIGITS = 20  # most digits of the number of a revision
@@ -38,21 +39,20 @@ MAX_STROKE = 64  # most characters in the name of a stroke
 
 def _state(document: Document, query: Body) -> Body:
     """State of a document for a new client, without arrays."""
-    with document.lock:
-        parameters, kind = document.state.partition.parameters, document.source.kind
-        return {
-            "parameters": parameters,
-            "ranges": ranges(document.n_cells),
-            "revision": document.revision.number,
-            "n_regions": document.revision.n_regions,
-            "classes": list(document.class_list),
-            "levels": levels_of(parameters["n_segments"]),
-            "input": document.source.facts["file"] | {"n_cells": document.n_cells, "kind": kind},
-            "exports": formats_of(kind),
-            "work": str(document.journal.path),
-            "notes": [*document.notes, *document.base.notes],
-            **counts_of(document),
-        }
+    parameters, kind = document.state.partition.parameters, document.source.kind
+    return {
+        "parameters": parameters,
+        "ranges": ranges(document.n_cells),
+        "revision": document.revision.number,
+        "n_regions": document.revision.n_regions,
+        "classes": list(document.class_list),
+        "levels": levels_of(parameters["n_segments"]),
+        "input": document.source.facts["file"] | {"n_cells": document.n_cells, "kind": kind},
+        "exports": formats_of(kind),
+        "work": str(document.journal.path),
+        "notes": [*document.notes, *document.base.notes],
+        **counts_of(document),
+    }
 
 
 def counts_of(document: Document) -> Body:
@@ -65,36 +65,35 @@ def counts_of(document: Document) -> Body:
             "can_redo": bool(document.history.redo_stack),
             "object_names": list(document.state.object_names),
             "is_reviewed": document.state.is_reviewed,
+            "n_suggestions": len(document.state.suggestions),
         }
 
 
-def _moved(document: Document, step: Callable[[], list[Change]]) -> Body:
-    """Effect of an undo or a redo: changed cells with their paint, the revision, the classes."""
-    with document.lock:
-        changes = step()
-        cells = np.unique(np.concatenate([change.cells(document.n_cells) for change in changes]))
-        return {
-            "kind": changes[-1].kind,
-            "cells": base64_of(cells.astype(np.uint32)),
-            "paint": base64_of(document.state.paint[cells]),
-            "revision": document.revision.number,
-            "n_regions": document.revision.n_regions,
-            "parameters": document.state.partition.parameters,
-            "class_list": list(document.class_list),
-            **counts_of(document),
-        }
+def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
+    """Do a step, and tell its effect: changed cells with their paint.
+
+    If a change is not of paint, ``kind`` is its kind, and the client asks for the state.
+    """
+    changes = step()
+    kinds = [change.kind for change in changes if change.kind != "paint"]
+    cells = np.unique(np.concatenate([change.cells(document.n_cells) for change in changes]))
+    return {
+        "kind": kinds[0] if kinds else "paint",
+        "cells": base64_of(cells.astype(np.uint32)),
+        "paint": base64_of(document.state.paint[cells]),
+        **counts_of(document),
+    }
 
 
-def _read_paint(document: Document, query: Body) -> bytes:
-    with document.lock:
-        return document.state.paint.astype("<u4").tobytes()
+def _paint_bytes(document: Document, query: Body) -> bytes:
+    return document.state.paint.astype("<u4").tobytes()
 
 
-def _read_labels(document: Document, query: Body) -> bytes:
+def _label_bytes(document: Document, query: Body) -> bytes:
     return document.revisions.get(_number(query)).labels.astype("<i4").tobytes()
 
 
-def _read_mesh(document: Document, query: Body) -> bytes:
+def _mesh_packet(document: Document, query: Body) -> bytes:
     """The shape of a mesh as one block, see `packet`.
 
     Positions are float32 around the center of the bounding box. Vertices are in the order in which
@@ -130,7 +129,7 @@ def _read_mesh(document: Document, query: Body) -> bytes:
     return packet(header, arrays)
 
 
-def _read_regions(document: Document, query: Body) -> bytes:
+def _region_packet(document: Document, query: Body) -> bytes:
     """The arcs between neighboring regions, uint32 of shape (A, 2), as one block, see `packet`."""
     revision = document.revisions.get(_number(query))
     graph = revision.graph(document.segmenter.surface)
@@ -138,7 +137,19 @@ def _read_regions(document: Document, query: Body) -> bytes:
     return packet(header, {"arcs": graph.edge_index.T.astype(np.uint32)})
 
 
-def _read_export(document: Document, query: Body) -> Response:
+def _suggestion_packet(document: Document, query: Body) -> bytes:
+    """The suggestions, and for each cell the place of its own in their list, from 1; 0: none."""
+    owners = np.zeros(document.n_cells, np.uint32)
+    entries = []
+    for place, one in enumerate(document.state.suggestions, 1):
+        cells = unpack_cells(one.cells, document.n_cells)
+        owners[cells] = place
+        entry = {"id": one.id, "class": one.class_id, "score": one.score}
+        entries.append({**entry, "n_cells": len(cells)})
+    return packet({"suggestions": entries}, {"owners": owners})
+
+
+def _exported(document: Document, query: Body) -> Response:
     what, format = str(query.get("what", "cells")), str(query.get("format"))
     name, content = export_bytes(document, what, format)
     quoted = quote(name, errors="surrogateescape")
@@ -147,29 +158,24 @@ def _read_export(document: Document, query: Body) -> Response:
 
 
 READS: dict[str, Operation] = {
-    "export": _read_export,
-    "labels": _read_labels,
-    "mesh": _read_mesh,
-    "paint": _read_paint,
-    "regions": _read_regions,
+    "export": _exported,
+    "labels": _label_bytes,
+    "mesh": _mesh_packet,
+    "paint": _paint_bytes,
+    "regions": _region_packet,
     "state": _state,
+    "suggestions": _suggestion_packet,
 }
 
 
 def _paint(document: Document, body: Body) -> Body:
-    number, place = _whole(body.get("class"), "class"), checked_object(body.get("object", 0))
+    class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object", 0))
     stroke = body.get("stroke")
     if stroke is not None and not (isinstance(stroke, str) and len(stroke) <= MAX_STROKE):
         raise ValueError(f"stroke must be a text of up to {MAX_STROKE} characters")
-    if "regions" in body:
-        cells = document.revisions.get(body.get("revision")).cells_of_all(
-            _numbers(body["regions"], "regions")
-        )
-    else:
-        cells = cells_from(body.get("cells"), document.n_cells)
-    with document.lock:
-        change = document.paint(cells, number, stroke, objects=place)
-        return {"changed": 0 if change is None else change.after.n, **counts_of(document)}
+    cells = cells_from(body.get("cells"), document.n_cells)
+    change = document.paint(cells, class_id, stroke, objects=object_id)
+    return {"changed": 0 if change is None else change.after.n, **counts_of(document)}
 
 
 def _similar(document: Document, body: Body) -> Body:
@@ -180,23 +186,21 @@ def _similar(document: Document, body: Body) -> Body:
 
 
 def _split_object(document: Document, body: Body) -> Body:
-    with document.lock:
-        number, place = _whole(body.get("class"), "class"), checked_object(body.get("object"))
-        return {"objects": document.split_object(number, place), **counts_of(document)}
+    class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
+    return {"objects": document.split_object(class_id, object_id), **counts_of(document)}
 
 
 def _name_object(document: Document, body: Body) -> Body:
-    with document.lock:
-        number, place = _whole(body.get("class"), "class"), checked_object(body.get("object"))
-        document.name_object(number, place, body.get("name"))
-        return counts_of(document)
+    class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
+    document.name_object(class_id, object_id, body.get("name"))
+    return counts_of(document)
 
 
 def _compare(document: Document, body: Body) -> Body:
     """The comparison with a given work file, or with the one given last."""
     files = _files(body) if "files" in body else {}
     if len(files) > 1:
-        raise ValueError("a comparison is with one work file")
+        raise ValueError("compare with one work file")
     for name, data in files.items():
         document.compare(name, data)
     return _compared(document)
@@ -210,28 +214,25 @@ def _accept(document: Document, body: Body) -> Body:
 
 
 def _compared(document: Document) -> Body:
-    with document.lock:
-        if document.theirs is None:
-            return {"agreement": None, "differs": "", "bare": "", **counts_of(document)}
-        is_bare = (document.state.paint == 0) & (document.theirs.paint > 0)
-        return {
-            "agreement": document.agreement(),
-            "differs": base64_of(document.differing()),
-            "bare": base64_of(np.flatnonzero(is_bare).astype(np.uint32)),
-            **counts_of(document),
-        }
+    if document.theirs is None:
+        return {"agreement": None, "differs": "", "bare": "", **counts_of(document)}
+    is_bare = (document.state.paint == 0) & (document.theirs.paint > 0)
+    return {
+        "agreement": document.agreement(),
+        "differs": base64_of(document.differing()),
+        "bare": base64_of(np.flatnonzero(is_bare).astype(np.uint32)),
+        **counts_of(document),
+    }
 
 
 def _review(document: Document, body: Body) -> Body:
-    with document.lock:
-        document.review(checked_flag(body.get("reviewed"), "reviewed"))
-        return counts_of(document)
+    document.review(checked_flag(body.get("reviewed"), "reviewed"))
+    return counts_of(document)
 
 
 def _set_classes(document: Document, body: Body) -> Body:
-    with document.lock:
-        document.set_classes(body.get("classes"))
-        return {"classes": list(document.class_list), **counts_of(document)}
+    document.set_classes(body.get("classes"))
+    return {"classes": list(document.class_list), **counts_of(document)}
 
 
 def _split(document: Document, body: Body) -> Body:
@@ -240,14 +241,13 @@ def _split(document: Document, body: Body) -> Body:
         stroke = _numbers(body.get(name), name)
         given = np.unique(np.asarray(stroke, np.int64))
         if len(given) and not 0 <= given[0] <= given[-1] < document.n_cells:
-            raise ValueError(f"{name} holds a cell that is none of {document.n_cells}")
+            raise ValueError(f"{name} has a cell that does not exist: there are {document.n_cells}")
         strokes.append(given.astype(np.uint32))
     region = _whole(body.get("region"), "region")
-    with document.lock:
-        cells = document.split(region, body.get("revision"), *strokes)
-        revision = document.revision
-        found = {"revision": revision.number, "n_regions": revision.n_regions}
-        return {**found, "cells": base64_of(cells), **counts_of(document)}
+    cells = document.split(region, body.get("revision"), *strokes)
+    revision = document.revision
+    found = {"revision": revision.number, "n_regions": revision.n_regions}
+    return {**found, "cells": base64_of(cells), **counts_of(document)}
 
 
 def _export(document: Document, body: Body) -> Body:
@@ -258,10 +258,23 @@ def _export(document: Document, body: Body) -> Body:
 
 def _import(document: Document, body: Body) -> Body:
     imported = read_import(_files(body), document.cells, document.class_list)
-    with document.lock:
-        change = document.take(imported)
-        changed = 0 if change is None else change.after.n
-        return {"changed": changed, "classes": list(document.class_list), **counts_of(document)}
+    if checked_flag(body.get("as_suggestions", False), "as_suggestions"):
+        return {"suggested": document.suggest(imported), **counts_of(document)}
+    change = document.take(imported)
+    changed = 0 if change is None else change.after.n
+    return {"changed": changed, "classes": list(document.class_list), **counts_of(document)}
+
+
+def _settle(document: Document, body: Body) -> Body:
+    """Accept suggestions, given as pairs of id and class, and reject others."""
+    pairs = body.get("accept", [])
+    if not isinstance(pairs, list) or not all(
+        isinstance(pair, list) and len(pair) == 2 for pair in pairs
+    ):
+        raise ValueError("accept must be a list of pairs of a suggestion and a class")
+    accepted = {_whole(one, "suggestion"): _whole(class_id, "class") for one, class_id in pairs}
+    rejected = _numbers(body.get("reject", []), "reject")
+    return _effect(document, lambda: document.settle(accepted, rejected))
 
 
 def _files(body: Body) -> dict[str, bytes]:
@@ -274,8 +287,8 @@ def _files(body: Body) -> dict[str, bytes]:
 
 OPERATIONS: dict[str, Operation] = {
     "paint": _paint,
-    "undo": lambda document, _: _moved(document, document.undo),
-    "redo": lambda document, _: _moved(document, document.redo),
+    "undo": lambda document, _: _effect(document, document.undo),
+    "redo": lambda document, _: _effect(document, document.redo),
     "similar": _similar,
     "classes": _set_classes,
     "split": _split,
@@ -284,6 +297,7 @@ OPERATIONS: dict[str, Operation] = {
     "compare": _compare,
     "accept": _accept,
     "review": _review,
+    "settle": _settle,
     "export": _export,
     "import": _import,
 }

@@ -50,11 +50,6 @@ class Revision:
         offsets, cells = self._by_region
         return cells[offsets[region] : offsets[region + 1]]
 
-    def cells_of_all(self, regions: list[int]) -> npt.NDArray[np.uint32]:
-        """The cells of several regions, ascending."""
-        parts = [self.cells_of(region) for region in sorted(set(regions))]
-        return np.sort(np.concatenate(parts)) if parts else np.empty(0, np.uint32)
-
     def graph(self, surface: Surface) -> RegionGraph:
         """The region graph, computed on first use."""
         if self._graph is None:
@@ -71,7 +66,7 @@ class Revisions:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def add(self, partition: Partition, labels: Ints, n_regions: int) -> Revision:
-        """Keep labels under a new number, or under the number of the same partition."""
+        """Keep labels under a new number; labels of a partition that is kept have its number."""
         with self._lock:
             for revision in self._kept.values():
                 if revision.partition == partition:

@@ -21,7 +21,9 @@ from ..cells.kinds import graph_and_surface
 from ..cells.size import DEFAULT_N_SEGMENTS
 from ..cells.surface import Surface
 from ..cells.weights import WEIGHTS
-from ..errors import SliverWarning
+from ..clustering.segmentation import Segmentation
+from ..errors import IslandWarning, SliverWarning
+from ..io.guards import counted
 from ..mesh.cells import Cells
 from ..pipeline import Prepared, segment
 from ..regions.edit import read_regions
@@ -202,10 +204,7 @@ class Segmenter:
             result = segment(
                 self.prepared, **options, progress=turn.on_iteration, on_stage=turn.on_stage
             )
-        notes = tuple(str(note.message) for note in found if note.category is not SliverWarning)
-        if any(note.category is SliverWarning for note in found):
-            notes += ("faces are long and thin, so regions are stripes: subdivide the mesh first",)
-        self._kept[key] = base = _base_of(result.labels, notes)
+        self._kept[key] = base = _base_of(result.labels, _notes_of(found, result))
         _trim(self._kept)
         return base
 
@@ -219,6 +218,20 @@ class Segmenter:
             _trim(self._trees)
         self._trees.move_to_end(key)
         return self._trees[key]
+
+
+def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tuple[str, ...]:
+    """Warnings in the words of the page, which has no parameters of Python."""
+    notes = []
+    for warning in found:
+        if warning.category is SliverWarning:
+            notes.append("Triangles are long and thin, so regions are stripes: subdivide first.")
+        elif warning.category is IslandWarning:
+            n_pieces = counted(result.n_unreached, "small loose piece")
+            notes.append(f"{n_pieces} of the mesh became regions of their own.")
+        else:
+            notes.append(str(warning.message))
+    return tuple(notes)
 
 
 def _key(parameters: Parameters) -> tuple[Any, ...]:

@@ -35,7 +35,7 @@ def serve(
     server.on_start = lambda: on_start(address.page)
     server.on_end = studio.thumbnails.close
     try:
-        with keep(address_file(files.place), address), contextlib.suppress(KeyboardInterrupt):
+        with keep(address_file(files.home), address), contextlib.suppress(KeyboardInterrupt):
             server.run(sockets=[opened])
     finally:
         files.close()
@@ -57,9 +57,9 @@ class _Server(uvicorn.Server):
 class Connection(H11Protocol):
     """A connection that is closed if its client makes no progress.
 
-    A client has to send a whole head of a request in time, whatever it sends. Of a body, and of an
-    answer, some bytes have to move. Where there are too many connections, the one that has waited
-    longest for a request is closed.
+    A client must complete the head of a request within `SECONDS`. While a body or an answer is
+    transferred, at least one byte must move in that time. If there are too many connections, the
+    one that has waited longest for a request is closed.
     """
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]

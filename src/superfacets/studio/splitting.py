@@ -34,12 +34,12 @@ def split_cells(
 ) -> CellNumbers:
     """Return the cells of a region on the blue side.
 
-    The border between both sides is a minimum cut: its length counts, less in creases, and so does
-    how far cells are from the strokes. Both sides hold together as far as their strokes do: a piece
-    that no stroke is in goes to the other side.
+    The border is a minimum cut. Its cost is its length, which counts less in creases, plus a term
+    that draws each cell to the nearer stroke. A piece of a side without a cell of its stroke is
+    given to the other side.
 
-    The cells of the region and of both strokes are ascending. Cells of strokes outside of the
-    region have no effect.
+    The cells of the region and of both strokes are ascending. Cells of strokes outside the region
+    have no effect.
 
     Raises ValueError if a stroke has no cell in the region, or both have the same.
     """
@@ -58,7 +58,7 @@ def split_cells(
 
 @dataclass(frozen=True)
 class _Part:
-    """The cells of a region by their indices in it, and the arcs between them."""
+    """The cells of a region, renumbered from 0, and the arcs between them."""
 
     areas: Floats
     sources: npt.NDArray[np.int32]  # old SciPy needs 32-bit indices for flows
@@ -147,7 +147,7 @@ def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
 def _loose(
     part: _Part, is_side: npt.NDArray[np.bool_], stroke: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.bool_]:
-    """The cells of a side in pieces of it without a cell of the stroke."""
+    """Cells of a side that are in connected pieces without a cell of its stroke."""
     from scipy.sparse.csgraph import connected_components
 
     is_within = is_side[part.sources] == is_side[part.targets]

@@ -16,7 +16,14 @@ from ..cells.kinds import kind_of
 from ..cells.point_graph import estimate_normals
 from ..errors import MeshError
 from ..io.readers.obj import read_file_blocks
-from ..io.readers.pieces import Pieces, as_doubles, files_of, joined_pieces, pieces_of_file
+from ..io.readers.pieces import (
+    Pieces,
+    SourceFile,
+    as_doubles,
+    files_of,
+    joined_pieces,
+    pieces_of_file,
+)
 from ..io.readers.read import cell_ending, read_cells
 from ..io.tables import ArrayRows, ConvertedRows, Rows
 from ..mesh.faces import corners_of
@@ -29,7 +36,8 @@ Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike]
 TiledSource: TypeAlias = (
     str | os.PathLike[str] | Mesh | PolygonMesh | PointCloud | Pair | npt.NDArray[Any]
 )
-"""A file; a folder of files that share vertices by position; or arrays, also memory maps."""
+"""A file; a folder or a tileset, whose files share vertices by position; or arrays, also memory
+maps."""
 
 BLOCK = 1 << 24
 """Bytes of text that are read at a time."""
@@ -40,7 +48,8 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
 
     Binary PLY files of triangles or points and ``.npy`` files of points are read in place. OBJ
     files are converted block by block to tables in the scratch folder; other formats are read whole
-    first. Files of a folder are joined in the order of their names. With `for_workers` arrays are
+    first. Files of a folder are joined in the order of their names, and those of a tileset in its
+    order. With `for_workers` arrays are
     written to the scratch folder, for other processes to read.
 
     Raises
@@ -53,7 +62,7 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
         If the source is of another type.
     """
     if isinstance(source, (str, os.PathLike)):
-        return joined_pieces([_opened(path.absolute(), scratch) for path in files_of(Path(source))])
+        return joined_pieces([_opened(file, scratch) for file in files_of(Path(source))])
     if isinstance(source, (tuple, list)) and len(source) == 2 and np.ndim(source[1]) == 2:
         pieces = _pieces_of_pair(*source)
     elif isinstance(source, np.ndarray):
@@ -66,7 +75,8 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
     return _on_disk(pieces, scratch) if for_workers else pieces
 
 
-def _opened(path: Path, scratch: Scratch) -> Pieces:
+def _opened(file: SourceFile, scratch: Scratch) -> Pieces:
+    path = file.path.absolute()
     try:
         ending = cell_ending(path)
         if ending == ".obj":
@@ -77,7 +87,8 @@ def _opened(path: Path, scratch: Scratch) -> Pieces:
     except MeshError as error:
         message = str(error)
         raise MeshError(message if str(path) in message else f"{path}: {message}") from None
-    return _on_disk(_pieces_of_cells(read_cells(path), f"{path}: "), scratch)
+    cells = read_cells(path, file.placement)
+    return _on_disk(_pieces_of_cells(cells, f"{path}: "), scratch)
 
 
 def _pieces_of_cells(cells: Any, where: str = "") -> Pieces:

@@ -105,9 +105,10 @@ def segment_tiled(
     Parameters
     ----------
     source : path, Mesh, PolygonMesh, PointCloud, (N, 3) array or (vertices, faces) pair
-        A file; a folder of files, either meshes that share vertices by position, or clouds; or
-        arrays, which may be memory maps. Faces, or points, are numbered through all files of a
-        folder, in the order of their names.
+        A file; a folder of files, either meshes that share vertices by position, or clouds; a
+        tileset of 3D Tiles (``tileset.json``, or its folder); or arrays, which may be memory maps.
+        Faces, or points, are numbered through all files: of a folder in the order of their names,
+        of a tileset in its own.
     n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, relocate, islands, smooth
         As for `segment`.
     denoise, weld

@@ -32,7 +32,7 @@ def test_a_moved_slider_changes_the_labels_and_undo_brings_them_back(studio):
             break
         tab.locator("#undo").click()
         tab.settled()
-    assert tab.status == "Undone: segment."
+    assert tab.status == "Undone: new regions."
     np.testing.assert_array_equal(tab.labels(), before)
 
 

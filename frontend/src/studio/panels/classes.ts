@@ -1,6 +1,6 @@
 // The classes and their objects: which one is painted, names, colors and shares of the area.
 
-import { cssColor, nextClassColor, parseColor, variant } from "../colors";
+import { cssColor, parseColor, variant } from "../colors";
 import type { ClassEntry } from "../contract";
 import type { Desk } from "../desk";
 import { classOf, objectOf, paintOf } from "../labeling";
@@ -47,7 +47,7 @@ export class ClassesPanel {
     const { id, name, key } = entry;
     const radio = this.radio(id, `Paint ${name}`, () => this.desk.choose(id));
     const share = this.share(id);
-    const row = make("div", { class: "class" }, radio, make("kbd", { title: key ? `Key ${key}` : "No key" }, key || " "));
+    const row = make("div", { class: "class" }, radio, make("kbd", { title: key ? `Key ${key}` : "No key" }, key || "\u00a0"));
     if (id === 0) row.append(make("span", { class: "none" }, name), share, this.hider(entry));
     else {
       row.append(this.colorField(entry), this.nameField(name, `Name of ${name}`, (text) => this.change(id, { name: text })));
@@ -98,7 +98,7 @@ export class ClassesPanel {
   }
 
   private stuffButton({ id, name, stuff = false }: ClassEntry): HTMLElement {
-    const label = stuff ? `${name} has no objects: let it have some` : `${name} has objects: make it one surface, as a wall is`;
+    const label = stuff ? `${name} is one surface without objects: let it have objects` : `${name} has objects: make it one surface without objects, as walls and floors are`;
     const button = this.button("stuff", label, () => this.change(id, { stuff: !stuff }));
     button.ariaPressed = String(stuff);
     button.classList.add("word");
@@ -106,7 +106,7 @@ export class ClassesPanel {
   }
 
   private hider({ id, name }: ClassEntry): HTMLElement {
-    const button = this.button("hide", `Hide ${id ? name : "what has no class"} (U shows all)`, () => this.desk.hideClass(id));
+    const button = this.button("hide", `Hide ${id ? name : "unlabeled cells"} (U shows all)`, () => this.desk.hideClass(id));
     button.classList.add("word");
     return button;
   }
@@ -126,9 +126,8 @@ export class ClassesPanel {
 
   private add(): void {
     const id = Math.max(0, ...this.classes.map((entry) => entry.id)) + 1;
-    const color = nextClassColor(this.classes.map((entry) => entry.color));
     const key = KEYS.find((one) => !this.classes.some((entry) => entry.key === one)) ?? "";
-    const entry = { id, name: `Class ${id}`, color, key };
+    const entry = { id, name: `class ${id}`, key }; // the server gives it a color
     void this.desk.session.setClasses([...this.classes, entry]).then(() => this.desk.choose(id));
   }
 
@@ -217,8 +216,8 @@ export class ClassesPanel {
       const isObject = objectOf(paint) > 0;
       const share = Math.max(0, (isObject ? paints.areaOf.get(paint) : areas.get(paint)) ?? 0) / total;
       const count = paints.countOf.get(paint) ?? 0;
-      output.textContent = isObject ? `${count.toLocaleString("en")} · ${percent(share)}` : percent(share);
-      if (isObject) output.title = "Number of cells, share of the area";
+      output.textContent = !isObject ? percent(share) : count ? `${count.toLocaleString("en")} · ${percent(share)}` : "new";
+      if (isObject) output.title = count ? "Number of cells, share of the area" : "Nothing is painted yet";
       const remover = isObject ? undefined : this.removers.get(paint);
       if (remover) allow(remover, share <= 1e-9, `Delete ${this.desk.className(paint)}`, "Remove its paint first");
     }

@@ -53,7 +53,7 @@ export class ExchangePanel {
         name: file.name,
         data: toBase64(new Uint8Array(await file.arrayBuffer())),
       }));
-      if (files.length) await this.session.importFrom(await Promise.all(contents));
+      if (files.length) await this.session.importFrom(await Promise.all(contents), part<HTMLInputElement>("as-suggestions").checked);
     } catch (error) {
       this.session.report(error);
     }

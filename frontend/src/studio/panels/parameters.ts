@@ -118,7 +118,7 @@ export class ParametersPanel {
     const count = this.session.regions?.count ?? n_regions;
     part("level").textContent = regionsText(count);
     const at = this.levelIndex();
-    allow(part("finer"), at > 0, "More, smaller regions; classes and objects stay", "These are the finest: move the slider for more");
+    allow(part("finer"), at > 0, "More, smaller regions; classes and objects stay", "This is the finest level: the slider makes more regions");
     allow(part("coarser"), at < levels.length - 1, "Merge regions with their neighbors; classes and objects stay", "There is no coarser level");
   }
 

@@ -11,23 +11,43 @@ import numpy as np
 from ..._types import Array, Floats
 from ..._validate import MAX_CELLS
 from ...errors import MeshError
-from ..guards import MAX_GROWTH, Content, TriangleArrays, as_doubles, most_bytes_of
-from .gltf_file import Gltf, items, numbers, open_gltf, read_accessor, whole
+from ..guards import (
+    MAX_GROWTH,
+    Content,
+    TriangleArrays,
+    as_doubles,
+    most_bytes_of,
+    named_errors,
+)
+from .compression import DRACO, decode_draco
+from .gltf_file import (
+    COMPONENTS,
+    WIDTHS,
+    Gltf,
+    items,
+    numbers,
+    open_gltf,
+    read_accessor,
+    view_content,
+    whole,
+)
 
 TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 
 BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 
-def read_gltf(data: Content, folder: Path | None) -> TriangleArrays:
+def read_gltf(
+    data: Content, folder: Path | None, placement: Floats | None = None
+) -> TriangleArrays:
     """Vertices and faces of the default scene of a .gltf or .glb file that is stored in `folder`.
 
     Copies of meshes are ordered by the index of the mesh in the file, then by the order of the
     nodes in the scene. Each copy is moved by the matrix of its node. Primitives of one mesh that
     use the same positions share vertices. Lines and points are skipped. If `folder` is None,
-    buffers in other files are refused.
+    buffers in other files are refused. `placement` is a matrix that moves the whole scene.
     """
-    return read_scene(open_scene(data, folder))
+    return read_scene(open_scene(data, folder, placement))
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +58,11 @@ class Scene:
     visits: list[tuple[int, Floats]]  # mesh and global matrix of each node
 
 
-def open_scene(data: Content, folder: Path | None) -> Scene:
+def open_scene(data: Content, folder: Path | None, placement: Floats | None = None) -> Scene:
     """Parse a file, and find the nodes of its scene."""
     gltf = open_gltf(data, folder)
-    return Scene(gltf, sorted(_visit_nodes(gltf), key=lambda visit: visit[0]))
+    start = np.eye(4) if placement is None else placement
+    return Scene(gltf, sorted(_visit_nodes(gltf, start), key=lambda visit: visit[0]))
 
 
 def read_scene(scene: Scene) -> TriangleArrays:
@@ -110,10 +131,10 @@ def _concatenated(parts: list[Array]) -> Array:
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
-def _visit_nodes(gltf: Gltf) -> list[tuple[int, Floats]]:
+def _visit_nodes(gltf: Gltf, start: Floats) -> list[tuple[int, Floats]]:
     """Mesh and global matrix of each node of the scene that shows a mesh, depth first."""
     scene = gltf.item("scenes", gltf.document.get("scene", 0))
-    stack = [(root, np.eye(4)) for root in reversed(_indices(scene, "nodes"))]
+    stack = [(root, start) for root in reversed(_indices(scene, "nodes"))]
     seen: set[int] = set()
     visits = []
     while stack:
@@ -122,7 +143,7 @@ def _visit_nodes(gltf: Gltf) -> list[tuple[int, Floats]]:
         if index in seen:
             raise MeshError(f"broken glTF: nodes[{index}] has two parents, or is its own ancestor")
         seen.add(index)
-        matrix = _product(above, _local_matrix(node))
+        matrix = product(above, _local_matrix(node))
         if "mesh" in node:
             gltf.item("meshes", node["mesh"])
             visits.append((node["mesh"], matrix))
@@ -137,7 +158,7 @@ def _indices(item: dict[str, Any], key: str) -> list[Any]:
     return values
 
 
-def _product(left: Floats, right: Floats) -> Floats:
+def product(left: Floats, right: Floats) -> Floats:
     """Matrix product in a fixed order of additions, so that every machine rounds alike."""
     with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses the result
         result: Floats = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
@@ -193,7 +214,51 @@ def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
 def triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
     """The primitives of a mesh, without lines and points; a MeshError for strips and fans."""
     primitives = items(gltf.item("meshes", index), "primitives")
-    return [primitive for primitive in primitives if _has_triangles(primitive)]
+    found = [primitive for primitive in primitives if _has_triangles(primitive)]
+    for primitive in found:
+        _unpack_draco(gltf, primitive, index)
+    return found
+
+
+def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
+    """Decode what Draco compresses, unless it is there uncompressed, for `read_accessor`."""
+    extensions = primitive.get("extensions")
+    packed = extensions.get(DRACO) if isinstance(extensions, dict) else None
+    if not isinstance(packed, dict):
+        return
+    positions = positions_of(primitive, mesh)
+    if "bufferView" in gltf.item("accessors", positions):
+        return
+    view, ids = whole(packed, "bufferView"), packed.get("attributes")
+    if gltf.unpacked.get(positions, (-1,))[0] == view:
+        return
+    if not isinstance(ids, dict) or "indices" not in primitive:
+        raise MeshError(f"broken glTF: meshes[{mesh}] has damaged Draco data")
+    n_vertices = whole(gltf.item("accessors", positions), "count")
+    n_corners = whole(gltf.item("accessors", primitive["indices"]), "count")
+    gltf.take(BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * (n_corners // 3), f"meshes[{mesh}]")
+    with named_errors(f"meshes[{mesh}]"):
+        found = decode_draco(bytes(view_content(gltf, view)), n_corners // 3, n_vertices)
+        _keep_rows(gltf, primitive["indices"], view, found.corners, of_any_type=True)
+        for name in ids:
+            if name in primitive["attributes"] and name.startswith(("POSITION", "TEXCOORD")):
+                rows = found.attributes.get(whole(ids, name))
+                _keep_rows(gltf, primitive["attributes"][name], view, rows)
+
+
+def _keep_rows(
+    gltf: Gltf, index: int, view: int, rows: Array | None, *, of_any_type: bool = False
+) -> None:
+    """Keep decoded rows for an accessor; a MeshError if it declares others."""
+    accessor = gltf.item("accessors", index)
+    dtype = COMPONENTS.get(whole(accessor, "componentType"))
+    width = WIDTHS.get(str(accessor.get("type")))
+    is_fitting = rows is not None and (1 if rows.ndim == 1 else rows.shape[1]) == width
+    if rows is None or not is_fitting or not (of_any_type or rows.dtype == dtype):
+        raise MeshError(f"the Draco data has nothing that suits accessors[{index}]")
+    if gltf.unpacked.get(index, (view,))[0] != view:
+        raise MeshError(f"accessors[{index}] belongs to two meshes of Draco")
+    gltf.unpacked[index] = view, rows
 
 
 def positions_of(primitive: dict[str, Any], index: int) -> int:

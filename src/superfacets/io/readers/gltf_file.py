@@ -11,7 +11,7 @@ import json
 import reprlib
 import struct
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 from urllib.parse import unquote
@@ -20,8 +20,9 @@ import numpy as np
 
 from ..._types import Array, Floats
 from ...errors import MeshError
-from ..guards import Content, read_content
+from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors, read_content
 from ..textures import file_beside
+from .compression import MESHOPT, decode_meshopt
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
@@ -32,22 +33,21 @@ LARGEST = sys.float_info.max
 
 CHUNK_JSON, CHUNK_BINARY = 0x4E4F534A, 0x004E4942
 
-UNSUPPORTED = (
-    "KHR_draco_mesh_compression",
-    "EXT_meshopt_compression",
-    "KHR_meshopt_compression",
-    "EXT_mesh_gpu_instancing",
-)
-"""Extensions that are refused where a file requires them: compressed meshes, and instances."""
+UNSUPPORTED = ("EXT_mesh_gpu_instancing",)
+"""Extensions that are refused where a file requires them."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Gltf:
     """A glTF document."""
 
     document: dict[str, Any]  # the JSON
     buffers: list[memoryview]  # content of each buffer, at least as long as the document declares
     n_bytes: int  # size of the file and of the files that it refers to, each counted once
+    unpacked_views: dict[int, memoryview] = field(default_factory=dict)  # decompressed, by index
+    unpacked: dict[int, tuple[int, Array]] = field(default_factory=dict)
+    """View of the Draco data, and rows, by index of the accessor that they belong to."""
+    n_unpacked: int = 0  # bytes of all that
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
         """Object `index` in the list `kind` of the document; a MeshError if there is none."""
@@ -58,16 +58,21 @@ class Gltf:
             raise MeshError(f"broken glTF: there is no {kind}[{reprlib.repr(index)}]")
         return item
 
+    def take(self, n_bytes: int, name: str) -> None:
+        """Count bytes that are to be decompressed; a MeshError if they are too many."""
+        self.n_unpacked += n_bytes
+        if self.n_unpacked > most_bytes_of(self.n_bytes):
+            raise MeshError(
+                f"{name} and what is before it decompress to more than {MAX_GROWTH}"
+                " times the size of the files"
+            )
+
 
 def open_gltf(data: Content, folder: Path | None) -> Gltf:
     """Parse a .glb or .gltf file, and load its buffers."""
     text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
-    try:
-        document = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
-    except (ValueError, RecursionError) as error:
-        problem = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise MeshError(f"not a glTF file, or damaged: {problem}") from None
-    if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
+    document = parsed_json(text, "glTF file")
+    if not isinstance(document.get("asset"), dict):
         raise MeshError("not a glTF file: the JSON has no asset")
     version = document["asset"].get("version")
     if not isinstance(version, str) or not version.startswith("2."):
@@ -79,6 +84,16 @@ def open_gltf(data: Content, folder: Path | None) -> Gltf:
     files: dict[Path, memoryview] = {}
     buffers = _read_buffers(document, binary, folder, files)
     return Gltf(document, buffers, len(data) + sum(map(len, files.values())))
+
+
+def parsed_json(text: bytes, what: str) -> dict[str, Any]:
+    """A JSON object; a MeshError that says `what` it is not."""
+    try:
+        found = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        problem = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise MeshError(f"not a {what}, or damaged: {problem}") from None
+    return found if isinstance(found, dict) else {}
 
 
 def _refuse_constant(name: str) -> NoReturn:
@@ -142,12 +157,14 @@ def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
     where = f"accessors[{index}]"
     if accessor.get("type") != kind or whole(accessor, "componentType") not in COMPONENTS:
         raise MeshError(f"broken glTF: {where} should be of type {kind}")
+    if type(index) is int and index in gltf.unpacked:
+        return gltf.unpacked[index][1]
     if "sparse" in accessor or "bufferView" not in accessor:
-        raise MeshError(f"{where} is sparse or compressed, which is not supported")
+        raise MeshError(f"{where} is sparse or has no buffer view, which is not supported")
     dtype = np.dtype(COMPONENTS[accessor["componentType"]])
     n_rows = whole(accessor, "count")
     view = gltf.item("bufferViews", accessor["bufferView"])
-    content = view_content(gltf, view)
+    content = view_content(gltf, accessor["bufferView"])
     begin = whole(accessor, "byteOffset", 0)
     row_size = dtype.itemsize * WIDTHS[kind]
     stride = whole(view, "byteStride", row_size)
@@ -162,8 +179,43 @@ def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
     return np.ndarray(shape, dtype=dtype, buffer=content, offset=begin, strides=strides)
 
 
-def view_content(gltf: Gltf, view: dict[str, Any]) -> memoryview:
-    """The bytes of a buffer view."""
+def view_content(gltf: Gltf, index: int) -> memoryview:
+    """The bytes of a buffer view; decompressed, if it has no other content."""
+    view = gltf.item("bufferViews", index)
+    packed = _meshopt_of(view)
+    if packed is None or _has_content(gltf, view):
+        return _range(gltf, view)
+    if index not in gltf.unpacked_views:
+        gltf.unpacked_views[index] = _unpacked_view(gltf, index, packed)
+    return gltf.unpacked_views[index]
+
+
+def _meshopt_of(item: dict[str, Any]) -> dict[str, Any] | None:
+    """What says that a buffer, or a view of one, is compressed by meshopt; None if nothing does."""
+    extensions = item.get("extensions")
+    named = extensions if isinstance(extensions, dict) else {}
+    return next((named[name] for name in MESHOPT if isinstance(named.get(name), dict)), None)
+
+
+def _has_content(gltf: Gltf, view: dict[str, Any]) -> bool:
+    """Whether a compressed view is also there uncompressed, for readers without a decoder."""
+    gltf.item("buffers", view.get("buffer"))
+    return len(gltf.buffers[view["buffer"]]) > 0
+
+
+def _unpacked_view(gltf: Gltf, index: int, packed: dict[str, Any]) -> memoryview:
+    n_rows, row_size = whole(packed, "count"), whole(packed, "byteStride")
+    gltf.take(n_rows * row_size, f"bufferViews[{index}]")
+    mode, filter = packed.get("mode"), packed.get("filter", "NONE")
+    if not isinstance(mode, str) or not isinstance(filter, str):
+        raise MeshError(f"broken glTF: bufferViews[{index}] has no known mode of compression")
+    content = _range(gltf, packed)
+    with named_errors(f"bufferViews[{index}]"):
+        return decode_meshopt(content, n_rows, row_size, mode, filter)
+
+
+def _range(gltf: Gltf, view: dict[str, Any]) -> memoryview:
+    """The part of a buffer that a view names."""
     gltf.item("buffers", view.get("buffer"))
     buffer = gltf.buffers[view["buffer"]]
     begin, size = whole(view, "byteOffset", 0), whole(view, "byteLength")
@@ -180,6 +232,9 @@ def _read_buffers(
     contents: list[memoryview] = []
     for index, buffer in enumerate(items(document, "buffers")):
         address = buffer.get("uri")
+        if address is None and (_meshopt_of(buffer) or {}).get("fallback") is True:
+            contents.append(memoryview(b""))
+            continue
         if address is None and index == 0:
             content = binary
         elif isinstance(address, str):

@@ -42,13 +42,13 @@ _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
 def read_gltf_with_attributes(
-    data: Content, folder: Path | None
+    data: Content, folder: Path | None, placement: Floats | None = None
 ) -> tuple[TriangleArrays, MeshAttributes]:
     """Vertices and faces of a scene, and its texture; images must be in `folder` or below it.
 
     A texture that is damaged is left out, and the mesh is read without it.
     """
-    scene = open_scene(data, folder)
+    scene = open_scene(data, folder, placement)
     arrays = read_scene(scene)
     reader = _Reader(scene.gltf, folder)
     try:
@@ -201,8 +201,8 @@ class _Reader:
         if isinstance(address, str):
             content = decoded(address)
         else:
-            view = self.gltf.item("bufferViews", document.get("bufferView"))
-            content = bytes(view_content(self.gltf, view))
+            self.gltf.item("bufferViews", document.get("bufferView"))
+            content = bytes(view_content(self.gltf, document["bufferView"]))
             self.n_image_bytes += len(content)
             if self.n_image_bytes > self.gltf.n_bytes:  # else a small file could fill the memory
                 raise MeshError("the images of the file overlap")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,10 +14,12 @@ from ..._validate import checked_normals, exact_doubles
 from ...errors import MeshError
 from ..guards import check_regular
 from ..tables import ConvertedRows, JoinedRows, RecordRows, Rows
+from .b3dm import Placement
 from .clouds import SCALES, TURNS, holds_cloud, splat_axes
 from .npy import MAX_NPY_HEADER, npy_header
 from .ply_header import INDEX_NAMES, Element, read_header
 from .read import CELL_ENDINGS, cell_ending
+from .tileset import read_tileset, tileset_at
 
 FOLDER_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".npy", ".txt", ".csv"))
 """Endings of files that are read from a folder; ``.npy``, ``.txt``, ``.csv`` are often labels."""
@@ -65,21 +67,39 @@ class Pieces:
         return corners.astype(np.int64), offsets - offsets[0]
 
 
-def files_of(path: Path) -> list[Path]:
-    """The file itself, or the meshes and clouds of the folder, sorted by name."""
-    found = [path]
-    if path.is_dir():
-        found = sorted(file for file in path.iterdir() if file.suffix.lower() in FOLDER_ENDINGS)
+class SourceFile(NamedTuple):
+    """A file of a source, its name in the source, and where a tileset shows it."""
+
+    path: Path
+    name: str
+    placement: Placement | None = None
+
+
+def holds_files(path: Path) -> bool:
+    """Whether a source is a folder or a tileset, which may have several files."""
+    return path.is_dir() or tileset_at(path) is not None
+
+
+def files_of(path: Path) -> list[SourceFile]:
+    """The file itself; the meshes and clouds of a folder, sorted by name; or those of a tileset."""
+    tileset = tileset_at(path)
+    if tileset is not None:
+        found = [SourceFile(*tile) for tile in read_tileset(tileset).tiles]
+    elif path.is_dir():
+        files = sorted(file for file in path.iterdir() if file.suffix.lower() in FOLDER_ENDINGS)
+        found = [SourceFile(file, file.name) for file in files]
+    else:
+        found = [SourceFile(path, path.name)]
     if not found:
         raise FileNotFoundError(f"{path}: no file in it ends in {', '.join(FOLDER_ENDINGS)}")
     for file in found:
-        check_regular(file)
+        check_regular(file.path)
     return found
 
 
 def holds_points(path: Path) -> bool:
     """Whether the file, or the first one in the folder, is a point cloud."""
-    first = files_of(path)[0]
+    first = files_of(path)[0].path
     ending = cell_ending(first)
     return holds_cloud(read_header(first)[1] if ending == ".ply" else b"", ending)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from ...errors import MeshError
@@ -16,6 +17,7 @@ from ...mesh.tet_mesh import TetMesh
 from ...mesh.triangle_mesh import Mesh
 from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read_content
+from .b3dm import Placement, open_model
 from .clouds import CLOUD_READERS, holds_cloud
 from .gltf import read_gltf
 from .gltf_texture import read_gltf_with_attributes
@@ -37,15 +39,13 @@ _READERS: dict[str, Callable[[Content], Arrays]] = {
     ".vtp": read_vtp,
 }
 
-_GLTF_ENDINGS = (".glb", ".gltf")
+_GLTF_ENDINGS = (".glb", ".gltf", ".b3dm")
 
 _ATTRIBUTE_READERS: dict[str, Callable[[Content, Path | None], tuple[Arrays, MeshAttributes]]] = {
     ".ply": read_ply_with_attributes,
     ".obj": read_obj_with_attributes,
-    ".glb": read_gltf_with_attributes,
-    ".gltf": read_gltf_with_attributes,
 }
-ATTRIBUTE_ENDINGS = tuple(_ATTRIBUTE_READERS)
+ATTRIBUTE_ENDINGS = (*_ATTRIBUTE_READERS, *_GLTF_ENDINGS)
 
 MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
@@ -67,14 +67,15 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     ----------
     path : path-like
         The ending, in any case, tells the format: ``.ply`` and ``.stl`` (ASCII and binary),
-        ``.obj`` (Wavefront), ``.off`` (ASCII), ``.glb`` and ``.gltf`` (2.0), ``.vtp``, and ``.tri``
-        (vertex count, a line of x y z per vertex, triangle count, a line of three indices from 0
-        per triangle); for tetrahedra ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and
-        ``.mesh`` (Medit, text). Triangle strips of a PLY become their triangles. Groups and objects
-        become one mesh. All meshes of a glTF scene become one, in the order of the file, with a
-        copy of a mesh for each node that shows it; the copies may take 100 times the size of the
-        file, or 64 MB if that is more. A glTF file may refer to other files only in its folder or
-        below.
+        ``.obj`` (Wavefront), ``.off`` (ASCII), ``.glb`` and ``.gltf`` (2.0; the extra
+        ``compressed`` reads what Draco or meshopt compress), ``.b3dm`` (z up, without its
+        RTC_CENTER), ``.vtp``, and ``.tri`` (vertex count, a line of x y z per vertex, triangle
+        count, a line of three indices from 0 per triangle); for tetrahedra ``.vtu``, ``.vtk``
+        (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and ``.mesh`` (Medit, text). Triangle strips of a PLY
+        become their triangles. Groups and objects become one mesh. All meshes of a glTF scene
+        become one, in the order of the file, with a copy of a mesh for each node that shows it; the
+        copies may take 100 times the size of the file, or 64 MB if that is more. A glTF file may
+        refer to other files only in its folder or below.
 
     Returns
     -------
@@ -91,6 +92,8 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
         the ending is unknown. The message is one line that begins with the path. A text file that
         was cut within its last number, or an OBJ file cut between lines, cannot be told from a
         whole one.
+    MissingExtraError
+        If a glTF file is compressed, and DracoPy or meshopt is not installed.
     OSError
         If there is no such file, or it cannot be read.
 
@@ -168,13 +171,18 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         return CLOUD_READERS[ending](data).cloud
 
 
-def read_cells(path: str | os.PathLike[str]) -> Cells:
-    """Return the mesh that a file holds or, where there are no faces, its points."""
+def read_cells(path: str | os.PathLike[str], placement: Placement | None = None) -> Cells:
+    """Return the mesh that a file holds or, where there are no faces, its points.
+
+    `placement` moves a model of 3D Tiles.
+    """
     path = Path(path)
     ending = cell_ending(path)
     data = read_content(path)
     with named_errors(path):
-        return parse_cells(data, ending, path.parent)
+        return parse_cells_and_attributes(
+            data, ending, path.parent, keep=False, placement=placement
+        )[0]
 
 
 def read_cells_and_attributes(
@@ -198,8 +206,8 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     path : path-like
         Ends in ``.ply``: vertex colors, normals and all other properties except positions and
         corners, and the texture if comments ``TextureFile`` name its images. Or in ``.obj``,
-        ``.glb`` or ``.gltf``: the texture. Files of materials and images must be in the folder of
-        the mesh or below it. Images are not read yet.
+        ``.glb``, ``.gltf`` or ``.b3dm``: the texture. Files of materials and images must be in the
+        folder of the mesh or below it. Images are not read yet.
 
     Returns
     -------
@@ -252,27 +260,34 @@ def _ending_of(path: Path, endings: tuple[str, ...]) -> str:
         return known_ending(path, endings)
     except MeshError as error:
         advice = ": convert the file first" if path.suffix else ""
+        if path.suffix.lower() == ".json":
+            advice = ": tilesets are for batch, convert and segment --tiled"
         raise MeshError(f"{error}{advice}") from None
 
 
 def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
     """Parse the mesh in a file's content; a glTF may refer to files in `folder` if there is one."""
     if ending in _GLTF_ENDINGS:
-        return _mesh_of(read_gltf(data, folder))
+        return _parse_gltf(data, folder, keep=False, placement=None)[0]
     if ending in TET_ENDINGS:
         return TetMesh(*read_tets(data, ending))
     return _mesh_of(_READERS[ending](data))
 
 
-def parse_cells(data: Content, ending: str, folder: Path | None) -> Cells:
-    """The mesh in a file's content, or the point cloud where there are no faces."""
-    return parse_cells_and_attributes(data, ending, folder, keep=False)[0]
-
-
 def parse_cells_and_attributes(
-    data: Content, ending: str, folder: Path | None, *, keep: bool = True
+    data: Content,
+    ending: str,
+    folder: Path | None,
+    *,
+    keep: bool = True,
+    placement: Placement | None = None,
 ) -> tuple[Cells, MeshAttributes | None]:
-    """Like `parse_cells`; with `keep`, also the attributes of a cloud or mesh, if there are any."""
+    """The mesh in a file's content, or the point cloud where there are no faces.
+
+    With `keep`, also the attributes, if there are any. `placement` moves a model of 3D Tiles.
+    """
+    if ending in _GLTF_ENDINGS:
+        return _parse_gltf(data, folder, keep=keep, placement=placement)
     if holds_cloud(data, ending):
         cloud, attributes = CLOUD_READERS[ending](data)
         return cloud, attributes if keep else None
@@ -280,6 +295,18 @@ def parse_cells_and_attributes(
         arrays, attributes = _ATTRIBUTE_READERS[ending](data, folder)
         return _mesh_of(arrays), attributes
     return parse_mesh(data, ending, folder), None
+
+
+def _parse_gltf(
+    data: Content, folder: Path | None, *, keep: bool, placement: Placement | None
+) -> tuple[AnyMesh, MeshAttributes | None]:
+    model = open_model(data, placement)
+    if not keep:
+        return _mesh_of(read_gltf(model.gltf, folder, model.matrix)), None
+    arrays, attributes = read_gltf_with_attributes(model.gltf, folder, model.matrix)
+    if model.comments:
+        attributes = replace(attributes, comments=model.comments)
+    return _mesh_of(arrays), attributes
 
 
 def _mesh_of(arrays: Arrays) -> AnyMesh:
@@ -297,6 +324,8 @@ def recognized_ending(data: Content) -> str | None:
         return ".vtp"
     if data[:4] == b"glTF":
         return ".glb"
+    if data[:4] == b"b3dm":
+        return ".b3dm"
     if has_binary_size(data):
         return ".stl"
     found = _FIRST_WORD.match(data)

@@ -19,6 +19,10 @@ from .shape import STEPS
 ATLAS_SIZE = 2048
 """Largest width and height of the image, in pixels; every WebGL 2 takes it."""
 
+GRID = 32
+"""Images begin at multiples of it, and their edges are repeated up to the next, so that they stay
+apart when the front end halves the whole five times."""
+
 QUALITY = 88
 """Of the JPEG."""
 
@@ -68,11 +72,18 @@ def _rectangle(image: TextureImage | None, rectangles: dict[TextureImage, list[i
     return [0, 0, 0, 0] if image is None else rectangles[image]
 
 
+def _extended(pillow: Any, picture: Any, most: int) -> Any:
+    """The picture with its right and lower edge repeated, to a multiple of `GRID` or `most`."""
+    pixels = np.asarray(picture)
+    grow = [(0, min(-length % GRID, most - length)) for length in pixels.shape[:2]]
+    return pillow.fromarray(np.pad(pixels, [*grow, (0, 0)], mode="edge"))
+
+
 def _atlas_of(images: list[TextureImage]) -> tuple[bytes, dict[TextureImage, list[int]]]:
     """A JPEG of all images in a square grid, and left, top, width and height of each."""
     pillow = import_pillow("Image")
     side = max(1, math.isqrt(max(len(images), 1) - 1) + 1)
-    most = ATLAS_SIZE // side
+    most = max(ATLAS_SIZE // side // GRID * GRID, ATLAS_SIZE // side % GRID)
     rectangles: dict[TextureImage, list[int]] = {}
     pictures = []
     for number, image in enumerate(images):
@@ -80,9 +91,9 @@ def _atlas_of(images: list[TextureImage]) -> tuple[bytes, dict[TextureImage, lis
         picture.thumbnail((most, most), pillow.Resampling.LANCZOS)
         left, top = number % side * most, number // side * most
         rectangles[image] = [left, top, *picture.size]
-        pictures.append((picture, (left, top)))
-    right = max([left + width for left, _, width, _ in rectangles.values()], default=1)
-    bottom = max([top + height for _, top, _, height in rectangles.values()], default=1)
+        pictures.append((_extended(pillow, picture, most), (left, top)))
+    right = max([left + picture.width for picture, (left, _) in pictures], default=1)
+    bottom = max([top + picture.height for picture, (_, top) in pictures], default=1)
     atlas = pillow.new("RGB", (right, bottom))
     for picture, corner in pictures:
         atlas.paste(picture, corner)

@@ -1,0 +1,153 @@
+// Suggested objects: a list, the highest score first, and keys that accept and reject them.
+
+import { allow, make, part } from "../../shared/dom";
+import { cssColor, parseColor, type Rgb } from "../colors";
+import type { SuggestionEntry } from "../contract";
+import type { Desk } from "../desk";
+import { classOf, Groups } from "../labeling";
+import { byScore, type Suggested } from "../suggested";
+
+const MAX_LISTED = 200;
+const UNNAMED: Rgb = [128, 96, 200]; // color of suggestions without a class
+
+export class Suggestions {
+  private order: number[] = []; // places in the server's list, from 1
+  private cells = new Groups(new Uint32Array(0), 1); // by place
+  private chosen = 0; // place; 0: none
+  private readonly list = part("suggestions");
+  private readonly least = part<HTMLInputElement>("least-score");
+
+  constructor(private readonly desk: Desk) {
+    desk.session.events.on("suggestions", (suggested) => this.take(suggested));
+    desk.session.events.on("classes", () => this.show());
+    desk.events.on("paint", () => this.showControls());
+    const on = (id: string, run: () => void): void => part(id).addEventListener("click", run);
+    on("accept", () => this.accept());
+    on("reject", () => this.reject());
+    on("next-suggestion", () => this.next());
+    on("accept-all", () => void this.settle(this.goodEnough, true));
+    this.least.addEventListener("input", () => this.showControls());
+  }
+
+  private get entries(): SuggestionEntry[] {
+    return this.desk.session.suggested.entries;
+  }
+
+  private take(suggested: Suggested): void {
+    this.order = byScore(suggested);
+    this.cells = new Groups(suggested.owners, suggested.entries.length + 1);
+    this.chosen = 0;
+    this.desk.drawing.setSuggestions(suggested.owners);
+    this.show();
+  }
+
+  private show(): void {
+    const { order, entries } = this;
+    part("suggestions-section").hidden = !order.length;
+    part("suggestions-count").textContent = String(order.length);
+    const rows = order.slice(0, MAX_LISTED).map((place) => this.row(place));
+    const nMore = order.length - rows.length;
+    this.list.replaceChildren(...rows, ...(nMore ? [make("li", { class: "quiet" }, `and ${nMore} with lower scores`)] : []));
+    this.desk.drawing.setSuggestionColors(entries.map((entry) => this.colorOf(entry)), this.chosen);
+    this.showControls();
+  }
+
+  private row(place: number): HTMLLIElement {
+    const entry = this.entries[place - 1];
+    const swatch = make("i");
+    swatch.style.background = cssColor(this.colorOf(entry));
+    const score = entry.score === null ? "" : entry.score.toFixed(2);
+    const title = `${entry.n_cells.toLocaleString("en")} cells; click to go there`;
+    const button = make("button", { type: "button", title }, swatch, make("span", {}, this.nameOf(entry)), make("output", {}, score));
+    button.ariaCurrent = String(place === this.chosen);
+    button.addEventListener("click", () => this.choose(place));
+    return make("li", {}, button);
+  }
+
+  private colorOf(entry: SuggestionEntry): Rgb {
+    const own = this.desk.session.state.classes.find(({ id }) => id === entry.class);
+    return own ? parseColor(own.color) : UNNAMED;
+  }
+
+  private nameOf(entry: SuggestionEntry): string {
+    return entry.class ? this.desk.className(entry.class) : "no class yet";
+  }
+
+  /** Places with at least the score of the slider; at its end, all of them. */
+  private get goodEnough(): number[] {
+    const least = Number(this.least.value);
+    return this.order.filter((place) => !least || (this.entries[place - 1].score ?? -1) >= least);
+  }
+
+  private showControls(): void {
+    const places = this.goodEnough;
+    const isUsable = places.every((place) => this.classFor(place, false));
+    part("least-score-text").textContent = Number(this.least.value) ? this.least.value : "any";
+    part("accept-all").textContent = `Accept all of them (${places.length})`;
+    allow(part("accept-all"), places.length > 0 && isUsable, "Make each an object of its class, or of the chosen one if it has none; one undo reverts all",
+      places.length ? "Some have no class: choose one first" : "No suggestion has such a score");
+  }
+
+  /** Class that a suggestion gets: its own, or the chosen one. */
+  private classFor(place: number, isChosenClass: boolean): number {
+    const own = isChosenClass ? 0 : this.entries[place - 1].class;
+    return own || classOf(this.desk.currentPaint);
+  }
+
+  /** The place of the suggestion under the pointer, or else of the chosen one. */
+  private get active(): number {
+    const { hoveredCell, hoveredPaint, session } = this.desk;
+    const hovered = hoveredCell < 0 || hoveredPaint ? 0 : session.suggested.owners[hoveredCell];
+    return hovered || this.chosen;
+  }
+
+  /** Go to the next suggestion in the order of scores. */
+  next(): void {
+    if (!this.order.length) return this.desk.say("There are no suggestions: import some.");
+    this.choose(this.order[(this.order.indexOf(this.chosen) + 1) % this.order.length]);
+  }
+
+  private choose(place: number): void {
+    this.chosen = place;
+    this.show();
+    this.list.children[this.order.indexOf(place)]?.scrollIntoView({ block: "nearest" });
+    this.desk.hover(-1);
+    this.desk.fly(this.cells.of(place));
+    const entry = this.entries[place - 1];
+    const score = entry.score === null ? "" : `, score ${entry.score.toFixed(2)}`;
+    this.desk.say(`Suggestion: ${this.nameOf(entry)}${score}. A accepts, R rejects, J goes to the next.`);
+  }
+
+  /** Accept the active suggestion as an object of its class, or of the chosen one. */
+  accept(isChosenClass = false): void {
+    const { active } = this;
+    if (!active) return this.sayNothing();
+    if (!this.classFor(active, isChosenClass)) return this.desk.say("The suggestion has no class: choose one first.");
+    void this.settle([active], true, isChosenClass);
+  }
+
+  reject(): void {
+    if (!this.active) return this.sayNothing();
+    void this.settle([this.active], false);
+  }
+
+  private sayNothing(): void {
+    this.desk.say(this.order.length ? "No suggestion is under the pointer or chosen: J goes to the next." : "There are no suggestions: import some.");
+  }
+
+  /** Accept or reject suggestions; if the chosen one is among them, go to the next. */
+  private async settle(places: number[], isAccepted: boolean, isChosenClass = false): Promise<void> {
+    const { desk, entries } = this;
+    const ids = places.map((place) => entries[place - 1].id);
+    const pairs = places.map((place, i): [number, number] => [ids[i], this.classFor(place, isChosenClass)]);
+    const names = [...new Set(pairs.map(([, id]) => desk.className(id)))].join(", ");
+    const rest = this.order.slice(this.order.indexOf(this.chosen) + 1).filter((place) => !places.includes(place));
+    const nextId = places.includes(this.chosen) && rest.length ? entries[rest[0] - 1].id : 0;
+    const isDone = await desk.session.settle(isAccepted ? pairs : [], isAccepted ? [] : ids);
+    if (!isDone) return;
+    if (nextId) this.choose(1 + this.entries.findIndex(({ id }) => id === nextId));
+    const what = places.length === 1 ? "Suggestion" : `${places.length} suggestions`;
+    const done = isAccepted ? `accepted: ${names}` : "rejected";
+    desk.say(`${what} ${done}. ${this.order.length || "None"} left.`);
+  }
+}

@@ -1,0 +1,106 @@
+"""Models of 3D Tiles: the glTF in a .b3dm file, and where the model lies."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._types import Floats
+from ...errors import MeshError
+from ..guards import Content
+from .gltf import product
+from .gltf_file import numbers, parsed_json, whole
+
+_HEADER = 28
+
+_AXES = {
+    "X": [[0, 0, -1], [0, 1, 0], [1, 0, 0]],
+    "Y": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
+    "Z": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+}
+"""Rotation to coordinates with z up, as in 3D Tiles, by the axis that is up in the model."""
+
+UP_AXES = tuple(_AXES)
+
+
+class Placement(NamedTuple):
+    """Where a tileset shows a model."""
+
+    matrix: tuple[float, ...]  # 16 numbers, by rows; from the coordinates of the tile, z up
+    up: str  # axis that is up in the model
+    origin: tuple[float, ...]  # what was subtracted from all positions
+
+
+@dataclass(frozen=True)
+class Model:
+    """A glTF file, the matrix for its scene, and what was subtracted from all positions."""
+
+    gltf: Content
+    matrix: Floats | None = None
+    origin: tuple[float, ...] = (0.0, 0.0, 0.0)
+
+    @property
+    def comments(self) -> tuple[str, ...]:
+        """The origin for the header of a PLY, if there is one."""
+        text = " ".join(f"{number:.17g}" for number in self.origin)
+        return (f"comment origin {text}",) if any(self.origin) else ()
+
+
+def translation(vector: Floats) -> Floats:
+    """The matrix that moves by a vector."""
+    matrix = np.eye(4)
+    matrix[:3, 3] = vector
+    return matrix
+
+
+def open_model(data: Content, placement: Placement | None) -> Model:
+    """Return the glTF of a .b3dm, .glb or .gltf file as a tileset places it.
+
+    A .b3dm without a tileset keeps the coordinates that its RTC_CENTER is added to.
+    """
+    is_tile = data[:4] == b"b3dm"
+    gltf, center = _split_b3dm(data) if is_tile else (data, np.zeros(3))
+    if placement is None and not is_tile:
+        return Model(gltf)
+    turn = np.eye(4)
+    turn[:3, :3] = _AXES["Y" if placement is None else placement.up]
+    if placement is None:
+        return Model(gltf, turn, tuple(center.tolist()))
+    place = product(np.array(placement.matrix).reshape(4, 4), translation(center))
+    return Model(gltf, product(place, turn), placement.origin)
+
+
+def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
+    """The GLB of a batched model, and its center."""
+    if len(data) < _HEADER:
+        raise MeshError(f"the b3dm file is cut: it has only {len(data)} bytes")
+    version, size, *sizes = struct.unpack_from("<6I", data, 4)
+    begin = _HEADER + sum(sizes)
+    if version != 1:
+        raise MeshError(f"b3dm version {version} is not supported, only 1 is")
+    if size > len(data) or begin + 12 > size:
+        raise MeshError("the b3dm file is shorter than it declares: is it cut?")
+    if data[begin : begin + 4] != b"glTF":
+        raise MeshError("the b3dm file holds no binary glTF")
+    (glb_size,) = struct.unpack_from("<I", data, begin + 8)
+    end = begin + glb_size if begin + glb_size <= size else size  # padding may follow
+    return data[begin:end], _center_of(data[_HEADER:begin], *sizes[:2])
+
+
+def _center_of(tables: bytes, json_size: int, binary_size: int) -> Floats:
+    """RTC_CENTER of a feature table: three numbers in its JSON or its binary part."""
+    text, binary = tables[:json_size], tables[json_size : json_size + binary_size]
+    features = parsed_json(text, "b3dm") if text.strip() else {}
+    center = features.get("RTC_CENTER", [0.0] * 3)
+    if not isinstance(center, dict):
+        return numbers(features, "RTC_CENTER", [0.0] * 3)
+    begin = whole(center, "byteOffset")
+    if begin + 12 > len(binary):
+        raise MeshError("broken b3dm: RTC_CENTER is not in its feature table")
+    found = np.frombuffer(binary, "<f4", 3, begin).astype(np.float64)
+    if not np.isfinite(found).all():
+        raise MeshError("broken b3dm: RTC_CENTER is not finite")
+    return found

@@ -1,0 +1,72 @@
+"""Objects that a file suggests. They label nothing until the user accepts them, one by one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .classes import INSTANCES, MAX_CLASS, ClassList
+from .coding import base64_of, bytes_from, pack_cells, unpack_cells
+from .imports import Imported, checked_score
+
+UNNAMED = "object"
+"""Label of objects whose class is unknown, as of masks that `superfacets lift` has carried over."""
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """An object that a file suggests."""
+
+    id: int  # 1 and up, in the order of the file's classes and objects
+    cells: bytes  # packed
+    class_id: int  # 0: the user chooses a class
+    score: float | None  # 0 to 1; None: the file has none
+
+    def line(self) -> dict[str, Any]:
+        """The suggestion in a line of the journal."""
+        return {
+            "id": self.id,
+            "cells": base64_of(self.cells),
+            "class": self.class_id,
+            "score": self.score,
+        }
+
+    @classmethod
+    def of_line(cls, entry: Any, n_cells: int) -> Suggestion:
+        """The suggestion of a line; a ValueError, TypeError or KeyError if it is damaged."""
+        packed = bytes_from(entry["cells"], "cells")
+        unpack_cells(packed, n_cells)  # raises an error if they are damaged
+        class_id = int(entry["class"])
+        if not 0 <= class_id <= MAX_CLASS:
+            raise ValueError(f"class {class_id} is not 0 to {MAX_CLASS}")
+        return cls(int(entry["id"]), packed, class_id, checked_score(entry["score"]))
+
+
+Suggestions = tuple[Suggestion, ...]
+
+
+def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, ClassList]:
+    """A suggestion for each imported object, and the classes with those that the file adds.
+
+    The label `UNNAMED` stands for no class, unless a class of that name is known.
+    """
+    unnamed = [
+        entry
+        for entry in imported.class_list
+        if entry["name"].casefold() == UNNAMED and entry not in known
+    ]
+    classes = tuple(entry for entry in imported.class_list if entry not in unnamed)
+    keys = imported.classes.astype(np.int64) * INSTANCES + imported.objects
+    order = np.argsort(keys, kind="stable")  # keeps cells of an object ascending
+    found, starts = np.unique(keys[order], return_index=True)
+    parts = np.split(imported.cells[order], starts[1:])
+    suggestions = []
+    for place, (key, cells) in enumerate(zip(found.tolist(), parts, strict=True), 1):
+        class_id, object_id = divmod(key, INSTANCES)
+        score = imported.scores.get((class_id, object_id))
+        own = 0 if any(entry["id"] == class_id for entry in unnamed) else class_id
+        if class_id:
+            suggestions.append(Suggestion(place, pack_cells(cells), own, score))
+    return tuple(suggestions), classes

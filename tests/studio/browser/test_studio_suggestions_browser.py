@@ -1,0 +1,177 @@
+"""Suggested objects in a real browser: seen, accepted and rejected by mouse and keyboard alone."""
+
+import json
+
+import numpy as np
+import pytest
+from studio_page import hue
+
+from superfacets import Mesh, write_mesh
+
+SCORES = (0.9, 0.6, 0.75, 0.3)
+
+
+@pytest.fixture
+def suggest(tmp_path):
+    """Imports the best seen regions as suggestions of these labels; returns their spots."""
+
+    def given(tab, labels):
+        spots, of_cells = tab.spots(len(labels)), tab.labels()
+        np.save(tmp_path / "lifted.npy", of_cells.astype(np.int32))
+        groups = [
+            {"segments": [region], "label": label, "score": score}
+            for (region, *_), label, score in zip(spots, labels, SCORES, strict=False)
+        ]
+        (tmp_path / "lifted.aggregation.json").write_text(json.dumps({"segGroups": groups}))
+        tab.locator("#as-suggestions").check()
+        tab.locator("#import").set_input_files(
+            [tmp_path / "lifted.npy", tmp_path / "lifted.aggregation.json"]
+        )
+        tab.wait_for_status(f"{len(labels)} suggested objects")
+        tab.locator("#canvas").focus()
+        return spots
+
+    return given
+
+
+def instances_of(server, tab, spots):
+    """Class * 1000 + object of each of these regions."""
+    labels, found = tab.labels(), server.instances()
+    values = [np.unique(found[labels == region]) for region, *_ in spots]
+    assert all(len(value) == 1 for value in values)
+    return [int(value[0]) for value in values]
+
+
+def rows(tab):
+    return tab.locator("#suggestions button").all_text_contents()
+
+
+def test_keys_accept_and_reject_what_is_chosen_or_under_the_pointer(studio, suggest):
+    server, tab = studio
+    spots = suggest(tab, ("chair", "chair", "object", "table"))
+    assert rows(tab) == ["chair0.90", "no class yet0.75", "chair0.60", "table0.30"]
+    assert not tab.classes().any()
+    chair = next(entry["id"] for entry in server.state()["classes"] if entry["name"] == "chair")
+
+    tab.press("j", "a")  # the best one, and on to the next
+    tab.wait_for_status("Suggestion accepted: chair. 3 left.")
+    assert instances_of(server, tab, spots) == [1000 * chair + 1, 0, 0, 0]
+    assert tab.locator("#suggestions [aria-current=true]").text_content() == "no class yet0.75"
+    tab.press("2", "a")  # as an object of the chosen class
+    tab.wait_for_status("accepted: class 2")
+    assert instances_of(server, tab, spots) == [1000 * chair + 1, 0, 2001, 0]
+
+    tab.press("Home")
+    tab.page.mouse.move(*tab._on_page(*spots[3][1:]))
+    tab.until("document.querySelector('#tip').textContent.includes('Suggested: table')")
+    tab.press("r")
+    tab.wait_for_status("Suggestion rejected. 1 left.")
+    tab.press("Control+z")
+    tab.wait_for_status("Undone: suggestion")
+    assert rows(tab) == ["chair0.60", "table0.30"]
+    assert "A accepts" in tab.locator("#hint").text_content()
+
+    tab.locator("#least-score").fill("0")
+    tab.locator("#accept-all").click()
+    tab.wait_for_status("2 suggestions accepted: chair, table. None left.")
+    assert instances_of(server, tab, spots)[:3] == [1000 * chair + 1, 1000 * chair + 2, 2001]
+    assert tab.locator("#suggestions-section").is_hidden()
+    tab.press("a")
+    assert "no suggestions" in tab.status
+    tab.press("Control+z")
+    tab.wait_for_status("Undone")
+    assert instances_of(server, tab, spots) == [1000 * chair + 1, 0, 2001, 0]
+
+
+def test_shift_gives_the_chosen_class_and_only_good_scores_are_accepted(studio, suggest):
+    server, tab = studio
+    spots = suggest(tab, ("chair", "chair", "table"))
+    tab.press("3", "j", "Shift+A")
+    tab.wait_for_status("accepted: class 3")
+    tab.locator("#least-score").fill("0.7")
+    assert tab.locator("#accept-all").text_content() == "Accept all of them (1)"
+    tab.locator("#accept-all").click()
+    tab.wait_for_status("accepted: table")
+    first, second, third = instances_of(server, tab, spots)
+    assert (first, second) == (3001, 0)
+    assert third > 3001
+
+
+def test_suggestions_are_hatched_in_the_color_of_their_class_and_labels_cover_them(studio, suggest):
+    server, tab = studio
+    _, x, y = tab.spots(1)[0]
+    before = tab.hue_at(x, y)
+    suggest(tab, ("class 2",))
+    tab.press("Home")
+    tab.away()
+    around = [tab.hue_at(x + dx, y) for dx in range(-8, 9)]
+    color = hue(server.state()["classes"][1]["color"])
+    assert min(np.abs(one - color).max() for one in around) < 0.05
+    assert max(np.abs(one - color).max() for one in around) > 0.05  # between the lines
+    tab.press("1")
+    tab.click(x, y)
+    tab.away()
+    painted = [tab.hue_at(x + dx, y) for dx in range(-8, 9)]
+    expected = hue(server.state()["classes"][0]["color"])
+    assert max(np.abs(one - expected).max() for one in painted) < 0.05
+    assert np.abs(before - color).max() > 0.05
+
+
+def test_suggestions_survive_a_killed_server(command, suggest):
+    server, tab = command
+    spots = suggest(tab, ("chair", "table"))
+    tab.press("j", "a")
+    tab.wait_for_status("1 left")
+    accepted = instances_of(server, tab, spots)
+    server.kill()
+    server.start()
+    tab.page.reload()
+    tab.ready().settled()
+    assert rows(tab) == ["table0.60"]
+    assert instances_of(server, tab, spots) == accepted
+    tab.press("Control+z")
+    tab.wait_for_status("Undone: suggestion")
+    assert rows(tab) == ["chair0.90", "table0.60"]
+
+
+def test_the_key_w_looks_through_walls_seen_from_behind(serve, open_tab, tmp_path):
+    """Two parallel walls face each other: seen from outside, the near one hides the far one."""
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]], float)
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    mesh = Mesh(np.concatenate([square, square + [0, 1, 0]]), [*faces[:, ::-1], *(faces + 4)])
+    write_mesh(tmp_path / "walls.ply", mesh)
+    tab = open_tab(serve(tmp_path / "walls.ply", 2).address)
+    tab.press("Alt+3")
+
+    def seen():
+        cells = tab.evaluate("[...new Set(studio.desk.drawing.cellsSeen().cells)]")
+        return {cell // 2 for cell in cells if cell < 4}
+
+    near = seen()
+    tab.press("w")
+    assert tab.locator("#inside").get_attribute("aria-pressed") == "true"
+    assert (len(near), len(seen()), len(near | seen())) == (1, 1, 2)
+    tab.press("w")
+    assert seen() == near
+
+
+def test_the_help_begins_at_its_top_and_tells_the_buttons_of_the_chosen_scheme(studio):
+    _, tab = studio
+    tab.evaluate("document.querySelector('#scheme').value = 'blender'")
+    tab.evaluate("document.querySelector('#scheme').dispatchEvent(new Event('change'))")
+    tab.press("?")
+    help_ = tab.locator("#help")
+    assert help_.evaluate("one => one.scrollTop") == 0
+    assert "Shift + middle drag" in help_.text_content()
+    toward = "JSON.stringify(studio.desk.drawing.camera.directions()[2])"
+    tab.press("Escape", "Alt+3")
+    top = tab.evaluate(toward)
+    tab.press("Numpad1")
+    assert tab.evaluate(toward) != top
+    tab.press("Numpad7")
+    assert tab.evaluate(toward) == top
+    tab.evaluate("document.querySelector('#scheme').value = 'studio'")
+    tab.evaluate("document.querySelector('#scheme').dispatchEvent(new Event('change'))")
+    tab.press("?")
+    assert "Shift + middle drag" not in help_.text_content()
+    tab.press("Escape")
