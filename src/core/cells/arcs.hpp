@@ -17,7 +17,7 @@ struct Step {
 // The arcs that leave cell i are offsets[i] .. offsets[i + 1] - 1.
 struct Arcs {
   std::span<const std::int64_t> offsets;  // (N + 1,)
-  std::span<const Cell> targets;  // (M,) target cell of each arc
+  std::span<const Cell> targets;          // (M,) target cell of each arc
 
   class Steps {
    public:

@@ -102,10 +102,10 @@ void for_each_filing(const WeldedCorners& corners, std::int64_t begin, std::int6
 
 // The kind of link from a side of a face to the other faces on its edge.
 enum class Link : std::uint8_t {
-  kNone,  // a boundary edge, or a side that is no edge
+  kNone,     // a boundary edge, or a side that is no edge
   kOpposed,  // one other face, which runs along the edge in the opposite direction
-  kAlike,  // one other face, which runs along the edge in the same direction
-  kRing,  // at least two other faces
+  kAlike,    // one other face, which runs along the edge in the same direction
+  kRing,     // at least two other faces
 };
 
 // The faces on each edge, linked to a ring in ascending order: next[3 * face + side] is the next

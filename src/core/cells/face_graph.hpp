@@ -36,8 +36,8 @@ void check_number_of_arcs(const EdgeTally& tally, std::int64_t n_faces);
 
 struct FaceGraph {
   Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
-  Buffer<Face> neighbors;  // (M,) target face of each arc
-  Buffer<std::uint8_t> sides;  // (M,) side, 0, 1 or 2, by which each arc leaves its face
+  Buffer<Face> neighbors;          // (M,) target face of each arc
+  Buffer<std::uint8_t> sides;      // (M,) side, 0, 1 or 2, by which each arc leaves its face
   Buffer<std::uint8_t> same_turn;  // (M,) 1 if both faces run along the edge in the same direction
   EdgeCounts counts;
 };

@@ -10,14 +10,15 @@
 namespace superfacets {
 namespace {
 
-// Walks do not pass cells with more arcs, so that their number is linear.
+// Walks do not pass through cells with more arcs, so the number of walks is linear in the number of
+// cells.
 constexpr std::size_t kMostArcs = 24;
 
-constexpr std::int64_t kBlock = 1 << 10;  // places
+constexpr std::int64_t kBlock = 1 << 10;  // places per task
 constexpr std::int64_t kUsualArcs = 20;
 
-// Prices of all arcs, by place and in their order: whole numbers, so that sums do not depend on the
-// order of the terms.
+// Prices of all arcs, in their order. They are whole numbers, so sums do not depend on the order of
+// the terms.
 Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<float> prices(graph.arcs.size());
   team.for_each_index(graph.n_cells(), [&](Place place) {
@@ -29,7 +30,7 @@ Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   return prices;
 }
 
-// Lists the arcs of one place after another.
+// Finds the far arcs of one place after another.
 class ArcFinder {
  public:
   ArcFinder(const OrderedGraph& graph, std::span<const float> prices, int n_steps)
@@ -69,7 +70,7 @@ class ArcFinder {
     const float* price = prices_.data() + (arcs.data() - graph_.arcs.data());
     for (const Arc& arc : arcs) {
       const double sum = walk.price + double{*price++};
-      if (arc.to == walk.here || arc.to == walk.before) continue;  // padding, or back
+      if (arc.to == walk.here || arc.to == walk.before) continue;  // skips padding, and steps back
       walks_.push_back({walk.here, arc.to, sum});
       if (least_[arc.to] == kNone) reached_.push_back(arc.to);
       least_[arc.to] = std::min(least_[arc.to], sum);
@@ -87,10 +88,11 @@ class ArcFinder {
   const int n_steps_;
   std::vector<Walk> walks_;
   std::vector<Place> reached_;
-  std::vector<double> least_;  // by place: the lowest price of a walk; kNone if there is none
+  // (N,) lowest price of a walk to each place; kNone if there is no walk
+  std::vector<double> least_;
 };
 
-// Walks of this many arcs reach about 20 cells, whatever the number of arcs of a cell.
+// Number of arcs per walk, chosen so that walks reach about 20 cells.
 int steps_of(const OrderedGraph& graph) {
   const double n_arcs = static_cast<double>(graph.n_arcs) / std::max(graph.n_cells(), 1);
   if (n_arcs > 8.0) return 1;

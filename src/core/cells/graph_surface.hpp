@@ -12,10 +12,10 @@ struct GivenMeasures {
   std::span<const Point> positions;        // (N,)
   std::span<const double> measures;        // (N,)
   std::span<const double> border_lengths;  // (M,)
-  std::span<const double> step_lengths;  // (M,) default: distances between positions
-  std::span<const double> angles;  // (M,) default: 0
-  std::span<const std::int32_t> sides;  // (M,) default: each arc has a side of its own
-  std::span<const double> open_lengths;  // (N,) default: 0
+  std::span<const double> step_lengths;    // (M,) default: distances between positions
+  std::span<const double> angles;          // (M,) default: 0
+  std::span<const std::int32_t> sides;     // (M,) default: each arc has a side of its own
+  std::span<const double> open_lengths;    // (N,) default: 0
 };
 
 // Corners are unknown: a graph does not order the cells around a corner.

@@ -10,7 +10,7 @@
 namespace superfacets {
 
 struct Majority {
-  Buffer<Label> winners;  // winning label of each group; kNoLabel if it has no members
+  Buffer<Label> winners;            // winning label of each group; kNoLabel if it has no members
   Buffer<std::uint8_t> is_divided;  // 1 if the members of the group have different labels
 };
 

@@ -38,10 +38,10 @@ inline PathLength longer_by(PathLength length, const Arc& arc) {
 // Arcs of the input.
 struct WeightedArcs {
   Arcs arcs;
-  std::span<const float> lengths;   // (M,) whole units >= 1, from quantize_weights
+  std::span<const float> lengths;  // (M,) whole units >= 1, from quantize_weights
   // true: each arc has a reverse arc of equal length, which is not checked
   bool is_known_symmetric = false;
-  double straight_unit = 0.0;       // see OrderedGraph
+  double straight_unit = 0.0;  // see OrderedGraph
 };
 
 // Cells sorted along a space-filling curve, so neighbors are near in memory whatever the order of
@@ -57,13 +57,13 @@ struct PlacedCells {
 
   Cell n_cells() const { return static_cast<Cell>(cells.size()); }
 
-  Box bounds;                // of the positions
+  Box bounds;                // bounding box of the positions
   double total_measure = 0;  // summed in fixed blocks, the same for any number of threads
   Buffer<Cell> cells;        // (N,) the cell at each place
-  Buffer<Place> place_of;  // (N,) place of each cell
+  Buffer<Place> place_of;    // (N,) place of each cell
   Buffer<Point> positions;   // (N,)
   Buffer<double> measures;   // (N,)
-  BoxTree tree;  // bounding boxes over the places
+  BoxTree tree;              // bounding boxes over the places
 };
 
 // Placed cells with the arcs between them. Takes 66 bytes per cell with three arcs.
@@ -102,7 +102,7 @@ class OrderedGraph : public PlacedCells {
 
   Buffer<std::int64_t> offsets;  // (N + 1,) into arcs; empty if arcs are in rows
   Buffer<Arc> arcs;
-  std::int64_t n_arcs = 0;  // number of arcs without padding
+  std::int64_t n_arcs = 0;    // number of arcs without padding
   bool is_symmetric = false;  // each arc has a reverse arc of equal length
   // If positive, the length of an arc is the straight distance of its ends plus a price, and
   // straight_unit is the size of one length unit in the unit of the positions. 0: arcs have any

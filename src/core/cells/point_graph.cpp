@@ -21,7 +21,7 @@ constexpr std::int64_t kPlacesPerTask = 1 << 12;
 // Neighbors, areas and normals of the P representatives (the lowest point at each position), by
 // place along the curve.
 struct Found {
-  Buffer<Place> rows;  // (P * n_neighbors,) nearest neighbors of each point; kNoPlace if dropped
+  Buffer<Place> rows;     // (P * n_neighbors,) nearest neighbors of each point; kNoPlace if dropped
   Buffer<double> areas;   // (P,)
   Buffer<Point> normals;  // (P,) or empty
 };

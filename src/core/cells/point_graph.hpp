@@ -25,7 +25,7 @@ struct PointGraph {
   Buffer<Cell> neighbors;        // (M,) ascending for each cell; each arc has a reverse arc
   Buffer<double> measures;       // (N,) area around each cell
   Buffer<Point> normals;  // (N,) unit normals, zero where undefined; empty if normals are given
-  Buffer<Cell> points;  // (N,) index of each cell in the input; empty if cells are in input order
+  Buffer<Cell> points;    // (N,) index of each cell in the input; empty if cells are in input order
   Buffer<Point> positions;  // (N,); empty if cells are in input order
 };
 

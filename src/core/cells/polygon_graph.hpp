@@ -11,8 +11,8 @@ namespace superfacets {
 // Like FaceGraph, with wider side numbers.
 struct PolygonGraph {
   Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
-  Buffer<Face> neighbors;  // (M,) target face of each arc
-  Buffer<std::int32_t> sides;  // (M,) side by which each arc leaves its face
+  Buffer<Face> neighbors;          // (M,) target face of each arc
+  Buffer<std::int32_t> sides;      // (M,) side by which each arc leaves its face
   Buffer<std::uint8_t> same_turn;  // (M,) 1 if both faces run along the edge in the same direction
   EdgeCounts counts;
 };

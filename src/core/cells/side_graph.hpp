@@ -22,7 +22,7 @@ struct ListedSide {
   SideKey key;
   Cell cell;
   std::int32_t side;
-  bool ascending;  // which of the two directions the cell traverses the side in
+  bool ascending;  // direction in which the cell runs along the side: one of two
 };
 
 // The sides of all cells, grouped by their lowest vertex, and sorted by key, cell and side.
@@ -34,7 +34,7 @@ struct SideList {
 // For each side of each cell, the cells on this side: a range of the sorted list.
 struct SharedSides {
   Buffer<std::int64_t> firsts;  // by place of a side: the start of its range
-  Buffer<std::int32_t> sizes;  // number of cells on the side; 0 if the side is dropped
+  Buffer<std::int32_t> sizes;   // number of cells on the side; 0 if the side is dropped
 };
 
 // Cells provide n_cells() and n_vertices(). first_place(cell) is the index of the first side of a

@@ -12,7 +12,7 @@ namespace superfacets {
 
 // The kept cells and arcs, as ascending indices in the whole surface.
 struct KeptParts {
-  std::span<const Cell> cells;  // (n_cells,) index in the whole of each kept cell
+  std::span<const Cell> cells;         // (n_cells,) index in the whole of each kept cell
   std::span<const std::int64_t> arcs;  // (n_arcs,) index in the whole of each kept arc
 };
 

@@ -40,8 +40,8 @@ struct CellShape {
   Point position;
   double measure;
   Point area_vector{0.0, 0.0, 0.0};  // area times unit normal; zero where there is no normal
-  SecondMoment spread;  // second moment about the position; 0 for a point
-  Box box;  // bounding box of the vertices
+  SecondMoment spread;               // second moment about the position; 0 for a point
+  Box box;                           // bounding box of the vertices
 };
 
 // Each kind of cell implements this interface. Measures are computed on request, because few arcs

@@ -18,9 +18,10 @@ namespace {
 constexpr double kMaxTiles = 1 << 20;
 // texels sampled per triangle; more would barely change the mean
 constexpr double kMaxTexels = 1 << 14;
-constexpr double kMaxRows = 1 << 14;      // and columns of a triangle that are visited
-constexpr int kMaxSplits = 16;            // of the sides of a triangle that covers no center
-constexpr double kMaxPaintedTiles = 4.0;  // per direction
+// maximum number of sampled rows, and of sampled columns, per triangle
+constexpr double kMaxRows = 1 << 14;
+constexpr int kMaxSplits = 16;                  // of the sides of a triangle that covers no center
+constexpr double kMaxPaintedTiles = 4.0;        // per direction
 constexpr std::int64_t kTrianglesAtOnce = 256;  // their sizes differ, so units of work are small
 constexpr std::int64_t kTile = 128;             // texels; a tile of an image fits in the cache
 constexpr double kWhite = 65535.0;

@@ -25,7 +25,7 @@ inline double way_over(const Edge& edge, const Point& from, const Point& to) {
 
 // The fold between two faces. Swapping the faces changes no bit of any member.
 struct Fold {
-  double sine;  // |n_i x n_j|; 0 if a normal is missing
+  double sine;    // |n_i x n_j|; 0 if a normal is missing
   double cosine;  // n_i . n_j
   // height of each centroid above the plane of the other face, summed over both faces; > 0 if
   // concave

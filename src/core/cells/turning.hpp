@@ -40,7 +40,7 @@ class TurnedSets {
 // Two neighbors whose normals differ by more than 10 degrees.
 struct NormalPair {
   double cost;  // 1 - |n_i . n_j|
-  Cell lower;  // lower index of the two points
+  Cell lower;   // lower index of the two points
   Cell higher;
   Place from;
   Place to;
@@ -50,8 +50,8 @@ struct NormalPair {
 // A tile: consecutive places, and their neighbors outside the tile.
 struct NormalTile {
   NeighborRows neighbors;  // neighbors of the places of the tile, as indices into the arrays below
-  std::span<const Place> places;  // index of each among all places
-  std::span<const Cell> points;  // index of each in the input; not needed by join_alike
+  std::span<const Place> places;   // index of each among all places
+  std::span<const Cell> points;    // index of each in the input; not needed by join_alike
   std::span<const Point> normals;  // unit normals of either sign
 };
 

@@ -13,8 +13,8 @@ struct Entering {
   Path path;
 };
 
-// The paths that cross a border, by the place behind it. They are found at their sources, because
-// arcs may have no reverse arcs.
+// For each place behind a border, the best path that crosses the border to it. Arcs are scanned
+// from their sources, because they may have no reverse arcs.
 Buffer<Entering> paths_across_borders(const OrderedGraph& graph, std::span<const Path> nearest,
                                       ThreadTeam& team) {
   const auto add_crossing = [&](Place place, std::vector<Entering>& found) {

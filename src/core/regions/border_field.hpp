@@ -103,8 +103,8 @@ struct FaceCut {
 };
 
 struct CutOptions {
-  int n_rounds = 1;  // maximum number of rounds; borders move once per round
-  int n_steps = 1;  // diffusion steps per round
+  int n_rounds = 1;    // maximum number of rounds; borders move once per round
+  int n_steps = 1;     // diffusion steps per round
   int n_balances = 0;  // steps per round that restore the areas of regions
   // least distance of a crossing from either end of its edge, as a fraction of the edge
   double margin = 0.1;
@@ -166,10 +166,10 @@ class BorderField {
   const FacesAround& around_;
   const CutOptions options_;
   ThreadTeam& team_;
-  Buffer<std::uint8_t> are_pinned_;  // (V,)
-  Buffer<float> cotangents_;  // (3 F,) clamped cotangent of the angle at each corner
-  Buffer<FaceShares> shares_;  // (F,) shares of each face after the latest cut
-  Buffer<LabelMix> mixes_;           // (V,)
+  Buffer<std::uint8_t> are_pinned_;  // (V,) 1: borders stay at this vertex
+  Buffer<float> cotangents_;         // (3 F,) clamped cotangent of the angle at each corner
+  Buffer<FaceShares> shares_;        // (F,) shares of each face after the latest cut
+  Buffer<LabelMix> mixes_;           // (V,) shares of labels at each vertex
   Buffer<LabelMix> next_mixes_;      // of near vertices
   Buffer<Label> chosen_;             // (V,) kNoLabel: the border runs through the vertex
   std::vector<Vertex> near_;         // not pinned, within a few rings of a border; ascending

@@ -19,7 +19,7 @@ namespace superfacets {
 // adds, in the unit of the positions.
 struct BorderCost {
   std::span<const float> lengths;  // (M,) quantized weight of each arc (see quantize_weights)
-  double unit = 1.0;  // size of one unit of `lengths`, in the unit of the positions
+  double unit = 1.0;               // size of one unit of `lengths`, in the unit of the positions
   double crease_scale = 1.0;       // in the unit of the positions
 
   // The weight of an arc, in the unit of the positions.

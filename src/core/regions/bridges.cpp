@@ -62,7 +62,7 @@ class BridgeSearch {
   const PlacedCells& cells_;
   std::vector<Cell> ranks_;                      // by place
   std::vector<std::vector<Cell>> lowest_ranks_;  // lowest rank in each tree node, by level
-  std::vector<Bridge> bridges_;  // by rank, from rank 1 on
+  std::vector<Bridge> bridges_;                  // by rank, from rank 1 on
 };
 
 }  // namespace

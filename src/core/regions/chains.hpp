@@ -100,8 +100,8 @@ class ChainMover {
   // A candidate for the next move of a chain.
   struct Candidate {
     Cell cell = kNoCell;
-    double gain = 0.0;  // decrease of the border cost
-    StiffCell stiff;  // data for the gain in stiffness
+    double gain = 0.0;    // decrease of the border cost
+    StiffCell stiff;      // data for the gain in stiffness
     float travel = 0.0F;  // computed when the candidate is taken
   };
 
@@ -118,9 +118,9 @@ class ChainMover {
   const Patches& patches_;
   const Stiffness& stiffness_;
   const SmoothOptions options_;
-  std::vector<double> changes_;  // (K,) change of the area of each region since take_changes
+  std::vector<double> changes_;        // (K,) change of the area of each region since take_changes
   std::vector<Label> changed_;         // regions with changes, with duplicates
-  std::vector<Cell> chain_;  // cells in the order of their moves
+  std::vector<Cell> chain_;            // cells in the order of their moves
   std::vector<float> travels_before_;  // travel of each cell of the chain before its move
   std::vector<Candidate> candidates_;
 };

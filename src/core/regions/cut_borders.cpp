@@ -189,7 +189,7 @@ class Cutter {
   ThreadTeam& team_;
   Buffer<std::int64_t> starts_;     // (F + 1,) first part of each face
   Buffer<std::int64_t> junctions_;  // (F + 1,) number of junctions in earlier faces
-  std::vector<Ends> edges_;  // cut edges, sorted
+  std::vector<Ends> edges_;         // cut edges, sorted
   std::int64_t first_crossing_ = 0;
   std::int64_t first_junction_ = 0;
   CutMesh result_;

@@ -12,7 +12,7 @@ namespace superfacets {
 struct CutMesh {
   Buffer<Point> vertices;  // input vertices, then crossings on edges, then junctions inside faces
   Buffer<Triangle> faces;  // all parts of face 0, then of face 1, ...
-  Buffer<Label> labels;  // label of each new face
+  Buffer<Label> labels;    // label of each new face
   Buffer<Face> sources;    // the old face of each new face
 };
 

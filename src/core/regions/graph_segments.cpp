@@ -21,7 +21,7 @@ WeightedEdge weighted(std::span<const Point> positions, std::span<const Point> n
 // within the limits of both.
 void join_below_limits(std::span<const WeightedEdge> edges, double threshold, DisjointSets& sets,
                        std::span<std::int64_t> sizes) {
-  std::vector<double> limits(sizes.size(), threshold);  // of each root
+  std::vector<double> limits(sizes.size(), threshold);  // limit of the segment of each root
   for (const WeightedEdge& edge : edges) {
     const Cell a = sets.root(edge.a);
     const Cell b = sets.root(edge.b);
@@ -38,7 +38,7 @@ std::int64_t count_segments(Buffer<WeightedEdge> edges, std::size_t n_nodes,
                             const SegmentLimits& limits) {
   radix_sort(edges);
   DisjointSets sets(n_nodes);
-  std::vector<std::int64_t> sizes(n_nodes, 1);  // of each root
+  std::vector<std::int64_t> sizes(n_nodes, 1);  // size of the segment of each root
   join_below_limits(edges.span(), limits.threshold, sets, sizes);
   join_small_sets(edges.span(), limits.least, sets, sizes);
   std::int64_t n_segments = 0;

@@ -126,8 +126,8 @@ class Groups {
   }
 
   const JoinRule rule_;
-  std::vector<double> areas_;           // of each group
-  std::vector<Label> labels_;  // of each group: label of the region that the others joined
+  std::vector<double> areas_;     // of each group
+  std::vector<Label> labels_;     // of each group: label of the region that the others joined
   std::vector<Label> joined_to_;  // of each region: the region that it joined; itself at first
   std::vector<std::uint8_t> is_alive_;  // of each group
   std::vector<Neighbors> neighbors_;

@@ -11,7 +11,7 @@ namespace superfacets {
 struct JoinRule {
   // (K,) 1: the region never joins a neighbor; empty: all may join
   std::span<const std::uint8_t> stays;
-  double least_area = 0.0;              // regions below this area join
+  double least_area = 0.0;  // regions below this area join
 };
 
 // Joins each selected region, in ascending order of area, to the neighbor with the most costly

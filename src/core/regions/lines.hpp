@@ -14,7 +14,7 @@ inline constexpr SegmentEnd kNoEnd = -1;
 
 struct Lines {
   std::vector<std::int64_t> offsets;     // (L + 1,) line i: entries[offsets[i]] .. [offsets[i+1]-1]
-  std::vector<SegmentEnd> entries;  // (S,) the end at which a line enters each of its segments
+  std::vector<SegmentEnd> entries;       // (S,) the end at which a line enters each of its segments
   std::vector<std::uint8_t> are_closed;  // (L,) 1: the line is closed
 };
 

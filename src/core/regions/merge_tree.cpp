@@ -74,7 +74,7 @@ class MergingGroups {
   }
 
  private:
-  using Neighbors = std::map<Label, SharedBorder>;  // by slot
+  using Neighbors = std::map<Label, SharedBorder>;  // key: slot of the neighbor
 
   // Merges two slots into the slot with more neighbors. `first` holds the lower node.
   void merge(Label first, Label second) {

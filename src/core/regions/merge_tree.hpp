@@ -19,7 +19,7 @@ struct MergeBorder {
 
 // K regions to be merged.
 struct MergeRegions {
-  std::span<const double> areas;         // (K,) or volumes
+  std::span<const double> areas;     // (K,) or volumes
   std::span<const Point> positions;  // (K,) mean position of the cells of each region
   // (K, F) mean features of the cells of each region, row by row; or empty
   std::span<const double> features;
@@ -29,7 +29,7 @@ struct MergeRegions {
 struct MergeRule {
   // distance that a border entirely in a crease adds, as a multiple of r
   double crease_weight = 0.0;
-  int dimension = 2;           // 2: areas; 3: volumes
+  int dimension = 2;  // 2: areas; 3: volumes
 };
 
 struct MergeTree {

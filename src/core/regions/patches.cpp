@@ -94,10 +94,10 @@ class PatchMaker {
   const Arcs& arcs_;
   const std::span<const Label> labels_;
   const GroupedCells& border_;
-  const std::int64_t least_cells_;  // of a patch
+  const std::int64_t least_cells_;  // minimum number of border cells per patch
   Patches patches_;
-  std::vector<Label> reached_;  // regions of the current patch, and regions adjacent to it
-  std::vector<Patch> last_seen_by_;       // by region: the last patch that reached it
+  std::vector<Label> reached_;         // regions of the current patch, and regions adjacent to it
+  std::vector<Patch> last_seen_by_;    // by region: the last patch that reached it
   std::vector<std::int64_t> n_cells_;  // number of border cells of each color
   std::vector<Patch> last_forbidden_by_;  // by color: the last patch with a neighbor of that color
 };

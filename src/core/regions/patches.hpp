@@ -45,8 +45,8 @@ using Patch = std::int32_t;
 
 // Patches, each with a color. No two patches of one color touch.
 struct Patches {
-  std::vector<Patch> of_region;  // (K,) patch of each region
-  std::vector<std::int32_t> colors;  // color of each patch
+  std::vector<Patch> of_region;              // (K,) patch of each region
+  std::vector<std::int32_t> colors;          // color of each patch
   std::vector<std::vector<Patch>> of_color;  // patches of each color, ascending
 
   Patch n_patches() const { return static_cast<Patch>(colors.size()); }

@@ -18,7 +18,7 @@ constexpr std::int64_t kRegionBlock = 8;
 // the origin would lose digits.
 struct Sums {
   double measure = 0.0;
-  Point moment{0.0, 0.0, 0.0};  // sum of measure times position
+  Point moment{0.0, 0.0, 0.0};     // sum of measure times position
   Point positions{0.0, 0.0, 0.0};  // unweighted sum of the positions
   Point area_vector{0.0, 0.0, 0.0};
   Box box;

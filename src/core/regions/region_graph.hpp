@@ -14,13 +14,13 @@ namespace superfacets {
 struct RegionShape {
   double measure;
   Point centroid;  // mean of the positions weighted by measure; unweighted where all measures are 0
-  Point squares;  // xx, yy, zz of the covariance, with the same weights
+  Point squares;   // xx, yy, zz of the covariance, with the same weights
   Point products;  // xy, xz, yz of the covariance
   Point normal_sum;  // sum of the area vectors
-  Point low;  // corners of the bounding box of the vertices
+  Point low;         // corners of the bounding box of the vertices
   Point high;
   double open_length;  // length of border without neighbor: no arc crosses it
-  Cell center;  // the cell nearest to the centroid; ties go to the lowest index
+  Cell center;         // the cell nearest to the centroid; ties go to the lowest index
 };
 
 // Measures regions 0..n_regions-1. Each must have a cell. Time O(N); the same bits on any number of
@@ -34,9 +34,9 @@ struct RegionArc {
   Label low;
   Label high;  // > low
   double border_length;
-  double mean_angle;  // mean of the absolute angles
+  double mean_angle;    // mean of the absolute angles
   double signed_angle;  // the mean of the angles
-  double max_angle;  // angle of largest absolute value; ties go to the positive one
+  double max_angle;     // angle of largest absolute value; ties go to the positive one
   std::int64_t n_sides;
 };
 

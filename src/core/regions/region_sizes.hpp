@@ -14,9 +14,9 @@ namespace superfacets {
 // The size of a region is the sum of the sizes of its cells.
 struct SizeBounds {
   std::span<const double> sizes;  // (N,) size of each cell, >= 0
-  std::span<const double> lows;  // (K,) lower bound of the size of each region
+  std::span<const double> lows;   // (K,) lower bound of the size of each region
   std::span<const double> highs;  // (K,) upper bound, at least the lower bound
-  bool may_split = false;  // regions may become disconnected where no other way is left
+  bool may_split = false;         // regions may become disconnected where no other way is left
 };
 
 // Moves cells from regions above their upper bound to regions with room, and from regions with

@@ -13,7 +13,7 @@ namespace superfacets {
 // one image, and the masks of an image have consecutive numbers.
 struct MaskedAreas {
   std::span<const std::int64_t> offsets;   // (K + 1,)
-  std::span<const std::int32_t> masks;  // (n,) masks of each region, ascending
+  std::span<const std::int32_t> masks;     // (n,) masks of each region, ascending
   std::span<const double> areas;           // > 0
   std::span<const std::int32_t> image_of;  // image of each mask, ascending
 };

@@ -14,8 +14,8 @@ struct SmoothOptions {
   // maximum path length by which a border moves, in the unit of the positions
   double max_distance = 0.0;
   std::size_t max_chain = 1;  // maximum number of cells in a chain
-  int max_sweeps = 1;  // maximum number of passes over the borders
-  StiffnessOptions stiff;  // penalty for changes of area and for spreading out
+  int max_sweeps = 1;         // maximum number of passes over the borders
+  StiffnessOptions stiff;     // penalty for changes of area and for spreading out
 };
 
 // Moves chains of cells across borders between regions, as long as a move lowers the total of

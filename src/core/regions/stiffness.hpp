@@ -82,7 +82,7 @@ class Stiffness {
   const Surface& surface_;
   const double roundness_;
   std::span<const double> sizes_;  // (N,) size of each cell; empty if areas are used
-  std::vector<double> weights_;  // (K,) stiffness / A_0; empty if stiffness is off
+  std::vector<double> weights_;    // (K,) stiffness / A_0; empty if stiffness is off
   std::vector<Point> centroids_;   // x_0
   std::vector<double> changes_;    // A - A_0
 };

@@ -27,8 +27,8 @@ inline bool operator<(const Neighbor& a, const Neighbor& b) {
 // of the curve, as in a cloud with a far outlier, are ordered by halving their box.
 class NeighborSearch {
  public:
-  // Builds a search of some points of a cloud: `points` are their indices, ascending. Their
-  // positions differ.
+  // Builds a search of a subset of a cloud. `points` holds the indices of the subset, ascending. No
+  // two of these points share a position.
   NeighborSearch(std::span<const Point> positions, std::span<const Cell> points, ThreadTeam& team);
 
   Place n_points() const { return static_cast<Place>(points_.size()); }
@@ -37,7 +37,7 @@ class NeighborSearch {
   std::span<const Cell> points() const { return points_.span(); }         // by place
   std::span<const Point> positions() const { return positions_.span(); }  // by place
 
-  // Move arrays out of the search, which cannot be used afterwards.
+  // Move the arrays out of the search, which must not be used afterwards.
   Buffer<Cell> release_points() { return std::move(points_); }
   Buffer<Point> release_positions() { return std::move(positions_); }
 
