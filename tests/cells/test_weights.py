@@ -203,7 +203,7 @@ def test_negative_or_missing_factors_are_refused(options):
 
 
 def test_a_graph_of_another_mesh_is_refused():
-    with pytest.raises(ValueError, match="the graph has 12 cells but the mesh 4 faces"):
+    with pytest.raises(ValueError, match="the graph has 12 cells but the mesh has 4 faces"):
         superfacet_weights(shapes.strip(4), build_face_graph(shapes.cube()))
 
 

@@ -80,7 +80,7 @@ def test_files_that_do_not_belong_together_are_refused(scene):
     with pytest.raises(MeshError, match="has no segGroups"):
         regroup_segments(groups, new, output)
     write_json(groups, {"segGroups": []})
-    with pytest.raises(MeshError, match="names no segmentsFile"):
+    with pytest.raises(MeshError, match="has no segmentsFile entry"):
         regroup_segments(groups, new, output)
     assert not output.exists()
 
@@ -114,7 +114,7 @@ def test_objects_from_elsewhere_are_not_replaced(scene):
         with pytest.raises(FileExistsError, match="holds objects from elsewhere"):
             write()
         assert path.read_bytes() == before
-    with pytest.raises(ValueError, match="would replace those that they are made from"):
+    with pytest.raises(ValueError, match="would overwrite an input file"):
         regroup_segments(path, new, path, force=True)
     own = scene / "own.aggregation.json"
     sf.write_mesh(own, mesh, labels)
