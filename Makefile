@@ -11,7 +11,7 @@ SLOW := batches reference study workers studio/browser studio/test_studio_server
   test_invariance.py test_tiled_benchmark.py test_types.py
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -type f ! -name "*.pyc")
 
-.PHONY: help demo test quick lowest newest lint workflows docs stub frontend figures gallery bench timings fuzz sanitize compilers dist blender clean
+.PHONY: help demo test quick lowest newest lint workflows docs stub frontend figures bench timings fuzz sanitize compilers dist blender clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -47,8 +47,10 @@ lint: $(VENV)/group-dev ## formats, lints and types of Python and C++
 	$(BIN)/clang-format --dry-run --Werror $$(find src/core -name "*.[ch]pp")
 	$(BIN)/clang-tidy --quiet $$(find src/core -name "*.cpp") -- -std=c++20 -Isrc/core $$($(BIN)/python tools/include-flags)
 
-docs: $(VENV)/group-dev ## build the documentation; warnings are errors
+docs: $(VENV)/group-dev ## build the documentation, gallery and notebooks; warnings are errors
+	@tools/ensure-gl $(BIN)/python
 	$(BIN)/sphinx-build -W --keep-going -q -E docs docs/_build/html
+	$(BIN)/python docs/notebooks.py
 	@echo docs/_build/html/index.html
 
 stub: $(VENV)/group-test ## write the types of the core anew, from the core itself
@@ -61,11 +63,6 @@ figures: $(BIN)/superfacets ## draw the pictures of the README and the documenta
 	@tools/ensure-gl $(BIN)/python
 	$(BIN)/python docs/make_figures.py
 	$(BIN)/python docs/shrink_images.py
-
-gallery: $(BIN)/superfacets ## draw the pictures of the gallery and of the tutorial anew
-	@tools/ensure-gl $(BIN)/python
-	$(BIN)/python -m pip install --quiet --no-deps nilearn gymnasium-robotics
-	$(BIN)/python docs/make_gallery.py
 
 bench: $(VENV)/group-bench ## time everything, side by side with rivals; BENCH="all --quick" for less
 	$(BIN)/python -m benchmarks $(or $(BENCH),all) --json bench.json
@@ -89,7 +86,7 @@ blender: ## zip the Blender extension; WHEELS="dist/*.whl" puts wheels of superf
 	$(PYTHON) tools/make-blender-extension dist/superfacets-blender.zip $(WHEELS)
 
 clean: ## remove all that was built
-	rm -rf $(VENV) build dist wheelhouse demo docs/_build docs/api docs/help bench.json
+	rm -rf $(VENV) build dist wheelhouse demo docs/_build docs/api docs/gallery docs/help docs/notebooks bench.json
 
 $(VENV)/made:
 	@tools/ensure-toolchain $(PYTHON)

@@ -12,7 +12,7 @@ import numpy as np
 
 import superfacets as sf
 
-from . import report, runs
+from . import report, runs, targets
 from .balance import balance_table, measure_balance
 from .batch import measure_batch, table
 from .checks import (
@@ -27,7 +27,7 @@ from .checks import (
     save_expected,
 )
 from .doubling import JOBS, LIMIT, SHAPES, doubling_table, measure_doubling
-from .machine import usable_cores
+from .machine import facts, usable_cores
 from .meshes import Arrays, build, find_data
 from .pages import knobby_torus, measure_page, page_table
 from .plan import make_plan
@@ -97,6 +97,22 @@ def _run(sections: set[str], **options: Any) -> None:
     if plan.data is None:
         _say("no folder of data (SUPERFACETS_DATA, ../shared/data): sample meshes are used")
     results = measure(plan, frozenset(sections), load_expected(), _say)
+    click.echo(report.render(results))
+    if output:
+        output.write_text(json.dumps(results, indent=1) + "\n")
+        _say(f"wrote {output}")
+
+
+@commands.command("targets")
+@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True)
+@click.option("--data", type=FOLDER, help="Folder with `meshes`.  [SUPERFACETS_DATA]")
+@click.option("--json", "output", type=FILE, help="Write all results there.")
+def measure_targets(repeats: int, data: Path | None, output: Path | None) -> None:
+    """Rows of the documentation that have a target, in about five minutes."""
+    check_against_reference()
+    before = facts()  # the load of other processes
+    found = targets.measure(targets.Meshes(), find_data(data), repeats, load_expected(), _say)
+    results = {"machine": before} | found
     click.echo(report.render(results))
     if output:
         output.write_text(json.dumps(results, indent=1) + "\n")

@@ -29,9 +29,9 @@ def measure(mesh: str, arrays: Arrays, n_segments: int) -> dict[str, Any]:
     """Return a row with the peak memory in bytes per face, above the memory with the arrays loaded.
 
     The result counts; the input does not, and neither do threads and buffers, which stay after a
-    small mesh is segmented first.
+    small mesh is segmented first. Without faces, the vertices are a cloud of points.
     """
-    n_faces = len(arrays.faces)
+    n_faces = len(arrays.faces) or len(arrays.vertices)
     with tempfile.TemporaryDirectory() as folder:
         np.save(Path(folder) / "vertices.npy", arrays.vertices)
         np.save(Path(folder) / "faces.npy", arrays.faces)
@@ -56,7 +56,7 @@ def _probe(folder: Path, n_segments: int) -> dict[str, Any]:
     vertices, faces = np.load(folder / "vertices.npy"), np.load(folder / "faces.npy")
     gc.collect()
     before = _forget_peak()
-    result = sf.segment((vertices, faces), n_segments)
+    result = sf.segment((vertices, faces) if len(faces) else vertices, n_segments)
     peak_bytes = _resident_bytes("VmHWM") - before
     return {"peak_bytes": peak_bytes, "labels": hash_labels(result.labels)}
 

@@ -71,11 +71,10 @@ def _shares(results: Results) -> str:
     rows = [r for r in results["runs"] if (r["settings"], r["threads"]) == ("defaults", threads)]
     stages = list(dict.fromkeys(stage for row in rows for stage in row["stages"]))
     return markdown_table(
-        ["mesh", "faces", "k", "iterations", *stages],
+        ["faces", "k", *stages],
         (
             [
-                *_place(row),
-                _iterations(row),
+                *_place(row)[1:],
                 *(f"{row['stages'].get(stage, 0.0) / row['seconds']:.0%}" for stage in stages),
             ]
             for row in rows
@@ -130,13 +129,6 @@ def _rivals(results: Results) -> str:
     )
 
 
-def _rival_ratios(results: Results) -> str:
-    return markdown_table(
-        [*CONTESTANT, "time over ours"],
-        ([*_contestant(row), _number(row["ratio"])] for row in results["label_races"]),
-    )
-
-
 def _orders(results: Results) -> str:
     return markdown_table(
         ["mesh", "faces", "k", "order", "seconds", "range", "times the first", "processor time"],
@@ -147,15 +139,40 @@ def _orders(results: Results) -> str:
     )
 
 
-def _orders_alone(results: Results) -> str:
+def _order_ratios(row: dict[str, Any]) -> list[str]:
+    return [f"{row['ratio']:.2f}", f"{row['cpu']:.2f}"]
+
+
+def _rival_ratios(results: Results) -> str:
+    """Return the table of times over ours: a row for each mesh, a column for each contestant."""
+    rows = results["label_races"]
+    races = list(dict.fromkeys((row["mesh"], row["faces"], row["k"]) for row in rows))
+    ratios = {(row["mesh"], row["k"], row["who"], row["settings"]): row["ratio"] for row in rows}
+    names = list(dict.fromkeys((row["who"], row["settings"]) for row in rows))
     return markdown_table(
-        ["mesh", "faces", "k", "order", "time over the first", "processor time over it"],
-        ([*_place(row), row["order"], *_order_ratios(row)] for row in results["orders"]),
+        ["faces", "k", *(f"{who}: {settings}" for who, settings in names)],
+        (
+            [f"{n_faces:,}", f"{k:,}", *(_number(ratios.get((mesh, k, *name))) for name in names)]
+            for mesh, n_faces, k in races
+        ),
     )
 
 
-def _order_ratios(row: dict[str, Any]) -> list[str]:
-    return [f"{row['ratio']:.2f}", f"{row['cpu']:.2f}"]
+def _targets(results: Results) -> str:
+    """Return the rows with a target, each in its unit."""
+    return markdown_table(
+        ["", "now", "target", "machine", "unit"],
+        (
+            [
+                row["what"],
+                _number(row["now"]),
+                "" if row["target"] is None else _number(row["target"]),
+                _number(row["floor"]) if row["floor"] else "",
+                row["unit"],
+            ]
+            for row in results["targets"]
+        ),
+    )
 
 
 def _contestant(row: dict[str, Any]) -> list[str]:
@@ -174,16 +191,6 @@ def _pass_rivals(results: Results) -> str:
                 _number(row["seconds"]),
                 _number(row["ratio"]),
             ]
-            for row in results["pass_races"]
-        ),
-    )
-
-
-def _pass_rival_ratios(results: Results) -> str:
-    return markdown_table(
-        ["mesh", "faces", "k", "who", "settings", "time over ours"],
-        (
-            [*_place(row), row["who"], row["settings"], _number(row["ratio"])]
             for row in results["pass_races"]
         ),
     )
@@ -229,6 +236,7 @@ def _machine(results: Results) -> str:
 
 TABLES: dict[str, Callable[[Results], str]] = {
     "Machine": _machine,
+    "Targets": _targets,
     "Arrays to labels": _runs,
     "One full classification": _passes,
     "Threads": _speedups,
@@ -241,18 +249,24 @@ TABLES: dict[str, Callable[[Results], str]] = {
 
 DOC_TABLES: dict[str, Callable[[Results], str]] = {
     "machine": _machine,
+    "targets": _targets,
     "shares": _shares,
-    "threads": _speedups,
-    "orders": _orders_alone,
     "rivals": _rival_ratios,
-    "pass-rivals": _pass_rival_ratios,
-    "memory": _memory,
 }
+
+
+EMPTY_RESULTS: Results = {
+    name: []
+    for name in (
+        "targets", "runs", "passes", "speedups", "orders", "label_races", "pass_races", "memory",
+    )
+}  # fmt: skip
+"""Results of a run that measures nothing."""
 
 
 def render(results: Results) -> str:
     """Return all tables that the results have rows for, with absolute times."""
-    parts = [(title, make(results)) for title, make in TABLES.items()]
+    parts = [(title, make(EMPTY_RESULTS | results)) for title, make in TABLES.items()]
     return "\n\n".join(f"## {title}\n\n{text}" for title, text in parts if text != EMPTY)
 
 
@@ -260,7 +274,7 @@ def fill(document: str, results: Results) -> str:
     """Return the document with new tables between its marks.
 
     A table is between ``<!-- table: NAME -->`` and ``<!-- end -->``; names are the keys of
-    `DOC_TABLES`.
+    `DOC_TABLES`. Tables that the results have no rows for stay as they are.
 
     Raises
     ------
@@ -269,7 +283,8 @@ def fill(document: str, results: Results) -> str:
     """
 
     def replaced(match: re.Match[str]) -> str:
-        return f"{match[1]}\n\n{DOC_TABLES[match[2]](results)}\n\n{match[3]}"
+        table = DOC_TABLES[match[2]](EMPTY_RESULTS | results)
+        return match[0] if table == EMPTY else f"{match[1]}\n\n{table}\n\n{match[3]}"
 
     pattern = r"(<!-- table: ([\w-]+) -->).*?(<!-- end -->)"
     return re.sub(pattern, replaced, document, flags=re.DOTALL)

@@ -13,6 +13,7 @@ from .meshes import Arrays, shuffle
 
 SETTINGS: dict[str, dict[str, Any]] = {
     "defaults": {},
+    "creases": {"weights": "creases"},
     "plain": PLAIN,
     "tol=0": {**PLAIN, "tol": 0.0},
     "10 iterations": {**PLAIN, "tol": 0.0, "max_num_iter": 10},

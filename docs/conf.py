@@ -1,5 +1,6 @@
 """Settings of the documentation."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,10 @@ from sphinx.pycode import ModuleAnalyzer
 
 import superfacets
 from superfacets.cli.main import COMMANDS, commands
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from notebooks import write_notebook
 
 project = "superfacets"
 author = copyright = "The superfacets developers"
@@ -22,8 +27,9 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
+    "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build", "help"]
+exclude_patterns = ["_build", "examples", "help"]
 templates_path = ["_templates"]
 nitpicky = True
 # Types of other projects and words of numpydoc's type descriptions, which have no page here.
@@ -39,6 +45,24 @@ myst_enable_extensions = ["deflist", "dollarmath"]
 myst_heading_anchors = 3
 autodoc_typehints = "none"  # the docstrings say more
 numpydoc_show_class_members = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": "examples",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"\.py$",
+    "ignore_pattern": "classify_regions",  # needs the Princeton benchmark
+    "within_subsection_order": "gallery_parts.position",
+    "image_scrapers": ("matplotlib", "gallery_parts.save_plot"),
+    "ignore_repr_types": "Plot",  # `save_plot` shows it
+    "doc_module": ("superfacets",),
+    "reference_url": {"superfacets": None},
+    "backreferences_dir": "gallery/backreferences",
+    "abort_on_example_error": True,
+    "remove_config_comments": True,
+    "show_memory": False,
+    "show_signature": False,
+    "write_computation_times": False,
+}
 
 html_theme = "furo"
 html_title = "superfacets"
@@ -61,17 +85,36 @@ def skip_fields_of_tuples(
     return True if type(obj).__name__ == "_tuplegetter" else None
 
 
+PAGES_OF_COMMANDS = {
+    "segment": "parameters.md", "levels": "howto/levels.md", "batch": "howto/batch.md",
+    "render": "howto/pictures.md", "view": "howto/view.md", "studio": "howto/label.md",
+    "agree": "howto/label.md#two-annotators", "convert": "howto/export.md",
+    "regions": "howto/regions.md", "cut": "howto/cut.md", "transfer": "howto/transfer.md",
+    "lift": "howto/lift.md", "evaluate": "metrics.md", "reproduce": "reproduction.md",
+    "quality": "quality.md", "superpoints": "howto/scannet.md",
+}  # fmt: skip
+
+
 def write_help(app: Sphinx) -> None:
-    """Write the help text of each command to ``help/COMMAND.txt``, for the page of the command."""
-    folder = Path(app.srcdir, "help")
-    folder.mkdir(exist_ok=True)
+    """Write ``help/commands.md``, which the page of the command includes: a section for each."""
+    sections = []
     for name in COMMANDS:
         arguments = [name, "--help"]
         text = CliRunner().invoke(commands, arguments, prog_name="superfacets", terminal_width=100)
-        Path(folder, f"{name}.txt").write_text(text.output, encoding="utf-8")
+        link = f"See []({PAGES_OF_COMMANDS[name]}).\n\n" if name in PAGES_OF_COMMANDS else ""
+        sections.append(f"## {name}\n\n{link}```text\n{text.output}```\n")
+    folder = Path(app.srcdir, "help")
+    folder.mkdir(exist_ok=True)
+    Path(folder, "commands.md").write_text("\n".join(sections), encoding="utf-8")
+
+
+def write_tutorial(app: Sphinx) -> None:
+    """Write the tutorial as a notebook to download."""
+    write_notebook(Path(app.srcdir, "tutorial.md"))
 
 
 def setup(app: Sphinx) -> None:
+    app.connect("builder-inited", write_tutorial)
     app.connect("builder-inited", write_help)
     app.connect("autodoc-skip-member", skip_fields_of_tuples)
     app.connect("autodoc-process-docstring", add_docstring_of_data, priority=100)

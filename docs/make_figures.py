@@ -1,16 +1,21 @@
 """Draw the pictures of the README and of the documentation: ``make figures``."""
 
+import contextlib
+import re
 import warnings
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+import gallery_meshes
 import numpy as np
-from gallery_meshes import flange
+from PIL import Image
+from shrink_images import IMAGES, read, save_page
 
 import superfacets as sf
 from superfacets.pictures.backend import quiet_vtk
 
-IMAGES = Path(__file__).parent / "images"
 SIZE = (860, 688)
+SMALL = (720, 540)
 PLAIN = np.array([205, 197, 184])
 DARK = np.array([150, 30, 40])
 N_SEGMENTS = 150
@@ -35,7 +40,9 @@ def main() -> None:
     draw(mesh, "stage4a-classify", first.labels, colors=shades(first.distances, 1.0))
     draw(mesh, "stage4b-update", rough.labels)
     draw(mesh, "stage5-regions", final.labels)
-    sf.render(mesh, final.labels, output=IMAGES / "bear.png", size=(1080, 810))
+    save(sf.render(mesh, final.labels, size=(1080, 810)), "bear")
+    draw_kinds()
+    draw_tutorial()
     draw_slivers("howto-slivers")
     draw_cut("howto-cut")
     draw_plots(mesh, final.labels)
@@ -45,15 +52,14 @@ def draw_plots(mesh, labels):
     """Write two labelings side by side, and regions colored by their area."""
     coarse = sf.segment(mesh, 30).labels
     titles = ["150 regions", "30 regions"]
-    style = {"size": (400, 440), "output": IMAGES / "howto-compare.png"}
-    sf.plot(mesh, labels, compare=[coarse], titles=titles, **style)
-    style = {"size": (480, 440), "output": IMAGES / "howto-values.png"}
-    sf.plot(mesh, labels, color_by="area", **style)
+    plot = sf.plot(mesh, labels, compare=[coarse], titles=titles, size=(400, 440))
+    save(plot.image, "howto-compare")
+    save(sf.plot(mesh, labels, color_by="area", size=(480, 440)).image, "howto-values")
 
 
 def draw(mesh, name, labels=None, colors=None):
     """Write one picture of the bear."""
-    sf.render(mesh, labels, colors=colors, output=IMAGES / f"{name}.png", size=SIZE)
+    save(sf.render(mesh, labels, colors=colors, size=SIZE), name)
 
 
 def shades(values, exponent):
@@ -78,7 +84,7 @@ def dots(graph, seeds):
 
 def draw_slivers(name):
     """Write, side by side, a CAD part, its regions, and those of the subdivided part."""
-    part = flange()
+    part = gallery_meshes.flange()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.SliverWarning)
         striped = sf.segment(part, N_SEGMENTS, eta_convex=0.2)
@@ -92,7 +98,7 @@ def draw_slivers(name):
         sf.render(part, striped.labels, **style),
         sf.render(fine, round_ones.labels, **style),
     ]
-    write_row(panels, name)
+    save(np.concatenate(panels, axis=1), name)
 
 
 def draw_cut(name):
@@ -103,15 +109,33 @@ def draw_cut(name):
     panels = [
         sf.render(mesh, labels, smooth_borders=is_smooth, **style) for is_smooth in (False, True)
     ]
-    write_row(panels, name)
+    save(np.concatenate(panels, axis=1), name)
 
 
-def write_row(panels, name):
-    """Write pictures side by side."""
-    from PIL import Image
+def draw_kinds():
+    """Write the four small pictures of the README: quads, tetrahedra, points, colors."""
+    tilted = {angle: sf.View(up="z", elevation=angle) for angle in (40, 55)}
+    mesh, body, cloud, rug = (
+        getattr(gallery_meshes, name)() for name in ("knot", "body", "points", "rug")
+    )
+    save(sf.render(mesh, sf.segment(mesh, 90), view=tilted[55], size=SMALL), "kind-quads")
+    labels = sf.segment(body, 60)
+    save(sf.render(body, labels, view=tilted[40], size=SMALL, clip="-z"), "kind-tetrahedra")
+    labels = sf.segment(cloud, 150, min_size=0.1)
+    save(sf.render(cloud, labels, size=SMALL), "kind-points")
+    view = sf.View(up="z", azimuth=0, elevation=60)
+    labels = sf.segment(rug, 160, features="color")
+    save(sf.render(rug, labels, view=view, size=SMALL), "kind-colors")
 
-    pixels = np.concatenate([np.asarray(panel) for panel in panels], axis=1)
-    Image.fromarray(pixels).quantize(128).save(IMAGES / f"{name}.png", optimize=True)
+
+def draw_tutorial():
+    """Write the picture that the Python of the tutorial makes."""
+    page = Path(__file__).with_name("tutorial.md").read_text(encoding="utf-8")
+    code = "\n".join(re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE))
+    with TemporaryDirectory() as folder, contextlib.chdir(folder):
+        with contextlib.redirect_stdout(None):
+            exec(code, {})
+        save(np.asarray(read(Path("part.png"), (720, 540))), "tutorial-part")
 
 
 def draw_arcs(mesh, name):
@@ -133,8 +157,13 @@ def draw_arcs(mesh, name):
         plotter.enable_anti_aliasing("ssaa")
         plotter.camera_position = [(1.6, 2.0, 3.2), (0.46, 1.3, 0.1), (0, 1, 0)]
         plotter.camera.zoom(5)
-        plotter.screenshot(IMAGES / f"{name}.png")
+        save(plotter.screenshot(return_img=True), name)
         plotter.close()
+
+
+def save(pixels, name):
+    """Write a picture as WebP."""
+    save_page(Image.fromarray(pixels), IMAGES / f"{name}.webp")
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ def save_small(picture: Image.Image, path: Path) -> None:
 
 def save_page(picture: Image.Image, path: Path) -> None:
     """Write the picture of a page as WebP: all colors, no dither."""
-    picture.save(path.with_suffix(".webp"), quality=88, method=6)
+    picture.save(path.with_suffix(".webp"), quality=90, method=6)
 
 
 if __name__ == "__main__":

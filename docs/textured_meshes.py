@@ -152,7 +152,8 @@ def draw_facade(folder: Path, picture: Path) -> None:
         drawn[is_border] = 20
         panels.append(np.rint(drawn).astype(np.uint8))
     image = Image.fromarray(np.concatenate(panels, axis=1))
-    image.resize((1200, 300), Image.Resampling.LANCZOS).quantize(96).save(picture, optimize=True)
+    small = image.resize((1200, 300), Image.Resampling.LANCZOS)
+    small.save(picture, quality=90, method=6)
 
 
 if __name__ == "__main__":
@@ -162,6 +163,6 @@ if __name__ == "__main__":
         with TemporaryDirectory() as temporary:
             write_facade(Path(temporary))
             images = Path(__file__).resolve().parent / "images"
-            draw_facade(Path(temporary), images / "howto-facade.png")
+            draw_facade(Path(temporary), images / "howto-facade.webp")
     else:
         write_facade(Path(sys.argv[1]))

@@ -20,6 +20,7 @@ from benchmarks import (
     report,
     rivals,
     runs,
+    targets,
 )
 from benchmarks import plan as plans
 from benchmarks.cli import commands
@@ -276,6 +277,13 @@ def test_memory_is_measured_in_another_process(bear):
     assert 4 <= row["bytes_per_face"] < 2_000
 
 
+def test_memory_of_a_cloud_is_measured_per_point(bear):
+    points = meshes.subdivide(meshes.subdivide(bear)).vertices
+    row = memory.measure("bear", meshes.Arrays(points, bear.faces[:0]), 20)
+    assert row["labels"] == checks.hash_labels(sf.segment(points, 20).labels)
+    assert row["faces"] == len(points)
+
+
 def test_facts_tell_nothing_of_whose_machine_it_is():
     facts = machine.facts()
     assert facts["cores"] >= 1
@@ -350,8 +358,8 @@ def test_tables_hold_times_and_documents_ratios():
     )
     document = "before\n<!-- table: shares -->\nold\n<!-- end -->\nafter\n"
     filled = report.fill(document, results_of(runs=[row]))
-    assert re.search(r"\| bunny +\| +69,451 \| +150 \| 8 \+ 2 +\| 50% +\|", filled)
-    assert filled.startswith("before\n<!-- table: shares -->\n\n| mesh ")
+    assert re.search(r"\| +69,451 \| +150 \| 50% +\|", filled)
+    assert filled.startswith("before\n<!-- table: shares -->\n\n|   faces ")
     assert filled.endswith("\n<!-- end -->\nafter\n")
     assert "old" not in filled
     assert report.fill(filled, results_of(runs=[row])) == filled
@@ -388,6 +396,31 @@ def test_all_runs_on_a_small_mesh_and_writes_json(no_data, tmp_path):
     again = run("report", str(output))
     assert again.exit_code == 0
     assert "## Threads\n" in again.output
+
+
+def test_targets_are_a_table_of_the_terminal_and_of_the_documentation(
+    no_data, tmp_path, monkeypatch
+):
+    small = targets.Meshes(("sphere-x64", BEAR), "sphere-x64", BEAR, "sphere-x64", BEAR)
+    monkeypatch.setattr(targets, "Meshes", lambda: small)
+    output = tmp_path / "bench.json"
+    done = run("targets", "--repeats", "1", "--json", str(output))
+    assert done.exit_code == 0, done.output
+    assert "## Targets\n" in done.output
+    results = json.loads(output.read_text())
+    rows = {row["what"]: row for row in results["targets"]}
+    assert all(row["now"] > 0 for row in rows.values())
+    assert rows["shuffled faces over sorted ones"]["target"] == 1.25
+    assert rows["4,892 faces, k = 150"]["floor"] > 0
+    document = "<!-- table: targets -->\n<!-- end -->\n<!-- table: rivals -->\n<!-- end -->"
+    filled = report.fill(document, results)
+    assert "| memory of a mesh, per face " in filled
+    assert len(re.findall(r"^\| +(?:1,280|4,892) \|", filled, re.MULTILINE)) == 2
+
+
+def test_tables_without_rows_stay():
+    document = "<!-- table: rivals -->\n\n| old |\n\n<!-- end -->"
+    assert report.fill(document, results_of()) == document
 
 
 def test_hashes_that_expect_stores_are_found_by_later_runs(no_data, tmp_path, monkeypatch):

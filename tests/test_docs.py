@@ -1,7 +1,10 @@
 """What the documentation shows is run: its Python, its commands, its list of public names."""
 
+import ast
 import contextlib
 import io
+import itertools
+import json
 import re
 import shlex
 import warnings
@@ -10,13 +13,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
+import click
 import gallery_meshes
-import make_gallery
+import notebooks
 import numpy as np
 import pytest
 import shrink_images
 import textured_meshes
-from click.testing import CliRunner
 from tools.sample_bear import parts_of
 
 import superfacets as sf
@@ -24,8 +27,7 @@ from superfacets.cli.main import commands
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", *(DOCS / f"{name}.md" for name in ("index", "pipeline", "metrics"))]
-PAGES += [DOCS / "tutorial.md", *sorted((DOCS / "howto").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md")), *sorted((DOCS / "howto").glob("*.md"))]
 
 CHANNELS = ("red", "green", "blue")
 
@@ -47,7 +49,7 @@ def read_blocks(path):
     text = path.read_text(encoding="utf-8")
     found = list(FENCE.finditer(text))
     blocks = []
-    for block, after in zip(found, [*found[1:], None], strict=True):
+    for block, after in itertools.zip_longest(found, found[1:]):
         is_output = (
             after is not None
             and after[2] == "text"
@@ -148,6 +150,36 @@ def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
     assert all(compile(block.code, str(path), "exec") for block in python_blocks(path))
 
 
+def shown_commands(path):
+    """What follows `superfacets` on each line of a page's blocks that has it."""
+    for block in read_blocks(path):
+        if block.language in ("sh", "console", "text"):
+            for line in re.findall(r"(?:^|\| )(?:\$ )?superfacets (.*)", block.code, re.MULTILINE):
+                words = shlex.split(line, comments=True)
+                yield list(itertools.takewhile(lambda word: word not in ("|", ">"), words))
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+def test_commands_that_pages_show_have_the_options_that_they_use(path):
+    for words in shown_commands(path):
+        with commands.make_context("superfacets", list(words)) as context:
+            name, command, rest = commands.resolve_command(context, words)
+            try:
+                command.make_context(name, list(rest), parent=context)
+            except click.BadParameter as error:
+                if "does not exist" not in error.message:
+                    raise
+            except click.exceptions.Exit:  # of --help
+                pass
+
+
+def test_a_command_with_an_option_that_there_is_not_is_found(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("```sh\nsuperfacets segment a.ply -n 3 --fast  # a comment\n```\n")
+    with pytest.raises(click.NoSuchOption, match="--fast"):
+        test_commands_that_pages_show_have_the_options_that_they_use(page)
+
+
 def public_names():
     """The full name of everything public, as the API reference lists it."""
     modules = [sf, sf.metrics, sf.segmentator, sf.baselines, sf.princeton]
@@ -175,13 +207,28 @@ def test_every_public_name_has_a_page():
     assert sorted(listed) == sorted(public_names())
 
 
-GALLERY = make_gallery.read_entries((DOCS / "gallery.md").read_text(encoding="utf-8"))
+def test_every_example_has_a_place_in_the_gallery_and_one_page_for_it():
+    """The documentation runs them: `make docs`."""
+    examples = {path.stem for path in (DOCS / "examples").glob("*.py")}
+    order = ast.parse((DOCS / "gallery_parts.py").read_text(encoding="utf-8"))
+    listed = next(
+        ast.literal_eval(node.value) for node in order.body if isinstance(node, ast.Assign)
+    )
+    assert set(listed) == examples - {"classify_regions"}
+    assert len(set(listed)) == len(listed)
+    assert set(notebooks.EXAMPLES) <= examples
 
 
-def test_each_mesh_of_the_gallery_has_a_picture_and_commands():
-    assert sorted(name for name, _ in GALLERY) == sorted(gallery_meshes.MESHES)
-    pictures = {path.stem for path in make_gallery.PICTURES.glob("*.png")}
-    assert pictures == set(gallery_meshes.MESHES)
+def test_a_page_becomes_a_notebook_of_its_text_and_code(tmp_path, monkeypatch):
+    monkeypatch.setattr(notebooks, "DOCS", tmp_path)
+    page = tmp_path / "page.md"
+    page.write_text("# A\n\n[b](howto/b.md#c)\n\n```python\nx = 1\n```\n\n```text\n1\n```\n\nEnd\n")
+    notebooks.write_notebook(page)
+    cells = json.loads((tmp_path / "notebooks" / "page.ipynb").read_text())["cells"]
+    assert [cell["cell_type"] for cell in cells] == ["markdown", "code", "markdown"]
+    assert [cell["source"] for cell in cells] == [
+        f"# A\n\n[b]({notebooks.SITE}howto/b.html#c)", "x = 1", "End",
+    ]  # fmt: skip
 
 
 def test_pictures_are_small():
@@ -190,35 +237,16 @@ def test_pictures_are_small():
     assert {name for name, size in sizes.items() if size > shrink_images.MAX_BYTES} == set()
 
 
-def test_links_of_the_readme_lead_to_files():
+def test_links_of_the_readme_lead_somewhere():
     links = re.findall(r"\]\(([^)#:]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
     assert "docs/tutorial.md" in links
-    assert [link for link in links if not (ROOT / link).is_file()] == []
+    assert [link for link in links if not (ROOT / link).exists()] == []
 
 
-@pytest.mark.parametrize(("name", "lines"), GALLERY, ids=[name for name, _ in GALLERY])
-def test_commands_of_the_gallery_run(name, lines, tmp_path, monkeypatch):
-    """They run on a coarse bear in the place of the mesh; pictures are drawn elsewhere."""
-    monkeypatch.chdir(tmp_path)
-    Path("gallery").mkdir()
-    ending = "ply"
-    if name == "body":
-        ending = "vtu"
-    make = {"body": lambda: gallery_meshes.body(4), "rug": lambda: gallery_meshes.rug(3_000),
-            "points": lambda: gallery_meshes.points(3_000)}  # fmt: skip
-    mesh = make[name]() if name in make else sf.sample_mesh(3_000)
-    sf.write_mesh(f"gallery/{name}.{ending}", mesh)
-    segment, render = (shlex.split(line)[1:] for line in lines)
-    result = CliRunner().invoke(commands, segment)
-    assert result.exit_code == 0, result.output
-    assert render[:2] == ["render", f"{name}.{ending}"]
-    assert render[2:4] == ["-o", f"{name}.png"]
-    assert sf.read_labels(f"{name}.{ending}").max() > 0
-
-
-@pytest.mark.parametrize("name", ["flange", "gears", "terrain", "scan", "room", "knot"])
+@pytest.mark.parametrize("name", ["flange", "terrain", "scan", "room", "knot"])
 def test_generated_meshes_of_the_gallery_are_sound(name):
-    info = sf.mesh_info(gallery_meshes.MESHES[name]())
+    made = getattr(gallery_meshes, name)()
+    info = sf.mesh_info(made[0] if name == "room" else made)
     assert info.n_faces < 300_000
     assert info.n_inconsistent_edges == 0
     assert (info.n_components == 1) == (name in ("flange", "terrain", "knot"))

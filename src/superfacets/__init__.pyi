@@ -52,9 +52,9 @@ from .errors import RenderError as RenderError
 from .errors import SliverWarning as SliverWarning
 from .errors import ViewWarning as ViewWarning
 from .export.pyg import write_graphs as write_graphs
-from .export.regions import write_regions as write_regions
 from .export.write import write_labels as write_labels
 from .export.write import write_mesh as write_mesh
+from .export.write import write_regions as write_regions
 from .interop import segmentator as segmentator
 from .interop.aggregation import RegroupedObject as RegroupedObject
 from .interop.aggregation import regroup_segments as regroup_segments

@@ -106,13 +106,8 @@ class LoopOptions:
     @property
     def params(self) -> dict[str, Any]:
         """The parameters that the result reports, by name."""
-        return {
-            "radius_factor": self.radius_factor,
-            "max_num_iter": self.max_num_iter,
-            "tol": self.tol,
-            "relocate": self.relocate,
-            "islands": self.islands,
-        }
+        names = ("radius_factor", "max_num_iter", "tol", "relocate", "islands")
+        return {name: getattr(self, name) for name in names}
 
 
 @dataclass(frozen=True)
@@ -189,7 +184,7 @@ class BalanceOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """The parameters that the result reports, by name: those that are used."""
+        """The parameters in use, by name, as the result reports them."""
         given = {
             "balance": self.balance or None,
             "max_measure": self.max_measure,
@@ -229,8 +224,5 @@ class CleanupOptions:
     @property
     def params(self) -> dict[str, Any]:
         """The parameters that the result reports, by name."""
-        return {
-            "smooth": self.smooth,
-            "enforce_connectivity": self.enforce_connectivity,
-            "min_size": self.min_size,
-        }
+        names = ("smooth", "enforce_connectivity", "min_size")
+        return {name: getattr(self, name) for name in names}

@@ -1,5 +1,8 @@
 """The errors that superfacets raises for wrong input and missing extras, and its warnings."""
 
+import importlib
+from typing import Any
+
 
 class MeshError(ValueError):
     """The mesh, or the file that should hold it, cannot be used; the message says where and why."""
@@ -15,6 +18,14 @@ class MissingExtraError(ImportError):
             needs, package = extra, extra
         super().__init__(f"{task} needs {needs}: pip install {package}")
         self.extra = extra
+
+
+def import_extra(module: str, task: str, extra: str) -> Any:
+    """Return an optional module; a MissingExtraError for the task if it is not installed."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError:
+        raise MissingExtraError(task, extra) from None
 
 
 class RenderError(RuntimeError):

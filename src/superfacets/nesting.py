@@ -43,7 +43,7 @@ def hierarchy(
 ) -> Hierarchy:
     r"""Return nested levels of regions: each region is a union of regions of the finer levels.
 
-    The finest level is that of `segment` (or the labels given). Then the two neighboring regions
+    The finest level comes from `segment` (or the labels given). Then the two neighboring regions
     whose merge costs least are merged, again and again, until no neighbors are left. So the result
     can be cut at any number of regions. Merging regions of areas a and b, with centroids p and q,
     costs
@@ -73,7 +73,7 @@ def hierarchy(
     scale_features : bool, default True
         Divide each feature by its standard deviation over the area first.
     islands : {"keep", "nearest"}
-        What to do with components. ``"keep"``: only regions that touch merge, and no level can
+        Treatment of components. ``"keep"``: only regions that touch merge, and no level can
         have fewer regions than there are components. ``"nearest"``: each component but the largest
         may also merge across the gap to the nearest cell of larger components; a gap counts as a
         border of length r in a deep crease. Regions may then extend over several components. It is

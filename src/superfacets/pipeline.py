@@ -66,15 +66,12 @@ PAPER: Mapping[str, Any] = MappingProxyType(
 )
 """Keywords for the paper's algorithm exactly as published: ``segment(mesh, 150, **PAPER)``.
 
-Weights are those of eq. 1-3, seeds are the farthest from each other in space, expansions halt at
+Weights follow eq. 1-3, seeds are the farthest from each other in space, expansions halt at
 2 r, the loop ends when no center changes, and borders are not smoothed.
 """
 
 PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": True})
-"""Keywords for regions that stay within the parts of a shape: those of the default.
-
-``segment(mesh, 150, **PARTS)`` is ``segment(mesh, 150)``: what was an option is the default.
-"""
+"""Keywords for regions that stay within the parts of a shape: the same as the defaults."""
 
 SCANS: Mapping[str, Any] = MappingProxyType({"denoise": 5, "alpha": 80.0})
 """Keywords for scans of rooms, fused from depth images: ``segment(mesh, 1000, **SCANS)``.
@@ -99,7 +96,7 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "seed": "labels are the same on every run; init takes faces that are the seeds",
     }
 )
-"""Parameters of ``slic`` of scikit-image and of other tools, and what `segment` has instead."""
+"""Parameters of ``slic`` of scikit-image and of other tools, and their counterparts here."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +117,7 @@ class Prepared:
 
     @classmethod
     def of(cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True) -> Prepared:
-        """Find the graph of what `as_cells` returns: by far the longest work that is kept."""
+        """Find the graph of cells from `as_cells`: by far the longest part of the preparation."""
         kind = kind_of(source)
         ordered = kind.sorted_graph(source, weld, n_threads) if is_sorted else None
         if ordered is None:
@@ -178,7 +175,7 @@ def segment(
     alpha : float, optional
         How much borders follow creases, >= 0. 0 gives the most compact regions.
     features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
-        What borders follow besides creases: F numbers per face or vertex, or ``"color"``,
+        Data that borders follow besides creases: F numbers per face or vertex, or ``"color"``,
         ``"texture"`` (see `texture_colors`), ``"texture_spread"``, ``"normals"``, ``"height"``, or
         the name of a property in the file.
     denoise : int or "auto", optional
@@ -219,8 +216,8 @@ def segment(
     cell_weights : array_like of float, shape (N,), optional
         Sizes of the cells for these three, >= 0, in place of areas: such as costs.
     cells_per_region : int, optional
-        Exactly so many cells in each region, in place of `n_segments`, but for the remainder of
-        each component; see `Segmentation.patches`.
+        Exact number of cells in each region, in place of `n_segments`; the remainder of each
+        component is smaller. See `Segmentation.patches`.
     mask : array_like of bool, shape (N,), optional
         Faces where it is False are left out, with the label -1.
     barriers : array_like of int, shape (N,) or (E, 2), optional
@@ -234,7 +231,7 @@ def segment(
         Called after each iteration with its number and how many centers moved. If it returns False,
         the loop ends with ``stop_reason="cancelled"``.
     on_stage : callable, optional
-        Called with the name of each stage when it begins. What it raises ends the run.
+        Called with the name of each stage when it begins. An exception from it ends the run.
 
     Returns
     -------
@@ -341,7 +338,7 @@ class Options:
         return is_halted or self.weights.given is not None
 
     def params(self, result: Segmentation) -> dict[str, Any]:
-        """Return them as they are reported, with those that the loop reports in its result."""
+        """The parameters as the result reports them, with the parameters of the loop."""
         return {
             "weld": self.weld,
             "denoise": self.denoise,
@@ -384,9 +381,9 @@ class _Work:
 
     @property
     def has_parts(self) -> bool:
-        """Whether steps are straight, and those between parts have a price.
+        """Whether steps are straight, and steps between parts have a price.
 
-        Not in volumes, and not for cells that have weights of their own.
+        False in volumes, and for cells that have weights of their own.
         """
         surface, is_asked = self.surface, self.options.weights.has_parts
         has_creases = surface.weights is None and surface.dimension == 2
@@ -428,7 +425,7 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
 
 
 def _prepare(work: _Work) -> _Work:
-    """Stages 0 and 1: read the cells and find their neighbors, or take what was prepared."""
+    """Stages 0 and 1: read the cells and find their neighbors, or take prepared cells."""
     options, mesh = work.options, work.prepared
     if isinstance(mesh, Prepared):
         if mesh.order is not None and options.needs_order(mesh.kind):
@@ -647,7 +644,7 @@ def _cleaned(
     smoothing: SmoothOptions,
     goals: Goals | None = None,
 ) -> Segmentation:
-    """Return the result with its regions cleaned up; those of different groups never join."""
+    """Return the result with its regions cleaned up; regions of different groups never join."""
     if options.enforce_connectivity:
         edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
         # Pieces that touch no other region are islands that had joined this one: so they stay.

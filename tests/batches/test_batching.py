@@ -255,6 +255,13 @@ def test_files_are_subdivided_and_have_features_and_text(tmp_path, scan, out):
     assert sf.batch(scan, out, **keywords).n_kept == 1
 
 
+def test_clouds_with_a_viewpoint_are_kept_by_a_second_start(tmp_path, out):
+    np.save(tmp_path / "points.npy", np.random.default_rng(0).random((200, 3)))
+    keywords = {"n_segments": 3, "viewpoint": (0.5, 0.5, 9.0)}
+    assert sf.batch(tmp_path / "points.npy", out, **keywords).n_done == 1
+    assert sf.batch(tmp_path / "points.npy", out, **keywords).n_kept == 1
+
+
 def test_more_regions_than_cells_are_as_many(tmp_path, out):
     sf.write_mesh(tmp_path / "two.ply", ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
                                          [[0, 1, 2], [0, 2, 3]]))  # fmt: skip
@@ -269,7 +276,7 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         ({"init": "best"}, ValueError, "init must be one of"),
         ({"init": [1, 2]}, TypeError, "init must be a name"),
         ({"weights": np.ones(3)}, TypeError, "weights must be a name"),
-        ({"segments": 5}, TypeError, "segments is no option for files; those are alpha, "),
+        ({"segments": 5}, TypeError, "segments is no option for files: the options are alpha, "),
         ({"on_stage": print}, TypeError, "on_stage is no option"),
         ({"max_edge": -1}, ValueError, "max_edge must be"),
         ({"subdivide": 1}, TypeError, "subdivide must be True or False"),

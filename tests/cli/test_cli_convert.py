@@ -115,7 +115,7 @@ def test_attributes_are_carried_over_with_a_note_on_what_is_not(run, folder):
     write_mesh("c.ply", shapes.bumpy_sheet(6), np.zeros(72, int))
     status, _, err = run("convert", "c.ply", "a.npy", "-o", "d.ply")
     assert status == 0
-    assert "replaced by those of the labels: face property label" in err
+    assert "replaced by properties of the labels: face property label" in err
     assert run("convert", "c.ply", "a.npy", "-o", "d.ply", "--drop-attributes")[2] == ""
     assert run("convert", "c.ply", "a.npy", "-o", "d.obj")[2] == ""  # has no place for any
     assert run("convert", "c.ply", "-o", "d.ply")[2] == ""  # the labels are its own

@@ -106,7 +106,7 @@ def test_levels_replaces_no_input(run, sheet, tmp_path, monkeypatch):
 def test_levels_writes_all_files_or_none(run, sheet, tmp_path, monkeypatch):
     written = []
 
-    def write(writer, file, *others):
+    def write(writer, file, **others):
         written.append(file.write(b"part"))
         if len(written) == 2:
             raise OSError(28, "No space left on device")
@@ -197,7 +197,7 @@ def test_levels_carries_attributes_over(run, sheet, tmp_path):
     sf.write_mesh(tmp_path / "a.ply", mesh, np.zeros(mesh.n_faces, int), attributes=attributes)
     out = tmp_path / "b.ply"
     _, _, err = run("levels", tmp_path / "a.ply", "-n", 6, "-o", out)
-    assert "replaced by those of the labels: face property label" in err
+    assert "replaced by properties of the labels: face property label" in err
     kept = sf.read_attributes(tmp_path / "b.6.ply")
     assert np.array_equal(kept.face["part"], np.arange(mesh.n_faces))
     assert run("levels", tmp_path / "a.ply", "-n", 6, "-o", out, "--drop-attributes")[2] == ""

@@ -51,7 +51,9 @@ LIFT = ("lift", "cube.ply", "cube.ply", "masks", "transforms.json")
 def test_regions_are_labeled_by_masks(run, folder):
     status, out, err = run(*LIFT)
     assert status == 0
-    assert err.startswith("superfacets: note: replaced by those of the labels: face property label")
+    assert err.startswith(
+        "superfacets: note: replaced by properties of the labels: face property label"
+    )
     assert out == (
         "wrote cube.superfacets.ply\n"
         "cube.ply: 8 images see 100.0% of the area, 2 labels cover 100.0%, with a mean score of"

@@ -130,7 +130,7 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):
         (["-o", "p.png", "--size", "big"], "'big' is not like 1200x900, of sides 1 to 8192"),
         (["-o", "p.png", "--size", "9000x10"], "'9000x10' is not like 1200x900"),
         (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
-        (["-o", "p.png", "--view", "top", "--azimuth", 5], "--view is a pair of --azimuth and"),
+        (["-o", "p.png", "--view", "top", "--azimuth", 5], "--view sets --azimuth and"),
         (["-o", "p.png", "--color-by", "area"], "'area' is a column of regions: it needs labels"),
     ],
 )

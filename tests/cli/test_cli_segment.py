@@ -418,8 +418,9 @@ def test_a_labeled_mesh_keeps_what_the_input_held(run, colored):
     assert status == 0
     assert err.splitlines() == [
         "superfacets: note: not kept of the input: element edge",
-        "superfacets: note: replaced by those of the labels: face property label, face property"
-        " quality, face property red, face property green, face property blue, face property alpha",
+        "superfacets: note: replaced by properties of the labels: face property label, face"
+        " property quality, face property red, face property green, face property blue, face"
+        " property alpha",
     ]
     found = read_attributes(output)
     assert np.array_equal(found.vertex["red"], np.arange(len(found.vertex["red"])) % 256)

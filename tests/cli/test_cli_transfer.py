@@ -85,7 +85,7 @@ def test_labels_go_to_standard_output(run, folder):
 def test_properties_that_labels_replace_are_named(run, folder):
     assert run("transfer", "coarse.ply", "labels.npy", "fine.ply")[2] == ""
     _, _, err = run("transfer", "coarse.ply", "labels.npy", "coarse.ply", "-o", "again.ply")
-    assert "note: replaced by those of the labels: face property label, face prop" in err
+    assert "note: replaced by properties of the labels: face property label, face prop" in err
 
 
 def test_no_input_is_replaced(run, folder):

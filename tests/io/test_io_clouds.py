@@ -115,7 +115,7 @@ def test_the_vertices_of_a_mesh_are_a_cloud_too(tmp_path):
         ("a.xyz", b"\n", "the file has no points"),
         ("a.xyz", b"x y z\n", "the file has no points"),
         ("a.xyz", b"1 2\n3 4\n", "a point needs 3 numbers, got 2"),
-        ("a.xyz", b"1 2 3\n4 5 6 7\n", "line 2 has 4 numbers, those before 3"),
+        ("a.xyz", b"1 2 3\n4 5 6 7\n", "line 2 has 4 numbers, earlier lines 3"),
         ("a.xyz", b"x y z w\n4 5 6\n", "the first line has 4 names, the next 3 numbers"),
         ("a.xyz", b"p q s\n4 5 6\n", "names p, q, s, but not x, y and z"),
         ("a.xyz", b"1 2 3\n4 five 6\n", "line 2: expected a number"),
@@ -347,7 +347,7 @@ def test_las_is_read_without_laspy_and_written_with_it(cloud, tmp_path, monkeypa
 
 def test_clouds_are_no_meshes(cloud, tmp_path):
     write_mesh(tmp_path / "a.ply", cloud)
-    with pytest.raises(MeshError, match="read_cloud reads those"):
+    with pytest.raises(MeshError, match="use read_cloud"):
         read_mesh(tmp_path / "a.ply")
     with pytest.raises(MeshError, match="a point cloud has no faces"):
         as_mesh(cloud)

@@ -171,7 +171,7 @@ class TestSstk:
 
     def test_only_triangles_have_one(self, house, tmp_path):
         for cells, what in (
-            (house, r": write those of PolygonMesh\.triangulate\(\)"),
+            (house, r": label the triangles of PolygonMesh\.triangulate\(\)"),
             (TETS, ", and these are tets"),
         ):
             with pytest.raises(MeshError, match=f"holds labels of triangles{what}"):

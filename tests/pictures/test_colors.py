@@ -21,8 +21,17 @@ from superfacets import (
     segment,
 )  # fmt: skip
 from superfacets.adapters.results import NO_COLOR
-from superfacets.pictures.colors import MIN_COLOR_DISTANCE, PALETTE, region_colors, scale_colors
-from superfacets.pictures.vision import VISIONS, color_distances, from_oklab, oklab, seen_as
+from superfacets.pictures.colors import (
+    MIN_COLOR_DISTANCE,
+    PALETTE,
+    VISIONS,
+    color_distances,
+    from_oklab,
+    oklab,
+    region_colors,
+    scale_colors,
+    seen_as,
+)
 
 
 def graph_of_pairs(n, pairs):

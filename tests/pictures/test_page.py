@@ -14,10 +14,9 @@ from shapes import bumpy_sheet, cube, soup, strip, table
 
 import superfacets as sf
 from superfacets import Mesh, PointCloud, PolygonMesh, TetMesh, View, hierarchy, sample_mesh
-from superfacets.pictures.colors import face_colors, scale_colors
+from superfacets.pictures.colors import face_colors, oklab, scale_colors
 from superfacets.pictures.page.coding import Arrays, newest_codes
 from superfacets.pictures.page.document import Page
-from superfacets.pictures.vision import oklab
 
 EVIL = "</script><script>alert('&\"')</script>"
 NO_GROUP = 2**32 - 1

@@ -383,7 +383,7 @@ def test_halves_of_my_object_are_two_objects_of_theirs(tmp_path):
 def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     from click.testing import CliRunner
 
-    from superfacets.cli.agree import agree_command
+    from superfacets.cli.studio import agree_command
 
     path, mine, theirs = two
     document = Document.open(path, mine)

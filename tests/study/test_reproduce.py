@@ -19,7 +19,13 @@ from superfacets import Mesh
 from superfacets.cli.main import main
 from superfacets.io.atomic import locked
 from superfacets.study.reproduce import figures, gallery, measure, methods, plan, reproduction
-from superfacets.study.reproduce.gallery import GALLERY, Drawing, is_drawn, picture_path, view_of
+from superfacets.study.reproduce.gallery import (
+    Drawing,
+    is_drawn,
+    picture_path,
+    pictures_of,
+    view_of,
+)
 from superfacets.study.reproduce.measure import Run, pack_labels, unpack_labels
 from superfacets.study.reproduce.plan import Choice, make_plan
 from superfacets.study.reproduce.results import Curve, Results, collect, compare
@@ -439,7 +445,7 @@ def test_pictures_are_drawn_once(run, benchmark, tmp_path):
 def test_a_picture_counts_as_drawn_only_if_whole_and_of_these_labels(benchmark, tmp_path):
     pytest.importorskip("PIL")
     source = find_models(benchmark).found[0]
-    picture = GALLERY["2"]((source,), (), 5)[0]
+    picture = pictures_of("2", (source,), (), 5)[0]
     key = picture.run.key(5)
     drawing = Drawing.of(picture, key, pack_labels(np.zeros(5, dtype=np.int32)), tmp_path)
     assert not is_drawn(drawing)
@@ -454,7 +460,7 @@ def test_a_picture_counts_as_drawn_only_if_whole_and_of_these_labels(benchmark, 
 
 def test_a_picture_that_cannot_be_drawn_is_named(benchmark, tmp_path):
     source = find_models(benchmark).found[0]
-    picture = GALLERY["2"]((source,), (), 5)[0]
+    picture = pictures_of("2", (source,), (), 5)[0]
     labels = pack_labels(np.zeros(5, dtype=np.int32))
     drawing = Drawing.of(picture, picture.run.key(5), labels, tmp_path)
     assert drawing.run().startswith("ValueError: ")
@@ -479,7 +485,7 @@ def test_pictures_show_the_smallest_models_of_their_categories():
     one = Source("9", Path(), "Human", 10, 1, "", 9)
     other = Source("10", Path(), "Human", 20, 1, "", 10)
     cat = Source("381", Path(), "Fourleg", 30, 1, "", 381)
-    shown = GALLERY["8"]((one, other, cat), (), 150)
+    shown = pictures_of("8", (one, other, cat), (), 150)
     assert {picture.run.source for picture in shown} == {one, cat}
     assert {picture.run.method for picture in shown} == {
         "superfacets", "default", "vsa-l2-r", "vsa-l2-i", "vsa-l21-r", "vsa-l21-i",

@@ -20,7 +20,7 @@ constexpr std::size_t kHugePage = 1 << 21;  // bytes: size of a huge page on mos
 // Limit of the unused memory that the pool keeps: kAlwaysKept bytes, which suffices for a mesh of
 // some hundred thousand faces, or 1 / kKeptPart of the memory in use if that is more. Keeping more
 // would raise the peak of memory.
-constexpr std::size_t kAlwaysKept = 32 << 20;
+constexpr std::size_t kAlwaysKept = 64 << 20;
 constexpr std::size_t kKeptPart = 8;
 
 constexpr std::size_t rounded_up(std::size_t n, std::size_t unit) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/assert.hpp"
+#include "base/elementary.hpp"
 
 namespace superfacets {
 namespace {
@@ -14,47 +15,59 @@ namespace {
 // cells.
 constexpr std::size_t kMostArcs = 24;
 
-constexpr std::int64_t kBlock = 1 << 10;  // places per task
-constexpr std::int64_t kUsualArcs = 20;
+constexpr std::int64_t kBlock = 1 << 10;  // places
 
-// Prices of all arcs, in their order. They are whole numbers, so sums do not depend on the order of
-// the terms.
+// Prices of all arcs, by place and in their order: whole numbers, so that sums do not depend on the
+// order of the terms.
 Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<float> prices(graph.arcs.size());
   team.for_each_index(graph.n_cells(), [&](Place place) {
     auto next = static_cast<std::size_t>(graph.arcs_of(place).data() - graph.arcs.data());
     for (const Arc& arc : graph.arcs_of(place)) {
-      prices[next++] = static_cast<float>(std::nearbyint(graph.price(place, arc)));
+      prices[next++] = static_cast<float>(round_to_whole(graph.price(place, arc)));
     }
   });
   return prices;
 }
 
-// Finds the far arcs of one place after another.
+// Lists the arcs of one place after another.
 class ArcFinder {
  public:
   ArcFinder(const OrderedGraph& graph, std::span<const float> prices, int n_steps)
       : graph_(graph), prices_(prices), n_steps_(n_steps), least_(graph.n_cells(), kNone) {}
 
-  // Appends the arcs of a place; returns their number.
-  std::int64_t find(Place place, std::vector<Arc>& arcs) {
+  // Adds the arcs of a place to those that `take` returns; returns their number.
+  std::int64_t find(Place place) {
     walks_.clear();
     reached_.clear();
     least_[place] = 0.0;
-    extend({place, place, 0.0});
+    extend<true>({place, place, 0.0});
     std::size_t begin = 0;
-    for (int step = 1; step < n_steps_; ++step) {
+    for (int step = 2; step <= n_steps_; ++step) {
       const std::size_t end = walks_.size();
       for (; begin < end; ++begin) {
-        if (graph_.arcs_of(walks_[begin].here).size() <= kMostArcs) extend(walks_[begin]);
+        const Walk walk = walks_[begin];
+        if (graph_.arcs_of(walk.here).size() > kMostArcs) continue;
+        if (step < n_steps_) {
+          extend<true>(walk);
+        } else {
+          extend<false>(walk);
+        }
       }
     }
     least_[place] = kNone;
     for (const Place to : reached_) {
-      arcs.push_back({to, length_between(place, to, least_[to])});
+      arcs_.push_back({to, length_between(place, to, least_[to])});
       least_[to] = kNone;
     }
     return std::ssize(reached_);
+  }
+
+  // All arcs since the last call, in memory of their own.
+  Buffer<Arc> take() {
+    Buffer<Arc> taken = copy_of<Arc>(arcs_);
+    arcs_.clear();
+    return taken;
   }
 
  private:
@@ -65,22 +78,25 @@ class ArcFinder {
   };
   static constexpr double kNone = HUGE_VAL;
 
+  // Adds an arc to a walk, in all ways. The longer walks are kept if they are to be extended, too.
+  template <bool kKeeps>
   void extend(const Walk walk) {
     const std::span<const Arc> arcs = graph_.arcs_of(walk.here);
     const float* price = prices_.data() + (arcs.data() - graph_.arcs.data());
     for (const Arc& arc : arcs) {
       const double sum = walk.price + double{*price++};
-      if (arc.to == walk.here || arc.to == walk.before) continue;  // skips padding, and steps back
-      walks_.push_back({walk.here, arc.to, sum});
-      if (least_[arc.to] == kNone) reached_.push_back(arc.to);
-      least_[arc.to] = std::min(least_[arc.to], sum);
+      if (arc.to == walk.here || arc.to == walk.before) continue;  // padding, or back
+      if constexpr (kKeeps) walks_.push_back({walk.here, arc.to, sum});
+      double& least = least_[arc.to];
+      if (least == kNone) reached_.push_back(arc.to);
+      least = std::min(least, sum);
     }
   }
 
   float length_between(Place place, Place to, double price) const {
     const double straight = norm(graph_.positions[to] - graph_.positions[place]);
     const double length = straight / graph_.straight_unit + price;
-    return static_cast<float>(std::max(1.0, std::nearbyint(length)));
+    return static_cast<float>(std::max(1.0, round_to_whole(length)));
   }
 
   const OrderedGraph& graph_;
@@ -88,11 +104,11 @@ class ArcFinder {
   const int n_steps_;
   std::vector<Walk> walks_;
   std::vector<Place> reached_;
-  // (N,) lowest price of a walk to each place; kNone if there is no walk
-  std::vector<double> least_;
+  std::vector<Arc> arcs_;
+  std::vector<double> least_;  // by place: the lowest price of a walk; kNone if there is none
 };
 
-// Number of arcs per walk, chosen so that walks reach about 20 cells.
+// Walks of this many arcs reach about 20 cells, whatever the number of arcs of a cell.
 int steps_of(const OrderedGraph& graph) {
   const double n_arcs = static_cast<double>(graph.n_arcs) / std::max(graph.n_cells(), 1);
   if (n_arcs > 8.0) return 1;
@@ -106,7 +122,7 @@ void add_far_arcs(OrderedGraph& graph, ThreadTeam& team) {
   const int n_steps = steps_of(graph);
   if (n_steps == 1) return;
   const Buffer<float> prices = prices_of(graph, team);
-  std::vector<std::vector<Arc>> blocks((graph.n_cells() + kBlock - 1) / kBlock);
+  std::vector<Buffer<Arc>> blocks((graph.n_cells() + kBlock - 1) / kBlock);
   PerThread<ArcFinder> finders(team.size());
   Buffer<std::int64_t> offsets(graph.n_cells() + 1);
   offsets[0] = 0;
@@ -114,10 +130,10 @@ void add_far_arcs(OrderedGraph& graph, ThreadTeam& team) {
     ArcFinder& finder = finders.get(thread, graph, prices.span(), n_steps);
     const std::int64_t begin = block * kBlock;
     const std::int64_t end = std::min<std::int64_t>(begin + kBlock, graph.n_cells());
-    blocks[block].reserve(kUsualArcs * (end - begin));
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      offsets[place + 1] = finder.find(place, blocks[block]);
+      offsets[place + 1] = finder.find(place);
     }
+    blocks[block] = finder.take();
   });
   for (Place place = 0; place < graph.n_cells(); ++place) offsets[place + 1] += offsets[place];
   Buffer<Arc> arcs(offsets[graph.n_cells()]);

@@ -387,13 +387,6 @@ void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options,
   }
 }
 
-// Rounds 0 <= x < 2^52 to an integer, ties to even, like std::nearbyint, which the baseline
-// instruction set implements by a function call per number.
-double round_to_whole(double x) {
-  constexpr double kNoFraction = 0x1p52;  // numbers from here on have no fraction bits
-  return (x + kNoFraction) - kNoFraction;
-}
-
 }  // namespace
 
 EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/elementary.hpp"
 #include "base/prefetch.hpp"
 #include "cells/ordered_graph.hpp"
 #include "clustering/cell_grower.hpp"
@@ -96,7 +97,7 @@ struct CrossingLengths {
   float of(Cell from, Cell to, float least) const {
     if (positions.empty()) return least;
     const double straight = norm(positions[to] - positions[from]) / fine.straight_unit;
-    return static_cast<float>(std::max(1.0, std::nearbyint(straight + double{least})));
+    return static_cast<float>(std::max(1.0, round_to_whole(straight + double{least})));
   }
 };
 

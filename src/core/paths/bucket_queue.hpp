@@ -1,9 +1,8 @@
 // A queue of places for label-correcting shortest paths, with buckets ordered by path length. It is
-// far cheaper than a heap, and so nearly sorted that few places are expanded twice. Places within a
-// bucket are unordered: if the path of a place becomes shorter after its expansion, the place must
-// be expanded again. If most arcs are much shorter than the mean, a bucket holds whole
-// neighborhoods and the number of repeated expansions has no good bound. Callers must watch
-// n_handled and switch to a RadixHeap.
+// far cheaper than a heap, and so nearly sorted that few places are expanded twice. Within a bucket
+// there is no order: a place whose path becomes shorter after its expansion must be expanded again.
+// If most arcs are much shorter than the mean, a bucket holds whole neighborhoods and the number of
+// repeated expansions has no good bound. Callers must watch n_handled and switch to a RadixHeap.
 #pragma once
 
 #include <algorithm>
@@ -21,14 +20,12 @@ namespace superfacets {
 class BucketQueue {
  public:
   // For a graph of n_arcs arcs whose lengths sum to about 2^kTotalBits. The width of a bucket is
-  // between half and twice the mean length of an arc.
+  // between an eighth and a half of the mean length of an arc: in wider buckets, more places are
+  // expanded twice.
   explicit BucketQueue(std::int64_t n_arcs)
-      : width_bits_(std::max(
-            0, kTotalBits - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(n_arcs))))),
-        ring_(kRingSize) {}
+      : width_bits_(std::max(0, kTotalBits - 2 - bits_of(n_arcs))), ring_(kRingSize) {}
 
-  // Restarts at the bucket of `lowest`, a lower bound of all lengths pushed later. The queue must
-  // be empty.
+  // Restarts at the bucket of the lowest length that will be pushed. The queue must be empty.
   void restart(PathLength lowest) {
     SUPERFACETS_ASSERT(empty());
     current_ = lowest >> width_bits_;
@@ -83,12 +80,16 @@ class BucketQueue {
   std::size_t n_handled() const { return n_handled_; }
 
  private:
+  static int bits_of(std::int64_t n_arcs) {
+    return static_cast<int>(std::bit_width(static_cast<std::uint64_t>(n_arcs)));
+  }
+
   struct FarEntry {
     PathLength length;
     Place place;
   };
 
-  // Number of buckets in the ring: they span arcs of up to about 500 times the mean length.
+  // The ring spans arcs of up to about 100 times the mean length.
   static constexpr std::uint64_t kRingSize = 512;
 
   // Refills the empty ring from the far entries, starting at the lowest length among them.
@@ -104,7 +105,7 @@ class BucketQueue {
   int width_bits_;                        // a bucket is 2^width_bits_ units wide
   std::vector<std::vector<Place>> ring_;  // bucket b is ring_[b % kRingSize]
   std::vector<FarEntry> far_;             // entries that were beyond the ring
-  std::vector<Place> taken_;              // places of the current bucket
+  std::vector<Place> taken_;              // the bucket being worked on
   std::uint64_t current_ = 0;             // the first bucket that may have entries
   std::size_t n_near_ = 0;                // entries in the ring
   std::size_t n_handled_ = 0;

@@ -158,7 +158,8 @@ void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
     const std::vector<Place>& taken = worker.queue.take();
     for (std::size_t i = 0; i < taken.size(); ++i) {
       if (i + kArcsAhead < taken.size()) prefetch(graph_.arcs_of(taken[i + kArcsAhead]).data());
-      if (i + kPathsAhead < taken.size()) {
+      // Long lists of arcs lead to few different places, which are in the cache already.
+      if (graph_.has_rows() && i + kPathsAhead < taken.size()) {
         for (const Arc& arc : graph_.arcs_of(taken[i + kPathsAhead])) {
           prefetch(&lengths_[arc.to]);
           prefetch(&labels_[arc.to]);

@@ -8,46 +8,94 @@
 namespace superfacets {
 namespace {
 
-struct Entering {
-  Place place;
-  Path path;
-};
+// The best path into each place that comes from another region, by its last arc.
+void enter_regions(const OrderedGraph& graph, std::span<const Path> nearest, ThreadTeam& team,
+                   std::span<Path> seconds) {
+  SUPERFACETS_ASSERT(graph.is_symmetric);
+  team.for_each_index(graph.n_cells(), [&](Place place) {
+    const Label label = nearest[place].label;
+    Path best;
+    for (const Arc& arc : graph.arcs_of(place)) {
+      const Path& there = nearest[arc.to];
+      if (there.label == label || there.label == kNoLabel) continue;
+      const Path longer{longer_by(there.length, arc), there.label};
+      if (longer.is_better_than(best)) best = longer;
+    }
+    seconds[place] = best;
+  });
+}
 
-// For each place behind a border, the best path that crosses the border to it. Arcs are scanned
-// from their sources, because they may have no reverse arcs.
-Buffer<Entering> paths_across_borders(const OrderedGraph& graph, std::span<const Path> nearest,
-                                      ThreadTeam& team) {
-  const auto add_crossing = [&](Place place, std::vector<Entering>& found) {
+// The same where arcs may have no reverse arcs, so that paths are found at their sources.
+void enter_along_arcs(const OrderedGraph& graph, std::span<const Path> nearest, ThreadTeam& team,
+                      std::span<Path> seconds) {
+  team.fill(seconds, Path{});
+  for (Place place = 0; place < graph.n_cells(); ++place) {
     const Path path = nearest[place];
-    if (path.label == kNoLabel) return;
+    if (path.label == kNoLabel) continue;
     for (const Arc& arc : graph.arcs_of(place)) {
       if (nearest[arc.to].label == path.label) continue;
-      found.push_back({arc.to, {longer_by(path.length, arc), path.label}});
+      const Path longer{longer_by(path.length, arc), path.label};
+      if (longer.is_better_than(seconds[arc.to])) seconds[arc.to] = longer;
     }
-  };
-  return gather<Entering>(graph.n_cells(), add_crossing, team);
+  }
 }
 
-// Dijkstra's algorithm within a region, from all of its places with a path.
-void expand_inwards(const OrderedGraph& graph, std::span<const Path> nearest,
-                    std::span<const Place> region, RadixHeap& heap, std::span<Path> seconds) {
-  heap.restart();
-  for (const Place place : region) {
-    if (seconds[place].label != kNoLabel) heap.push(seconds[place].length, place);
-  }
-  while (!heap.empty()) {
-    const auto [length, place] = heap.pop();
-    const Path path = seconds[place];
-    if (length != path.length) continue;
-    for (const Arc& arc : graph.arcs_of(place)) {
-      if (nearest[arc.to].label != nearest[place].label) continue;
-      const Path longer{longer_by(path.length, arc), path.label};
-      if (!longer.is_better_than(seconds[arc.to])) continue;
-      seconds[arc.to] = longer;
-      heap.push(longer.length, arc.to);
+// Continues the paths into a region within it: by label correction, one arc further in each round,
+// as regions are a few arcs wide; if that takes long, by Dijkstra's algorithm.
+class Inwards {
+ public:
+  Inwards(const OrderedGraph& graph, std::span<const Path> nearest, std::span<Path> seconds)
+      : graph_(graph), nearest_(nearest), seconds_(seconds) {}
+
+  void expand(std::span<const Place> region) {
+    waiting_.clear();
+    for (const Place place : region) {
+      if (seconds_[place].label != kNoLabel) waiting_.push_back(place);
+    }
+    std::size_t n_expanded = 0;
+    while (!waiting_.empty()) {
+      n_expanded += waiting_.size();
+      if (n_expanded > kMaxExpanded * region.size()) return expand_in_order();
+      next_.clear();
+      for (const Place place : waiting_) relax(place, [&](Place to) { next_.push_back(to); });
+      std::swap(waiting_, next_);
     }
   }
-}
+
+ private:
+  // Number of expanded places, per place of the region, at which the search switches.
+  static constexpr std::size_t kMaxExpanded = 4;
+
+  void expand_in_order() {
+    heap_.restart();
+    for (const Place place : waiting_) heap_.push(seconds_[place].length, place);
+    while (!heap_.empty()) {
+      const auto [length, place] = heap_.pop();
+      if (length != seconds_[place].length) continue;
+      relax(place, [&](Place to) { heap_.push(seconds_[to].length, to); });
+    }
+  }
+
+  // Calls push(to) for each place that gets a better path over this one.
+  template <typename Push>
+  void relax(Place place, const Push& push) {
+    const Path path = seconds_[place];
+    const Label label = nearest_[place].label;
+    for (const Arc& arc : graph_.arcs_of(place)) {
+      if (nearest_[arc.to].label != label) continue;
+      const Path longer{longer_by(path.length, arc), path.label};
+      if (!longer.is_better_than(seconds_[arc.to])) continue;
+      seconds_[arc.to] = longer;
+      push(arc.to);
+    }
+  }
+
+  const OrderedGraph& graph_;
+  const std::span<const Path> nearest_;
+  const std::span<Path> seconds_;
+  std::vector<Place> waiting_, next_;
+  RadixHeap heap_;
+};
 
 }  // namespace
 
@@ -62,14 +110,15 @@ Buffer<Path> second_paths(const OrderedGraph& graph, std::span<const Path> neare
                           const Regions& regions, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(nearest.size(), graph.n_cells()));
   Buffer<Path> seconds(graph.n_cells());
-  team.fill(seconds.span(), Path{});
-  for (const auto& [place, path] : paths_across_borders(graph, nearest, team)) {
-    if (path.is_better_than(seconds[place])) seconds[place] = path;
+  if (graph.is_symmetric) {
+    enter_regions(graph, nearest, team, seconds.span());
+  } else {
+    enter_along_arcs(graph, nearest, team, seconds.span());
   }
-  std::vector<RadixHeap> heaps(team.size());
+  PerThread<Inwards> searches(team.size());
   team.for_each(regions.places.n_lists(), [&](std::int64_t label, int thread) {
-    expand_inwards(graph, nearest, regions.of(static_cast<Label>(label)), heaps[thread],
-                   seconds.span());
+    searches.get(thread, graph, nearest, seconds.span())
+        .expand(regions.of(static_cast<Label>(label)));
   });
   return seconds;
 }

@@ -34,7 +34,7 @@ def has_blocks(source: Any) -> bool:
 def cell_blocks(source: Any) -> list[int]:
     """Return the indices of the blocks to segment: of tetrahedra, or else of faces.
 
-    The labels are those of the cells of these blocks, one block after the other. If the list is
+    Labels belong to the cells of these blocks, one block after the other. If the list is
     empty, the points are a cloud. Raises a MeshError if a block has other volume cells, or cells of
     an unknown type.
     """

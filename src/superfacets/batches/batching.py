@@ -138,7 +138,7 @@ def batch(
         folder.
     output_folder : path-like
         Created if missing. It gets ``manifest.jsonl`` with a record per file, and
-        ``NAME.superfacets.ply`` for each, in folders that mirror those of the inputs.
+        ``NAME.superfacets.ply`` for each, in folders that mirror the folders of the inputs.
     formats : sequence of str, optional
         Formats of the results: ``"ply"``, ``"npy"`` and so on, as the endings of `write_mesh` and
         `write_labels`. The default is PLY, and VTU for tetrahedra.
@@ -216,13 +216,9 @@ def batch(
     for name, value in (("formats", formats), ("features", features)):
         if isinstance(value, str):
             raise TypeError(f"{name} must be a sequence of names, got {value!r}")
-    file_options = FileOptions.checked(
-        options, features=tuple(features), subdivide=subdivide, max_edge=max_edge,
-        drop_attributes=drop_attributes, ascii=ascii, label_name=label_name,
-        vertex_labels=vertex_labels,
-        force=force,
-        viewpoint=viewpoint,
-        min_opacity=min_opacity,
+    file_options = FileOptions(
+        options, features, subdivide, max_edge, drop_attributes, ascii, label_name, vertex_labels,
+        force, viewpoint, min_opacity,
     )  # fmt: skip
     if scheduler is not None and workers is not None:
         raise ValueError("give scheduler or workers, not both: a scheduler has its own")

@@ -16,7 +16,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from .. import __version__
-from ..errors import MissingExtraError, reason_of
+from ..errors import import_extra, reason_of
 from ..workers.calls import Call, Done, Ending, Failed, Killed, Team, Worker
 
 PATIENCE = 60.0
@@ -33,12 +33,7 @@ CONNECT_TIMEOUT = 10.0
 
 
 class RemoteTeam(Team):
-    """Workers of a scheduler.
-
-    Parameters
-    ----------
-    client : distributed.Client
-    """
+    """Workers of a Dask scheduler, reached by a `distributed.Client`."""
 
     def __init__(self, client: Any) -> None:
         super().__init__(_workers_of(client))
@@ -84,12 +79,9 @@ class RemoteTeam(Team):
 def remote_team(address: str, folder: str) -> Iterator[RemoteTeam]:
     """Connect to a scheduler; its workers must see the folder and have this package version.
 
-    Raises
-    ------
-    ConnectionError
-        If there is no scheduler, it has no worker, or a worker does not fit.
+    A ConnectionError if there is no scheduler, it has no worker, or a worker does not fit.
     """
-    distributed = _import_dask()
+    distributed = import_extra("distributed", "a Dask scheduler", "batch")
     with contextlib.ExitStack() as stack:
         stack.enter_context(_silenced())
         client = stack.enter_context(_connected(distributed, address))
@@ -214,10 +206,3 @@ def _silenced() -> Iterator[None]:
     finally:
         for logger, level in zip(loggers, levels, strict=True):
             logger.setLevel(level)
-
-
-def _import_dask() -> Any:
-    try:
-        return importlib.import_module("distributed")
-    except ModuleNotFoundError:
-        raise MissingExtraError("a Dask scheduler", "batch") from None

@@ -5,21 +5,14 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from .._options import (
-    INITS,
-    BalanceOptions,
-    CleanupOptions,
-    LoopOptions,
-    Progress,
-    SizeOptions,
-)
+from .._options import INITS, BalanceOptions, CleanupOptions, LoopOptions, Progress, SizeOptions
 from .._timing import OnStage, timed
+from .._types import Array, Floats, Longs
 from .._validate import checked_choice, checked_flag, checked_number, checked_share, checked_threads
 from ..adapters.convert import as_mesh
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions
@@ -56,49 +49,38 @@ _DEFAULTS = {
 
 @dataclass(frozen=True)
 class FileOptions:
-    """Options for processing each file."""
+    """Options for processing each file, checked before a file is read: as for `batch`."""
 
     keywords: Mapping[str, Any]  # arguments of `segment`
-    features: tuple[str, ...] = ()  # names of features
-    is_subdivided: bool = False
+    features: Sequence[str] = ()
+    subdivide: bool = False
     max_edge: float | None = None
-    keeps_attributes: bool = True
+    drop_attributes: bool = False
     ascii: bool = False
     label_name: str = "label"
     vertex_labels: bool = False
     force: bool = False
-    viewpoint: tuple[float, float, float] | None = None  # of clouds without normals
-    min_opacity: float = 0.0  # of Gaussian splats
+    viewpoint: Sequence[float] | None = None
+    min_opacity: float = 0.0
 
-    @classmethod
-    def checked(
-        cls,
-        keywords: Mapping[str, Any],
-        *,
-        features: tuple[str, ...] = (),
-        subdivide: bool = False,
-        max_edge: float | None = None,
-        drop_attributes: bool = False,
-        ascii: bool = False,
-        label_name: str = "label",
-        vertex_labels: bool = False,
-        force: bool = False,
-        viewpoint: Sequence[float] | None = None,
-        min_opacity: float = 0.0,
-    ) -> FileOptions:
-        """Check the options before a file is read; an error if one is wrong for every mesh."""
-        given = {name: value for name, value in keywords.items() if value is not None}
+    def __post_init__(self) -> None:
+        given = {name: value for name, value in self.keywords.items() if value is not None}
         _check_keywords(given)
+        max_edge, viewpoint = self.max_edge, self.viewpoint
         if max_edge is not None:
             max_edge = checked_number(max_edge, "max_edge", zero=False)
-        is_subdivided = checked_flag(subdivide, "subdivide") or max_edge is not None
-        keeps = not checked_flag(drop_attributes, "drop_attributes")
-        return cls(
-            given, tuple(features), is_subdivided, max_edge, keeps, checked_flag(ascii, "ascii"),
-            label_name, checked_flag(vertex_labels, "vertex_labels"), checked_flag(force, "force"),
-            None if viewpoint is None else checked_viewpoint(viewpoint),
-            checked_share(min_opacity, "min_opacity"),
-        )  # fmt: skip
+        checked: dict[str, Any] = {
+            "keywords": given,
+            "features": tuple(self.features),
+            "max_edge": max_edge,
+            "viewpoint": None if viewpoint is None else checked_viewpoint(viewpoint),
+            "min_opacity": checked_share(self.min_opacity, "min_opacity"),
+        }
+        for name in ("subdivide", "drop_attributes", "ascii", "vertex_labels", "force"):
+            checked[name] = checked_flag(getattr(self, name), name)
+        checked["subdivide"] |= max_edge is not None
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
         """Format options for these endings; a ValueError if an option applies to none of them."""
@@ -109,19 +91,11 @@ class FileOptions:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """The options as keyword arguments of `batch`."""
+        """The options as keyword arguments of `batch`, in the types of JSON."""
+        own = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
         return {
-            **self.keywords,
-            "features": list(self.features),
-            "subdivide": self.is_subdivided,
-            "max_edge": self.max_edge,
-            "drop_attributes": not self.keeps_attributes,
-            "ascii": self.ascii,
-            "label_name": self.label_name,
-            "vertex_labels": self.vertex_labels,
-            "force": self.force,
-            "viewpoint": self.viewpoint,
-            "min_opacity": self.min_opacity,
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in {**self.keywords, **own}.items()
         }
 
     @property
@@ -140,7 +114,7 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
     unknown = sorted(set(keywords) - set(_DEFAULTS))
     if unknown:
         names = ", ".join(sorted(_DEFAULTS))
-        raise TypeError(f"{unknown[0]} is no option for files; those are {names}")
+        raise TypeError(f"{unknown[0]} is no option for files: the options are {names}")
     for name in ("weights", "init"):
         if not isinstance(keywords.get(name, ""), str):
             raise TypeError(f"{name} must be a name: arrays suit one mesh, not many files")
@@ -170,9 +144,7 @@ class Outcome:
     mesh: Cells
     attributes: MeshAttributes | None
     result: Segmentation
-    listed: npt.NDArray[np.int64] | None = (
-        None  # labels of the file's own faces, if it was subdivided
-    )
+    listed: Longs | None = None  # labels of the file's own faces, if it was subdivided
     listed_mesh: Cells | None = None  # the mesh of the file, if it was subdivided
 
 
@@ -182,27 +154,17 @@ def segment_file(
     *,
     holds_attributes: bool,
     timings: dict[str, float],
-    constraints: Callable[[Cells], dict[str, npt.NDArray[Any]]] | None = None,
+    constraints: Callable[[Cells], dict[str, Array]] | None = None,
     progress: Progress | None = None,
     on_stage: OnStage | None = None,
 ) -> Outcome:
     """Read, subdivide and segment one file; no output is written.
 
-    Parameters
-    ----------
-    load : callable
-        Reads the file; its attributes, too, if it is called with True.
-    options : FileOptions
-    holds_attributes : bool
-        Whether an output has a place for attributes of vertices and faces.
-    timings : dict
-        Gets the seconds of "mesh" and "subdivide", which do not overlap the timings of the result.
-    constraints : callable, optional
-        Function that returns the mask and barriers of the cells, as keywords of `segment`.
-    progress, on_stage : callable, optional
-        As for `segment`.
+    `holds_attributes`: whether an output has a place for attributes of vertices and faces.
+    `timings` gets the seconds of "mesh" and "subdivide", which do not overlap the timings of the
+    result. `constraints` returns mask and barriers of the cells, as keywords of `segment`.
     """
-    keeps = options.keeps_attributes and holds_attributes
+    keeps = not options.drop_attributes and holds_attributes
     with timed(timings, "mesh", on_stage):
         mesh, attributes = load(keeps or bool(options.features) or options.min_opacity > 0)
         threads = checked_threads(options.keywords.get("n_threads"))
@@ -217,7 +179,7 @@ def segment_file(
             of_cells["features"] = features
         attributes = attributes if keeps else None
     parts, given = None, mesh
-    if options.is_subdivided:
+    if options.subdivide:
         with timed(timings, "subdivide"):
             parts = _subdivided(mesh, options)
         mesh = parts.mesh
@@ -230,7 +192,7 @@ def segment_file(
     return Outcome(mesh, attributes, result, parts.labels_back(result.labels), given)
 
 
-def _opacities(attributes: MeshAttributes | None) -> npt.NDArray[np.float64]:
+def _opacities(attributes: MeshAttributes | None) -> Floats:
     """Opacity of each Gaussian splat, 0 to 1; a MeshError if the file holds none, or a NaN."""
     stored = {} if attributes is None else attributes.vertex
     if "opacity" not in stored:
@@ -241,7 +203,7 @@ def _opacities(attributes: MeshAttributes | None) -> npt.NDArray[np.float64]:
         return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
 
 
-def _seen_from(viewpoint: tuple[float, float, float], cells: Any) -> PointCloud:
+def _seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
     """Return a cloud with this viewpoint; a MeshError if cells know their sides."""
     if not kind_of(cells).are_points or cells.normals is not None:
         raise MeshError("a viewpoint is for point clouds without normals")
@@ -259,26 +221,18 @@ def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
 
 
 def _segmented(
-    mesh: Cells,
-    of_cells: Mapping[str, Any],
-    options: FileOptions,
-    progress: Progress | None,
+    mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, progress: Progress | None,
     on_stage: OnStage | None,
-) -> Segmentation:
+) -> Segmentation:  # fmt: skip
     """Segment a mesh; one with fewer cells than regions gets one region per cell."""
     keywords = dict(options.keywords)
     if keywords.get("n_segments") is not None:
-        keywords["n_segments"] = min(keywords["n_segments"], _n_kept(mesh, of_cells))
+        n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
+        keywords["n_segments"] = min(keywords["n_segments"], n_kept)
     with warnings.catch_warnings():  # the result holds the same facts
-        warnings.simplefilter("ignore", IslandWarning)
-        warnings.simplefilter("ignore", SliverWarning)
-        warnings.simplefilter("ignore", BalanceWarning)
+        for kind in (IslandWarning, SliverWarning, BalanceWarning):
+            warnings.simplefilter("ignore", kind)
         return segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
-
-
-def _n_kept(mesh: Cells, of_cells: Mapping[str, npt.NDArray[Any]]) -> int:
-    """Number of cells that a mask keeps."""
-    return int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
 
 
 def attributes_of_parts(

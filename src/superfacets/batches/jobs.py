@@ -100,11 +100,8 @@ class BatchJob:
 def run_job(job: BatchJob) -> Record:
     """Process one file and return its record, also if it failed.
 
-    Raises
-    ------
-    OSError
-        If the batch cannot go on: the disk is full, or this process has another version of the
-        package than the one that made the job.
+    An OSError if the batch cannot go on: the disk is full, or this process has another version of
+    the package than the one that made the job.
     """
     check_version(job.head["version"])
     record = {**job.head, "sha256": None}

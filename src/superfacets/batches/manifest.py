@@ -15,20 +15,9 @@ class Manifest:
     """Records in a file, for use in a `with` block by one process at a time.
 
     Each record is on the disk before `append` returns. A damaged line is ignored, such as a last
-    line that a killed process wrote only in part. A line is also ignored if a later line has the
-    same name. Ignored lines are removed when the manifest is next written or closed.
-
-    Parameters
-    ----------
-    path : Path
-        Path of the file, which need not exist.
-
-    Attributes
-    ----------
-    records : dict
-        The last record of each name.
-    notes : list of str
-        A message for each damaged line, except for a last line without its newline.
+    line that a killed process wrote only in part; so is a line with the name of a later line.
+    Ignored lines are removed when the manifest is next written or closed. `records` holds the last
+    record of each name, `notes` a message for each damaged line that ends in a newline.
     """
 
     def __init__(self, path: Path) -> None:
@@ -53,10 +42,7 @@ class Manifest:
     def append(self, record: Record) -> None:
         """Add a record; it replaces an earlier record of the same name.
 
-        Raises
-        ------
-        OSError
-            If the record cannot be written; the file is then unchanged.
+        An OSError if it cannot be written; the file is then unchanged.
         """
         line = json.dumps(record).encode() + b"\n"
         if self._file is None:

@@ -55,15 +55,9 @@ def open_run(
 
     With one worker, this process does the work itself. With the address of a scheduler, `workers`
     has no effect. If a worker is killed, its piece is run again, so `work` may only read the store
-    and write arrays of its own piece. All workers must see `folder`, an absolute path.
-
-    Raises
-    ------
-    OSError
-        If the scheduler does not answer, has no worker, or has a worker of another version; or,
-        during a run, if all workers are gone, or the same piece has killed several.
-    MissingExtraError
-        If psutil, which several workers need, or Dask, which a scheduler needs, is not installed.
+    and write arrays of its own piece. All workers must see `folder`, an absolute path. Raises the
+    errors of `remote_team` and `open_pool`; during a run, an OSError if all workers are gone, or
+    the same piece has killed several.
     """
     if scheduler is not None or workers > 1:
         remote = None if scheduler is None else remote_team(scheduler, str(folder))

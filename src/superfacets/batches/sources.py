@@ -38,31 +38,20 @@ class Source:
 
 
 def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
-    """Return the files given by `inputs`, without duplicates.
+    """Return the files given by `inputs`, without duplicates, as `batch` describes them.
 
-    Parameters
-    ----------
-    inputs : path-like, or iterable of these
-        A file; a folder, which is searched with all folders below it (links to folders are not
-        followed) for meshes and clouds, but not for ``.csv``, ``.txt`` and ``.npy``; a tileset of
-        3D Tiles (``.json``), also where a folder has a ``tileset.json``: its models; a pattern with
-        ``*``, ``?``, ``[]`` or ``**``; or ``@LIST``, a text file with a path per line, relative to
-        its own folder, in which empty lines and lines that begin with ``#`` are ignored.
-
-    Raises
-    ------
-    OSError
-        If a folder or a list cannot be read, or nothing is found.
-    ValueError
-        If no input is given, or two different files have the same path below the given folders; a
-        MeshError if a tileset is damaged.
+    A tileset of 3D Tiles (``.json``), also where a folder has a ``tileset.json``, gives its models.
+    Links to folders are not followed. In a list (``@LIST``), empty lines and lines that begin with
+    ``#`` are ignored. An OSError if a folder or a list cannot be read, or nothing is found; a
+    ValueError if no input is given, or two files have the same path below the given folders; a
+    MeshError if a tileset is damaged.
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     found: dict[str, Source] = {}
     for text in (os.fspath(path) for path in given):
         for source in _expanded(text):
             other = found.setdefault(source.name, source)
-            if not _is_same_file(other.input, source.input):
+            if os.path.realpath(other.input) != os.path.realpath(source.input):
                 raise ValueError(
                     f"{other.input} and {source.input} are both called {source.name}: give the"
                     " folder above them, or a pattern in quotes, and results mirror its folders"
@@ -167,10 +156,6 @@ def _matching(pattern: str) -> Iterator[Source]:
         yield from _named(path, path.relative_to(root))
 
 
-def _is_same_file(one: str, other: str) -> bool:
-    return os.path.realpath(one) == os.path.realpath(other)
-
-
 def result_ending(name: str) -> str:
     """Default ending of the result for a file."""
     is_of_tets = PurePosixPath(name).suffix.lower() in TET_ENDINGS
@@ -188,9 +173,7 @@ def _output_name(path: PurePosixPath, ending: str) -> str:
     """The name that readers of the format look for, or a name with our mark."""
     if ending == ".segs.json":
         return f"{path.stem}.0.010000{ending}"
-    if ending == ".aggregation.json":
-        return f"{scene_of(Path(path), path.suffix)}{ending}"
-    if ending in (".bin", "_sp_label.npy", ".pth"):
+    if ending in (".aggregation.json", ".bin", "_sp_label.npy", ".pth"):
         return f"{scene_of(Path(path), path.suffix)}{ending}"
     return f"{path.stem}{MARK}{ending}"
 

@@ -5,7 +5,6 @@ It is in this folder because it needs only cells and labels, and `Segmentation` 
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
@@ -17,7 +16,7 @@ from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs, Singles
 from .._validate import checked_choice, checked_region_centers, checked_regions, freeze
 from ..adapters.convert import CloudLike, MeshLike
-from ..errors import MissingExtraError
+from ..errors import import_extra
 from .cell_graph import CellGraph
 from .kinds import as_surface
 from .surface import Surface
@@ -229,7 +228,7 @@ class RegionGraph:
         MissingExtraError
             If pandas is not installed.
         """
-        pandas = _extra("pandas", "a table of regions")
+        pandas = import_extra("pandas", "a table of regions", "graph")
         return pandas.DataFrame(self.table()).set_index("region")
 
     def to_networkx(self) -> Any:
@@ -243,7 +242,7 @@ class RegionGraph:
         MissingExtraError
             If networkx is not installed.
         """
-        graph = _extra("networkx", "a graph of regions").Graph()
+        graph = import_extra("networkx", "a graph of regions", "graph").Graph()
         columns = self.table()
         del columns["region"]
         graph.add_nodes_from(enumerate(_rows(columns)))
@@ -267,7 +266,7 @@ class RegionGraph:
             If SciPy is not installed.
         """
         values = self.arc_values(value)
-        sparse = _extra("scipy.sparse", "a sparse matrix of regions")
+        sparse = import_extra("scipy.sparse", "a sparse matrix of regions", "graph")
         offsets, targets, arcs = self._both_ways
         shape = (self.n_regions, self.n_regions)
         return sparse.csr_array((values[arcs], targets, offsets), shape=shape)
@@ -435,11 +434,3 @@ def _rows(columns: dict[str, Array]) -> list[dict[str, Any]]:
     """Return one dict of Python numbers per row."""
     values = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in values]
-
-
-def _extra(module: str, task: str) -> Any:
-    """Import an optional library; a MissingExtraError if it is not installed."""
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError:
-        raise MissingExtraError(task, "graph") from None

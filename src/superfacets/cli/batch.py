@@ -10,9 +10,9 @@ import click
 
 from ..batches.batching import MANIFEST, BatchProgress, BatchResult, batch
 from ..io.guards import counted
-from .failures import EXIT_DATA, print_error, print_note
+from .failures import EXIT_DATA, print_error, print_notes
 from .interrupts import soon_ended
-from .options import COUNT, FOLDER, quiet_option
+from .options import COUNT, FLAG, FOLDER, json_option, option, options, quiet_option
 from .outputs import OUTPUT_FORMATS
 from .progress import FileBar
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
@@ -32,56 +32,36 @@ def _formats(
 
 @click.command("batch", cls=SegmentCommand)
 @click.argument("inputs", metavar="IN...", nargs=-1, required=True)
-@click.option(
-    "-o",
-    "--output",
-    metavar="DIR",
-    type=FOLDER,
-    required=True,
-    help="Folder for the results and the manifest; folders in it mirror those of IN.",
-)
-@click.option(
-    "--to",
-    "--format",
-    "formats",
-    metavar="LIST",
-    multiple=True,
-    callback=_formats,
-    help="Formats of the results, as npy,ply.  [default: ply; vtu of tetrahedra]",
-)
-@click.option(
-    "--workers", type=COUNT, help="Worker processes on this machine.  [default: one per core]"
-)
-@click.option(
-    "--scheduler", metavar="ADDRESS", help="Address of a Dask scheduler, as tcp://10.0.0.1:8786."
-)
-@click.option("--retry-failed", is_flag=True, help="Try files again that failed before.")
-@segment_options
-@file_options
-@quiet_option
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as a JSON object.")
+@options(
+    option("-o --output DIR", FOLDER,
+           "Folder for the results and the manifest; folders in it mirror the folders of IN.",
+           required=True),
+    option("--to --format formats LIST", None,
+           "Formats of the results, as npy,ply.  [default: ply; vtu of tetrahedra]",
+           multiple=True, callback=_formats),
+    option("--workers", COUNT, "Worker processes on this machine.  [default: one per core]"),
+    option("--scheduler ADDRESS", None,
+           "Address of a Dask scheduler, as tcp://10.0.0.1:8786."),
+    option("--retry-failed", FLAG, "Try files again that failed before."),
+    segment_options,
+    file_options,
+    quiet_option,
+    json_option("the summary as a JSON object"),
+)  # fmt: skip
 @click.pass_context
 def batch_command(
-    ctx: click.Context,
-    /,
-    inputs: tuple[str, ...],
-    output: Path,
-    formats: tuple[str, ...],
-    workers: int | None,
-    scheduler: str | None,
-    retry_failed: bool,
-    is_quiet: bool,
-    as_json: bool,
+    ctx: click.Context, /, inputs: tuple[str, ...], output: Path, formats: tuple[str, ...],
+    workers: int | None, scheduler: str | None, retry_failed: bool, is_quiet: bool, as_json: bool,
     **given: Any,
-) -> None:
+) -> None:  # fmt: skip
     """Segment thousands of files on all cores, or on a cluster.
 
     IN are files, folders, tilesets (tileset.json), patterns in quotes ("scans/**/*.ply"), or @LIST,
-    a text file with a path per line. DIR/manifest.jsonl gets a line per file. A second start does
-    only what is missing or has changed. If a file fails, the others are still processed, and the
-    exit status is 1.
+    a text file with a path per line. DIR/manifest.jsonl gets a line per file. A second start
+    segments only files without a valid result. If a file fails, the others are still processed, and
+    the exit status is 1.
     """
-    options = options_of(**given)
+    arguments = options_of(**given).arguments
     tried: list[str] = []
     with FileBar(is_quiet=is_quiet) as bar, soon_ended():
 
@@ -94,10 +74,9 @@ def batch_command(
 
         result = batch(
             inputs, output, formats=formats, scheduler=scheduler, workers=workers,
-            retry_failed=retry_failed, progress=progress, **options.arguments,
+            retry_failed=retry_failed, progress=progress, **arguments,
         )  # fmt: skip
-    for note in result.notes:
-        print_note(note)
+    print_notes(result.notes)
     if as_json:
         click.echo(json.dumps(_facts(result, output)))
     elif not is_quiet:
@@ -118,17 +97,10 @@ def _failure(record: dict[str, Any]) -> str:
 
 def _facts(result: BatchResult, output: Path) -> dict[str, Any]:
     """The batch as a JSON object."""
+    counts = {name: getattr(result, name) for name in ("n_done", "n_kept", "n_failed", "n_cells")}
     failed = {record["name"]: record["error"] for record in result.records if "error" in record}
-    return {
-        "n_files": len(result.records),
-        "n_done": result.n_done,
-        "n_kept": result.n_kept,
-        "n_failed": result.n_failed,
-        "n_cells": result.n_cells,
-        "seconds": result.seconds,
-        "manifest": str(output / MANIFEST),
-        "failed": failed,
-    }
+    facts = {"n_files": len(result.records), **counts, "seconds": result.seconds}
+    return {**facts, "manifest": str(output / MANIFEST), "failed": failed}
 
 
 def _summary(result: BatchResult) -> str:

@@ -10,21 +10,20 @@ from typing import Any
 
 import click
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Ints
 from ..batches.sources import Source, find_sources, origin_notes
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..export.cells import FormatOptions
-from ..export.regions import write_regions
 from ..export.scannet import GROUPS
-from ..export.write import ENDING_OF_FORMAT, check_outputs
+from ..export.write import ENDING_OF_FORMAT, check_outputs, write_regions
 from ..interop.aggregation import regroup_segments
 from ..io.attributes import MeshAttributes
 from ..io.readers.b3dm import Placement
 from ..io.readers.pieces import holds_files
 from ..mesh.cells import Cells
-from .failures import EXIT_DATA, count_failures, print_note
+from .failures import EXIT_DATA, count_failures, print_notes
 from .inputs import labels_beside, load_cells_and_attributes
 from .interrupts import run_in_background
 from .options import (
@@ -34,43 +33,38 @@ from .options import (
     drop_attributes_option,
     force_option,
     format_option,
+    json_option,
     label_options,
     labels_named_option,
+    option,
+    options,
     quiet_option,
 )
 from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
-from .report import notes_on_attributes, notes_on_vertices
+from .report import notes_on_written
 
 
 @click.command("convert")
 @click.argument("mesh", metavar="IN|FOLDER", type=FILE)
 @click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
-@output_option(
-    "Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
-    " for standard output."
-)
-@click.option(
-    "--split",
-    "folder",
-    metavar="DIR",
-    type=FOLDER,
-    help="Write each region to a file of its own in this folder: DIR/region_17.ply.",
-)
-@to_option("Format of outputs whose name has no known ending")
-@click.option(
-    "--segments",
-    metavar="FILE",
-    type=FILE,
-    help="Old .segs.json, if IN is an .aggregation.json.  [default: the file that it names]",
-)
-@labels_named_option
-@format_option("IN")
-@ascii_option
-@label_options
-@drop_attributes_option("input")
-@force_option
-@quiet_option
-@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
+@options(
+    output_option(
+        "Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
+        " for standard output."),
+    option("--split folder DIR", FOLDER,
+           "Write each region to a file of its own in this folder: DIR/region_17.ply."),
+    to_option("Format of outputs whose name has no known ending"),
+    option("--segments FILE", FILE,
+           "Old .segs.json, if IN is an .aggregation.json.  [default: the file that it names]"),
+    labels_named_option,
+    format_option("IN"),
+    ascii_option,
+    label_options,
+    drop_attributes_option("input"),
+    force_option,
+    quiet_option,
+    json_option(),
+)  # fmt: skip
 @click.pass_context
 def convert_command(
     ctx: click.Context, /, mesh: Path, labels: Path | None, outputs: tuple[str, ...],
@@ -82,13 +76,13 @@ def convert_command(
 
     Without a file of LABELS, the labels in IN are written if there are any. Of a FOLDER, all meshes
     and point clouds are converted, to the folder that -o names; of a tileset.json, all models in
-    their places. If IN is an
-    .aggregation.json, LABELS are new segments (.segs.json), and its objects are written as groups
-    of these; a table shows the vertices that each object loses and gains.
+    their places. If IN is an .aggregation.json, LABELS are new segments (.segs.json), and its
+    objects are written as groups of these; a table shows the vertices that each object loses and
+    gains.
     """
     if mesh.name.endswith(GROUPS):
-        options = {"segments": segments, "force": force}
-        _regroup(mesh, labels, outputs, options, is_quiet=is_quiet, as_json=as_json)
+        chosen = {"segments": segments, "force": force}
+        _regroup(mesh, labels, outputs, chosen, is_quiet=is_quiet, as_json=as_json)
         return
     if segments is not None:
         raise click.UsageError("--segments goes with an .aggregation.json only")
@@ -103,25 +97,19 @@ def convert_command(
     run = _Run(
         placements, labels, labels_named, format, form, folder, ending, keeps, is_quiet, as_json
     )
-    for note in [] if is_quiet else origin_notes(sources):
-        print_note(note)
+    print_notes([] if is_quiet else origin_notes(sources))
     if count_failures([job.input for job in jobs], lambda i: run.do(jobs[i])):
         ctx.exit(EXIT_DATA)
 
 
 def _regroup(
-    groups: Path,
-    labels: Path | None,
-    outputs: tuple[str, ...],
-    options: dict[str, Any],
-    *,
-    is_quiet: bool,
-    as_json: bool,
-) -> None:
+    groups: Path, labels: Path | None, outputs: tuple[str, ...], chosen: dict[str, Any], *,
+    is_quiet: bool, as_json: bool,
+) -> None:  # fmt: skip
     """Write an aggregation for other segments, and a table of what objects lost."""
     if labels is None or len(outputs) != 1:
         raise click.UsageError("an .aggregation.json needs new segments (.segs.json) and one -o")
-    objects = regroup_segments(groups, labels, outputs[0], **options)
+    objects = regroup_segments(groups, labels, outputs[0], **chosen)
     if as_json:
         facts = {"file": str(groups), "objects": [found._asdict() for found in objects]}
         click.echo(json.dumps({**facts, "outputs": list(outputs)}))
@@ -151,71 +139,43 @@ class _Run:
     def do(self, job: Job) -> None:
         """Convert one file, and report it."""
         check_outputs(job.files, force=self.form.force)
-        found = run_in_background(lambda: self._read(job))
-        if found.labels is None and (self.folder is not None or job.holds_labels):
+        cells, labels, attributes = run_in_background(lambda: self._read(job))
+        if labels is None and (self.folder is not None or job.holds_labels):
             task = "write" if self.folder is None else "split it by"
             raise MeshError(
                 f"{job.input}: there are no labels to {task} (none called {self.labels_named}):"
                 " name a file of them, or --labels-named"
             )
-        parts, n_lost = self._write(job, found)  # in the foreground, because it writes files
+        n_lost = job.write(cells, labels, attributes=attributes, options=self.form)
+        parts: list[str] = []
+        if self.folder is not None and labels is not None:
+            paths = write_regions(
+                self.folder, cells, labels, ending=self.ending, ascii=self.form.ascii
+            )
+            parts = [str(path) for path in paths]
         if not self.is_quiet:
-            for note in [*notes_on_vertices(n_lost, job.endings), *found.notes(job.endings)]:
-                print_note(note)
+            replaces = self.labels is not None  # otherwise the labels are in the input itself
+            print_notes(
+                notes_on_written(cells, attributes, job.endings, n_lost, are_replaced=replaces)
+            )
         if self.as_json:
-            facts = {"file": job.input, **found.facts, "outputs": [*job.names, *parts]}
-            job.print(json.dumps(facts))
+            n_labels = None if labels is None else len(np.unique(labels[labels >= 0]))
+            facts = {f"n_{kind_of(cells).noun}s": cells.n_cells, "n_labels": n_labels}
+            named = {"file": job.input, **facts, "outputs": [*job.names, *parts]}
+            job.print(json.dumps(named))
         elif not self.is_quiet:
             names = [*job.written, *([f"{len(parts)} files in {self.folder}"] if parts else [])]
             job.print("\n".join(f"wrote {name}" for name in names))
 
-    def _read(self, job: Job) -> _Found:
+    def _read(self, job: Job) -> tuple[Cells, Ints | None, MeshAttributes | None]:
         keep = job.holds_attributes and self.keeps_attributes
         cells, attributes = load_cells_and_attributes(
             job.input, self.format, keep=keep, placement=self.placements[job.input]
         )
         if self.labels is None and self.format is not None:  # they are found by the ending of IN
-            return _Found(cells, None, attributes, False)
-        labels = labels_beside(Path(job.input), self.labels, cells.n_cells, self.labels_named)
-        return _Found(cells, labels, attributes, self.labels is not None)
-
-    def _write(self, job: Job, found: _Found) -> tuple[list[str], int]:
-        """Write all files; return paths of region files, and the number of regions lost."""
-        n_lost = job.write(
-            found.cells, found.labels, attributes=found.attributes, options=self.form
-        )
-        paths = []
-        if self.folder is not None and found.labels is not None:
-            paths = write_regions(
-                self.folder, found.cells, found.labels, ending=self.ending, ascii=self.form.ascii
-            )
-        return [str(path) for path in paths], n_lost
-
-
-@dataclass(frozen=True)
-class _Found:
-    """Contents of the input files."""
-
-    cells: Cells
-    labels: npt.NDArray[np.int32] | None
-    attributes: MeshAttributes | None
-    are_named: bool  # whether the labels come from a separate file
-
-    @property
-    def facts(self) -> dict[str, int | None]:
-        """Numbers of cells and of labels; None for labels if there are none."""
-        count = {f"n_{kind_of(self.cells).noun}s": self.cells.n_cells}
-        if self.labels is None:
-            return {**count, "n_labels": None}
-        return {**count, "n_labels": len(np.unique(self.labels[self.labels >= 0]))}
-
-    def notes(self, endings: set[str]) -> list[str]:
-        """Notes on attributes that the outputs lack."""
-        if self.attributes is None:
-            return []
-        return notes_on_attributes(
-            self.attributes, endings, self.cells, are_replaced=self.are_named
-        )
+            return cells, None, attributes
+        path = Path(job.input)
+        return cells, labels_beside(path, self.labels, cells.n_cells, self.labels_named), attributes
 
 
 def _sources_of(mesh: Path, labels: Path | None, folder: Path | None) -> list[Source]:

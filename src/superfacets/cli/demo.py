@@ -10,21 +10,13 @@ from .._timing import timed
 from ..export.write import write_outputs
 from ..io.atomic import output_folder
 from ..pipeline import segment
-from .options import FOLDER
+from .options import FOLDER, option
 from .progress import RunBar
 from .report import summary_of
 
 
 @click.command("demo")
-@click.option(
-    "-o",
-    "--output",
-    metavar="DIR",
-    type=FOLDER,
-    default=Path("superfacets-demo"),
-    show_default=True,
-    help="Folder for the results.",
-)
+@option("-o --output DIR", FOLDER, "Folder for the results.", default=Path("superfacets-demo"))
 def demo_command(output: Path) -> None:
     """Segment the sample mesh of the package.
 

@@ -11,30 +11,22 @@ from ..io.readers.labels import read_labels
 from ..io.readers.read import read_cells
 from ..metrics.cuts import DEFAULT_TOLERANCE
 from .interrupts import run_in_background
-from .options import FILE, NOT_NEGATIVE, labels_named_option
+from .options import FILE, NOT_NEGATIVE, json_option, labels_named_option, option, options
 
 
 @click.command("evaluate")
 @click.argument("mesh", metavar="IN", type=FILE)
 @click.argument("labels", metavar="LABELS", type=FILE)
 @click.argument("more", nargs=-1, type=FILE, metavar="[--gt SEG...]")
-@click.option(
-    "--gt",
-    "truths",
-    metavar="SEG...",
-    type=FILE,
-    multiple=True,
-    help="Ground truth: labels too, one or more files (say, seg/1/*.seg).",
-)
-@click.option(
-    "--tolerance",
-    type=NOT_NEGATIVE,
-    default=DEFAULT_TOLERANCE,
-    show_default=True,
-    help="How far apart borders may be to count as one, as a fraction of the mesh's diagonal.",
-)
-@labels_named_option
-@click.option("--json", "as_json", is_flag=True, help="Print the metrics as JSON.")
+@options(
+    option("--gt truths SEG...", FILE,
+           "Ground truth: labels too, one or more files (say, seg/1/*.seg).", multiple=True),
+    option("--tolerance", NOT_NEGATIVE,
+           "How far apart borders may be to count as one, as a fraction of the mesh's diagonal.",
+           default=DEFAULT_TOLERANCE),
+    labels_named_option,
+    json_option("the metrics as JSON"),
+)  # fmt: skip
 def evaluate_command(
     mesh: Path, labels: Path, truths: tuple[Path, ...], more: tuple[Path, ...], tolerance: float,
     labels_named: str, as_json: bool,

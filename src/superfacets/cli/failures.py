@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import click
 
@@ -63,6 +63,12 @@ def print_error(message: str) -> None:
 def print_note(message: str) -> None:
     """Print a note as one line on stderr."""
     _print("note", message)
+
+
+def print_notes(messages: Iterable[str]) -> None:
+    """Print several notes."""
+    for message in messages:
+        print_note(message)
 
 
 def _print(kind: str, message: str) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from functools import partial
 
 import click
 
@@ -13,17 +12,15 @@ from ..cells.size import DEFAULT_N_SEGMENTS, sliver_note
 from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import check_inputs, load_cells, name_of
 from .interrupts import run_in_background
-from .options import format_option
+from .options import INPUT, format_option, json_option
+
+Info = MeshInfo | TetInfo | CloudInfo
 
 
 @click.command("info")
-@click.argument(
-    "inputs", metavar="IN...", type=click.Path(allow_dash=True), nargs=-1, required=True
-)
+@click.argument("inputs", metavar="IN...", type=INPUT, nargs=-1, required=True)
 @format_option("the inputs", of_stream=True)
-@click.option(
-    "--json", "as_json", is_flag=True, help="Print the facts as JSON, an object and a line per IN."
-)
+@json_option("the facts as JSON, an object and a line per IN")
 @click.pass_context
 def info_command(
     ctx: click.Context, inputs: tuple[str, ...], format: str | None, as_json: bool
@@ -37,8 +34,9 @@ def info_command(
 
     def tell(place: int) -> None:
         text = inputs[place]
-        info = run_in_background(partial(_info_of, text, format))
-        note = sliver_note(_slivers_of(info), "try segment --subdivide")
+        info: Info = run_in_background(lambda: facts_of(load_cells(text, format)))
+        slivers = info.sliver_share if isinstance(info, MeshInfo) else 0.0
+        note = sliver_note(slivers, "try segment --subdivide")
         if note is not None:
             print_note(f"{name_of(text)}: {note}")
         if as_json:
@@ -53,16 +51,7 @@ def info_command(
         ctx.exit(EXIT_DATA)
 
 
-def _info_of(text: str, format: str | None) -> MeshInfo | TetInfo | CloudInfo:
-    found: MeshInfo | TetInfo | CloudInfo = facts_of(load_cells(text, format))
-    return found
-
-
-def _slivers_of(info: MeshInfo | TetInfo | CloudInfo) -> float:
-    return info.sliver_share if isinstance(info, MeshInfo) else 0.0
-
-
-def _rows_of(info: MeshInfo | TetInfo | CloudInfo) -> list[tuple[str, str]]:
+def _rows_of(info: Info) -> list[tuple[str, str]]:
     low, high = (" ".join(f"{value:g}" for value in corner) for corner in info.bounds)
     box = f"{low} to {high}"
     if isinstance(info, CloudInfo):
@@ -112,7 +101,7 @@ def _rows_of(info: MeshInfo | TetInfo | CloudInfo) -> list[tuple[str, str]]:
 
 
 def _normals_of(info: CloudInfo) -> str:
-    """Whether a cloud has normals, or what is estimated in their place."""
+    """Whether a cloud has normals, or the source of estimated ones."""
     if info.has_normals:
         return "yes"
     source = "shortest axes of splats" if info.has_axes else "no: estimated"

@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array, Bools, Ints
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.guards import Content, known_ending, read_content
@@ -18,7 +18,7 @@ from ..io.readers.labels import LABEL_ENDINGS, checked_labels, has_labels, read_
 from ..io.readers.npy import npy_array
 from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
 from ..mesh.cells import Cells
-from .options import FILE, STANDARD_STREAM
+from .options import FILE, STANDARD_STREAM, option, options
 
 VALUE_ENDINGS = (".npy", ".txt")
 
@@ -60,9 +60,7 @@ def load_cells_and_attributes(
         raise MeshError(f"{name_of(text)}: {error}") from None
 
 
-def labels_beside(
-    mesh: Path, labels: Path | None, n_cells: int, name: str
-) -> npt.NDArray[np.int32] | None:
+def labels_beside(mesh: Path, labels: Path | None, n_cells: int, name: str) -> Ints | None:
     """Labels from a file, or else from the file of the mesh; None if that has no labels.
 
     `name` is the name of the labels in files that hold more than labels.
@@ -88,7 +86,7 @@ def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
     return data, ending, None
 
 
-def read_values(path: Path) -> npt.NDArray[Any]:
+def read_values(path: Path) -> Array:
     """The numbers in a file, one per cell or region."""
     ending = known_ending(path, VALUE_ENDINGS)
     data = read_content(path)
@@ -100,29 +98,14 @@ def read_values(path: Path) -> npt.NDArray[Any]:
         raise MeshError(f"{path}: {error}") from None
 
 
-_OPTIONS = (
-    click.option(
-        "--mask",
-        metavar="FILE",
-        type=FILE,
-        help="Leave faces or points out where this .npy, .seg or .txt, or the labels in a .ply or"
-        " another file that holds more, are 0 (or False): they get label -1.",
-    ),
-    click.option(
-        "--barriers",
-        metavar="FILE",
-        type=FILE,
-        help="One whole number per face or point, as a file of labels: no region has different"
-        " ones.",
-    ),
-)
-
-
-def constraint_options(command: Any) -> Any:
-    """Give a command the options ``--mask`` and ``--barriers``."""
-    for option in reversed(_OPTIONS):
-        command = option(command)
-    return command
+constraint_options = options(
+    option("--mask FILE", FILE,
+           "Leave faces or points out where this .npy, .seg or .txt, or the labels in a .ply or"
+           " another file that holds more, are 0 (or False): they get label -1."),
+    option("--barriers FILE", FILE,
+           "One whole number per face or point, as a file of labels. No region has two of them."),
+)  # fmt: skip
+"""Adds the options ``--mask`` and ``--barriers`` to a command."""
 
 
 def constraints_of(
@@ -137,7 +120,7 @@ def constraints_of(
     return keywords
 
 
-def _read_mask(path: Path, n_cells: int, name: str) -> npt.NDArray[np.bool_]:
+def _read_mask(path: Path, n_cells: int, name: str) -> Bools:
     """Whether each cell is kept: its label in the file is not 0, or its value in a .npy is True."""
     if known_ending(path, LABEL_ENDINGS) != ".npy":
         return np.asarray(read_labels(path, n_cells, name=name) != 0)

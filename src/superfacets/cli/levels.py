@@ -13,13 +13,12 @@ from typing import IO, Any
 import click
 import numpy as np
 
-from .._options import ISLANDS, Islands
+from .._options import ISLANDS
 from .._validate import checked_threads, ranked_labels
 from ..cells.kinds import kind_of
 from ..cells.named_features import features_of
 from ..errors import IslandWarning, SliverWarning
-from ..export.cells import CellWriter, FormatOptions
-from ..export.ids import IdWriter
+from ..export.cells import FormatOptions
 from ..export.scannet import write_sstk
 from ..export.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..io.atomic import atomic_outputs, checked_targets
@@ -29,26 +28,25 @@ from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..nesting import hierarchy
 from ..regions.hierarchy import Hierarchy
-from .failures import print_note
-from .inputs import (
-    check_inputs,
-    constraint_options,
-    constraints_of,
-    load_cells_and_attributes,
-)
+from .failures import print_notes
+from .inputs import check_inputs, constraint_options, constraints_of, load_cells_and_attributes
 from .interrupts import run_in_background
 from .options import (
     FILE,
+    INPUT,
     STANDARD_STREAM,
     drop_attributes_option,
     format_option,
+    json_option,
     labels_named_option,
     numbers,
+    option,
+    options,
     quiet_option,
     threads_option,
 )
 from .outputs import Job, check_files, check_mask, check_terminal, output_option
-from .report import notes_on_attributes
+from .report import notes_on_written
 
 ARRAYS = ".npz"
 ALL_LEVELS = (ARRAYS, ".sstk.json")
@@ -56,61 +54,39 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")
 
 
 @click.command("levels")
-@click.argument("input", metavar="IN", type=click.Path(allow_dash=True))
-@click.option(
-    "-n",
-    "--n-segments",
-    "counts",
-    metavar="K,K...",
-    callback=numbers,
-    required=True,
-    help="Number of regions on each level, say 2000,500,100.",
-)
-@output_option(
-    "A .npz or .sstk.json that holds all levels; or any other file that segment writes: OUT.ply"
-    " then becomes OUT.2000.ply, OUT.500.ply and so on. May be given several times; or - for"
-    " standard output.",
-    required=True,
-)
-@click.option(
-    "--to",
-    "format_of_stream",
-    type=click.Choice([ending.lstrip(".") for ending in ALL_LEVELS]),
-    help="Format of standard output.  [default: npz]",
-)
-@click.option(
-    "--labels",
-    metavar="L",
-    type=FILE,
-    help="Merge these regions, from a .npy, .seg, .txt or labeled mesh.  [default: those of"
-    " superfacets segment for the largest K]",
-)
-@click.option(
-    "--islands",
-    type=click.Choice(ISLANDS),
-    default="keep",
-    show_default=True,
-    help="Only regions that touch merge, or also those nearest across gaps between components.",
-)
-@click.option(
-    "--features",
-    metavar="NAME",
-    multiple=True,
-    help="Merge regions by this feature in place of geometry; the finest level follows it, too:"
-    " color, normals, height (z), or a property of the faces, points or vertices in IN; may be"
-    " given several times.",
-)
-@constraint_options
-@drop_attributes_option("IN")
-@labels_named_option
-@threads_option
-@format_option("IN", of_stream=True)
-@quiet_option
-@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
+@click.argument("input", metavar="IN", type=INPUT)
+@options(
+    option("-n --n-segments counts K,K...", None,
+           "Number of regions on each level, say 2000,500,100.", callback=numbers, required=True),
+    output_option(
+        "A .npz or .sstk.json that holds all levels; or any other file that segment writes: OUT.ply"
+        " then becomes OUT.2000.ply, OUT.500.ply and so on. May be given several times; or - for"
+        " standard output.", required=True),
+    option("--to format_of_stream", tuple(ending.lstrip(".") for ending in ALL_LEVELS),
+           "Format of standard output.  [default: npz]"),
+    option("--labels L", FILE,
+           "Merge these regions, from a .npy, .seg, .txt or labeled mesh.  [default: the regions of"
+           " superfacets segment for the largest K]"),
+    option("--islands", ISLANDS,
+           "Merge only regions that touch (keep), or also the nearest regions across gaps between"
+           " components.", default="keep"),
+    option("--features NAME", None,
+           "Merge regions by this feature in place of geometry; the finest level follows it, too:"
+           " color, normals, height (z), or a property of the faces, points or vertices in IN; may"
+           " be given several times.", multiple=True),
+    constraint_options,
+    drop_attributes_option("IN"),
+    labels_named_option,
+    threads_option,
+    format_option("IN", of_stream=True),
+    quiet_option,
+    json_option(),
+)  # fmt: skip
 def levels_command(
     input: str, counts: tuple[int, ...], outputs: tuple[str, ...], format_of_stream: str | None,
-    labels: Path | None, mask: Path | None, barriers: Path | None, *, drop_attributes: bool,
-    labels_named: str, is_quiet: bool, as_json: bool, **options: Any,
+    labels: Path | None, mask: Path | None, barriers: Path | None, *, format: str | None,
+    features: tuple[str, ...], drop_attributes: bool, labels_named: str, is_quiet: bool,
+    as_json: bool, **options: Any,
 ) -> None:  # fmt: skip
     """Segment a mesh or point cloud, and merge regions level by level.
 
@@ -126,24 +102,31 @@ def levels_command(
     also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
     check_files([job], also_read)
     checked_targets(plan.paths)
-    source = _Source(input, labels, labels_named, mask, barriers, options.pop("format"))
     keeps = job.holds_attributes and not drop_attributes
 
     def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy]:
-        return _computed(source, counts, job.endings, keeps=keeps, **options)
+        cells, attributes = load_cells_and_attributes(input, format, keep=keeps or bool(features))
+        given = None
+        if labels is not None:  # a file's labels may have gaps
+            given, _ = ranked_labels(read_labels(labels, cells.n_cells, name=labels_named))
+        check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
+        table: Any = features_of(features, cells, attributes, checked_threads(options["n_threads"]))
+        constraints = constraints_of(mask, barriers, cells.n_cells, labels_named)
+        with warnings.catch_warnings():  # levels have exact numbers of regions
+            warnings.simplefilter("ignore", IslandWarning)
+            warnings.simplefilter("ignore", SliverWarning)
+            nested = hierarchy(
+                cells, counts, labels=given, features=table, **constraints, **options
+            )
+        return cells, attributes if keeps else None, nested
 
     cells, attributes, nested = run_in_background(compute)
     _write(plan, cells, attributes, nested)
-    if attributes is not None and not is_quiet:
-        for note in notes_on_attributes(attributes, job.endings, cells):
-            print_note(note)
-    _report(job, cells, nested, as_json=as_json, is_quiet=is_quiet)
-
-
-def _report(job: Job, cells: Cells, nested: Hierarchy, *, as_json: bool, is_quiet: bool) -> None:
-    """Print counts and files."""
-    facts = {"levels": list(nested.counts), "n_finest": nested.n_finest}
-    facts["n_fewest"] = nested.n_fewest
+    if not is_quiet:
+        print_notes(notes_on_written(cells, attributes, job.endings, 0))
+    facts = {
+        "levels": list(nested.counts), "n_finest": nested.n_finest, "n_fewest": nested.n_fewest,
+    }  # fmt: skip
     listed = ", ".join(map(str, nested.counts))
     size = counted(cells.n_cells, kind_of(cells).noun)
     text = f"{job.name}: {size}, levels of {listed} regions"
@@ -200,42 +183,6 @@ def _paths_of_levels(output: Path, ending: str, counts: tuple[int, ...]) -> tupl
     return tuple(output.with_name(f"{stem}.{n}{given}") for n in sorted(counts, reverse=True))
 
 
-@dataclass(frozen=True)
-class _Source:
-    """The files to read."""
-
-    input: str
-    labels: Path | None
-    labels_named: str
-    mask: Path | None
-    barriers: Path | None
-    format: str | None  # format of the input
-
-
-def _computed(
-    source: _Source, counts: tuple[int, ...], endings: set[str], *, keeps: bool,
-    features: tuple[str, ...], islands: Islands, n_threads: int | None,
-) -> tuple[Cells, MeshAttributes | None, Hierarchy]:  # fmt: skip
-    """Read the files, check that all outputs can hold the cells, and compute the levels."""
-    keeps_any = keeps or bool(features)
-    cells, attributes = load_cells_and_attributes(source.input, source.format, keep=keeps_any)
-    n_cells = cells.n_cells
-    given = None
-    if source.labels is not None:  # a file's labels may have gaps
-        given, _ = ranked_labels(read_labels(source.labels, n_cells, name=source.labels_named))
-    check_fit(cells, given, endings - {ARRAYS}, FormatOptions())
-    constraints = constraints_of(source.mask, source.barriers, n_cells, source.labels_named)
-    table: Any = features_of(features, cells, attributes, checked_threads(n_threads))
-    with warnings.catch_warnings():  # levels have exact numbers of regions
-        warnings.simplefilter("ignore", IslandWarning)
-        warnings.simplefilter("ignore", SliverWarning)
-        nested = hierarchy(
-            cells, counts, labels=given, features=table, islands=islands, n_threads=n_threads,
-            **constraints,
-        )  # fmt: skip
-    return cells, attributes if keeps else None, nested
-
-
 def _write(plan: _Plan, cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy) -> None:
     """Write all files, or none."""
     writers = _writers(plan, cells, attributes, nested)
@@ -258,13 +205,7 @@ def _writers(
             continue
         for labels in nested.levels:
             writer = writer_of(cells, labels, ending, FormatOptions(), attributes)
-            yield _with_name(writer, ending, output)
-
-
-def _with_name(
-    writer: CellWriter | IdWriter, ending: str, path: Path
-) -> Callable[[IO[bytes]], None]:
-    return lambda file: writer.write(file, ending, path)
+            yield partial(writer.write, ending=ending, path=output)
 
 
 def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> None:

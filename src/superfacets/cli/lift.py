@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -14,8 +13,7 @@ from .._validate import ranked_labels
 from ..cells.kinds import measures_of
 from ..cells.sums import positive_total
 from ..errors import ViewWarning
-from ..export.cells import FormatOptions
-from ..export.write import check_fit, check_outputs
+from ..export.write import check_fit
 from ..interop.masks import read_masks
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
@@ -25,22 +23,10 @@ from ..mesh.cells import Cells
 from ..mesh.label_images import Overlap
 from ..mesh.pinhole_camera import PinholeCamera
 from ..regions.lifting import LiftedLabels, lift
-from .failures import print_note
 from .inputs import load_cells_and_attributes
 from .interrupts import run_in_background
-from .options import (
-    FILE,
-    Real,
-    ascii_option,
-    drop_attributes_option,
-    force_option,
-    format_option,
-    labels_named_option,
-    quiet_option,
-    threads_option,
-)
-from .outputs import Job, output_option, plan_jobs, to_option
-from .report import notes_on_written
+from .options import FILE, FLAG, Real, drop_attributes_option, format_option, option, options
+from .outputs import OneRun, one_output_options
 
 
 @click.command("lift")
@@ -48,53 +34,26 @@ from .report import notes_on_written
 @click.argument("labels", metavar="LABELS", type=FILE)
 @click.argument("masks", metavar="MASKS", type=FILE)
 @click.argument("cameras", metavar="CAMERAS", type=FILE)
-@click.option(
-    "--consistent-ids",
-    "is_consistent",
-    is_flag=True,
-    help="Ids of masks mean the same in all images, as those of classes do: they become the labels."
-    "  [default: masks that share regions become objects, numbered from 0]",
-)
-@click.option(
-    "--agreement",
-    type=Real(0, 1, min_open=True),
-    default=0.5,
-    show_default=True,
-    help="Without --consistent-ids: the chance that two points of an object that an image sees in"
-    " masks are in the same mask. More gives more and smaller objects.",
-)
-@click.option(
-    "--overlap",
-    type=click.Choice(get_args(Overlap)),
-    default="smallest",
-    show_default=True,
-    help="The mask that counts where masks of an image overlap: of parts, or of wholes.",
-)
-@click.option(
-    "--intrinsics",
-    type=FILE,
-    help="A text file with fx fy cx cy, or a matrix of 3 or 4 rows, if CAMERAS is a folder of"
-    " poses.",
-)
-@output_option(
-    "IN with the labels, or the labels alone, in any format that segment writes; may be given"
-    " several times. Or a folder (results/), or - for standard output."
-    "  [default: IN.superfacets.ply beside IN]"
-)
-@to_option()
-@labels_named_option
+@options(
+    option("--consistent-ids is_consistent", FLAG,
+           "Ids of masks mean the same in all images, as ids of classes do: they become the labels."
+           "  [default: masks that share regions become objects, numbered from 0]"),
+    option("--agreement", Real(0, 1, min_open=True),
+           "Without --consistent-ids: the chance that two points of an object that an image sees in"
+           " masks are in the same mask. More gives more and smaller objects.", default=0.5),
+    option("--overlap", get_args(Overlap),
+           "The mask that counts where masks of an image overlap: of parts, or of wholes.",
+           default="smallest"),
+    option("--intrinsics", FILE,
+           "A text file with fx fy cx cy, or a matrix of 3 or 4 rows, if CAMERAS is a folder of"
+           " poses."),
+)  # fmt: skip
+@one_output_options("IN with the labels, or the labels alone", "IN")
 @format_option("IN")
-@ascii_option
 @drop_attributes_option("IN")
-@force_option
-@threads_option
-@quiet_option
-@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
 def lift_command(
     source: Path, labels: Path, masks: Path, cameras: Path, is_consistent: bool, agreement: float,
-    overlap: Any, intrinsics: Path | None, outputs: tuple[str, ...], formats: tuple[str, ...],
-    labels_named: str, format: str | None, ascii: bool, drop_attributes: bool,
-    n_threads: int | None, force: bool, is_quiet: bool, as_json: bool,
+    overlap: Any, intrinsics: Path | None, format: str | None, **given: Any,
 ) -> None:  # fmt: skip
     """Label regions of a mesh by masks of images.
 
@@ -104,79 +63,60 @@ def lift_command(
     for each image). Lenses without distortion only. Each region gets the label of the masks that
     show most of its visible area.
     """
-    read = tuple(str(path) for path in (source, labels, cameras))
-    (job,) = plan_jobs(read[:1], outputs, formats, ascii=ascii, also_read=read[1:])
-    check_outputs(job.files, force=force)
-    form = FormatOptions(ascii=ascii, force=force)
+    run = OneRun(source, (labels, cameras), given)
+    notes: list[str] = []
 
-    def compute() -> _Run:
-        keeps = job.holds_attributes and not drop_attributes
-        cells, attributes = load_cells_and_attributes(str(source), format, keep=keeps)
-        check_fit(cells, None, job.endings, form)
-        regions, _ = ranked_labels(read_labels(labels, cells.n_cells, name=labels_named))
+    def compute() -> tuple[Cells, MeshAttributes | None, LiftedLabels]:
+        cells, attributes = load_cells_and_attributes(
+            str(source), format, keep=run.keeps_attributes
+        )
+        check_fit(cells, None, run.job.endings, run.form)
+        regions, _ = ranked_labels(read_labels(labels, cells.n_cells, name=run.labels_named))
         ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]
         views = read_cameras(cameras, intrinsics=intrinsics, size=size, names=ids)
-        result, notes = _lifted(
-            cells, regions, ids, views, consistent_ids=is_consistent, agreement=agreement,
-            n_threads=n_threads,
+        result = _lifted(
+            cells, regions, ids, views, notes, consistent_ids=is_consistent, agreement=agreement,
+            n_threads=run.n_threads,
         )  # fmt: skip
-        return _Run(cells, attributes, result, notes)
+        return cells, attributes, result
 
-    run = run_in_background(compute)
-    found = run.result.found.tolist()
+    cells, attributes, result = run_in_background(compute)
+    found = result.found.tolist()
     names = tuple(map(str, found)) if is_consistent else ("object",) * len(found)
-    n_lost = job.write(
-        run.cells,
-        run.result.labels,
-        attributes=run.attributes,
-        options=replace(form, classes=names, scores=tuple(run.result.label_scores.tolist())),
-    )
-    if not is_quiet:
-        for note in run.notes + notes_on_written(run.cells, run.attributes, job.endings, n_lost):
-            print_note(note)
-    _report(job, run, as_json=as_json, is_quiet=is_quiet)
-
-
-@dataclass(frozen=True)
-class _Run:
-    """What was read, and what came out."""
-
-    cells: Cells
-    attributes: MeshAttributes | None
-    result: LiftedLabels
-    notes: list[str]
+    scores = tuple(result.label_scores.tolist())
+    run.write(cells, result.labels, attributes, notes, classes=names, scores=scores)
+    _report(run, cells, result)
 
 
 def _lifted(
-    cells: Cells, regions: Ints, ids: dict[str, Ints], views: list[PinholeCamera], **options: Any
-) -> tuple[LiftedLabels, list[str]]:
-    """Lift the masks that have a camera; also notes on those that do not count."""
+    cells: Cells, regions: Ints, ids: dict[str, Ints], views: list[PinholeCamera],
+    notes: list[str], **options: Any,
+) -> LiftedLabels:  # fmt: skip
+    """Lift the masks that have a camera; adds notes on masks that do not count."""
     stems = [Path(view.name).stem for view in views]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ViewWarning)
         result = lift(cells, regions, [ids[stem] for stem in stems], views, **options)
-    notes = [str(warning.message) for warning in caught]
+    notes += [str(warning.message) for warning in caught]
     if lacking := sorted(ids.keys() - {*stems}):
         more = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
         notes.append(f"masks without a camera are left out: {lacking[0]}{more}")
-    return result, notes
+    return result
 
 
-def _report(job: Job, run: _Run, *, as_json: bool, is_quiet: bool) -> None:
+def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
     """Print counts and shares of the area, and files."""
-    areas = measures_of(run.cells, 1)
+    areas = measures_of(cells, 1)
     total = positive_total(areas)
-    seen = float(areas[run.result.seen].sum()) / total
-    labeled = float(areas[run.result.seen & (run.result.labels >= 0)].sum()) / total
-    scores = run.result.scores[run.result.region_labels >= 0]
+    seen = float(areas[result.seen].sum()) / total
+    labeled = float(areas[result.seen & (result.labels >= 0)].sum()) / total
+    scores = result.scores[result.region_labels >= 0]
     score = float(scores.mean()) if len(scores) else 0.0
-    n_images, n_labels = len(run.result.mask_labels), len(run.result.found)
+    n_images, n_labels = len(result.mask_labels), len(result.found)
     facts = {"n_images": n_images, "n_labels": n_labels, "mean_score": score}
     text = (
-        f"{job.name}: {counted(n_images, 'image')} see {seen:.1%} of the area,"
-        f" {counted(n_labels, 'label')} cover {labeled:.1%}, with"
-        f" a mean score of {score:.2f}"
+        f"{counted(n_images, 'image')} see {seen:.1%} of the area, {counted(n_labels, 'label')}"
+        f" cover {labeled:.1%}, with a mean score of {score:.2f}"
     )
-    shares = {"seen_area": seen, "labeled_area": labeled}
-    job.report(facts | shares, text, as_json=as_json, is_quiet=is_quiet)
+    run.report(facts | {"seen_area": seen, "labeled_area": labeled}, text)

@@ -26,7 +26,7 @@ GROUPS = {
         "info": "Print counts and sizes of meshes and point clouds.",
         "render": "Draw a picture of a mesh or point cloud with its regions.",
         "view": "Show a mesh or point cloud with its regions in a browser.",
-        "studio": "Label a mesh or point cloud, or those of a folder, in a browser.",
+        "studio": "Label a mesh or point cloud, or all of a folder, in a browser.",
         "agree": "Compare two people's work in the studio, and merge it.",
     },
     "Work with labels": {
@@ -40,12 +40,15 @@ GROUPS = {
     "Studies": {
         "reproduce": "Repeat the paper's comparison on the Princeton benchmark.",
         "quality": "Compare variants of the method on the Princeton benchmark.",
-        "superpoints": "Compare superpoints with those of ScanNet's segmenter.",
+        "superpoints": "Compare superpoints with the segments of ScanNet's segmenter.",
     },
 }
 """Summary of each command, so that the list of commands imports none of them."""
 
 COMMANDS = tuple(name for group in GROUPS.values() for name in group)
+
+_MODULES = {"agree": "studio", **dict.fromkeys(GROUPS["Studies"], "studies")}
+"""Module of each command that is not in a module of its own name."""
 
 _NO_WORKERS = {"-h", "--help", "--scheduler"}
 """Options of `batch` with which no workers start on this machine."""
@@ -83,7 +86,7 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         with while_importing():
-            module = import_module(f".{cmd_name}", __package__)
+            module = import_module(f".{_MODULES.get(cmd_name, cmd_name)}", __package__)
         command: click.Command = getattr(module, f"{cmd_name}_command")
         return command
 

@@ -69,7 +69,7 @@ class Real(click.FloatRange):
 
 
 class GroupedCommand(click.Command):
-    """A command whose help lists options in groups; those of no group come last."""
+    """A command whose help lists options in groups; options of no group come last."""
 
     groups: Mapping[str, tuple[str, ...]] = {}
     """Names of parameters in each group, by title."""
@@ -91,10 +91,15 @@ FILE = click.Path(path_type=Path)
 FOLDER = FILE
 """A folder for results; `writable_folder` creates and checks it."""
 
+INPUT = click.Path(allow_dash=True)
+"""A file, or - for standard input."""
+
 EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 COUNT = Count(1)
 POSITIVE = Real(min=0, min_open=True)
 NOT_NEGATIVE = Real(min=0)
+FLAG = object()
+"""Marks options without a value."""
 
 STANDARD_STREAM = "-"
 """Name of standard input and standard output."""
@@ -105,89 +110,53 @@ INPUT_FORMATS = tuple(ending.lstrip(".") for ending in CELL_ENDINGS)
 Decorator = Callable[[Any], Any]
 """A function that adds options to a command."""
 
-ascii_option = click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
 
-labels_named_option = click.option(
-    "--labels-named",
-    metavar="NAME",
-    default="label",
-    show_default=True,
-    help="Name of the labels in files that hold more, as .ply, .vtp, .vtu, .csv and .las do.",
-)
+def option(words: str, kind: Any, help: str, **settings: Any) -> Decorator:
+    """Add an option to a command.
 
-quiet_option = click.option(
-    "-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but errors."
-)
+    `words` are its names, the name of its parameter if that differs, and its metavar in capitals.
+    `kind` is a type of click, a tuple of choices, `FLAG`, or None for text. `settings` are further
+    arguments of `click.option`.
+    """
+    names = words.split()
+    if not names[-1].startswith("-") and not names[-1].islower():
+        settings.setdefault("metavar", names.pop())
+    if kind is FLAG:
+        settings["is_flag"] = True
+    else:
+        settings["type"] = click.Choice(kind) if isinstance(kind, tuple) else kind
+    settings.setdefault("show_default", settings.get("default") is not None)
+    return click.option(*names, help=help, **settings)
 
-threads_option = click.option(
-    "--threads", "n_threads", type=COUNT, help="Threads to use.  [default: one per core]"
-)
+
+def options(*given: Decorator) -> Decorator:
+    """Add several options to a command, which lists them in this order."""
+
+    def decorate(command: Any) -> Any:
+        for add in reversed(given):  # click lists options in the opposite order of their addition
+            command = add(command)
+        return command
+
+    return decorate
 
 
 def format_option(what: str, *, name: str = "--format", of_stream: bool = False) -> Decorator:
     """Add the option that names the format of an input, which may be standard input."""
     stream = "; standard input by its content" if of_stream else ""
-    return click.option(
-        name,
-        metavar="FORMAT",
-        type=click.Choice(INPUT_FORMATS),
-        help=f"Format of {what}: {', '.join(INPUT_FORMATS)}.  [default: by the ending{stream}]",
-    )
+    listed = ", ".join(INPUT_FORMATS)
+    text = f"Format of {what}: {listed}.  [default: by the ending{stream}]"
+    return option(f"{name} FORMAT", INPUT_FORMATS, text)
 
 
 def drop_attributes_option(what: str, listed: str = "") -> Decorator:
     """Add the option that drops all data of an input except the mesh."""
-    return click.option(
-        "--drop-attributes",
-        is_flag=True,
-        help=f"Do not carry over what a .ply {what} stores besides its mesh{listed}.",
-    )
+    text = f"Do not carry over what a .ply {what} stores besides its mesh{listed}."
+    return option("--drop-attributes", FLAG, text)
 
 
-def camera_options(command: Any) -> Any:
-    """Add the options for the viewpoint of a picture; a decorator of commands."""
-    up = click.option(
-        "--up",
-        type=click.Choice(("auto", "x", "y", "z")),
-        default="auto",
-        show_default=True,
-        help="Axis that points up; a guess between y and z by default.",
-    )
-    azimuth = click.option(
-        "--azimuth", type=Real(), default=30.0, show_default=True, help="Degrees around."
-    )
-    elevation = click.option(
-        "--elevation",
-        type=Real(-90, 90),
-        default=15.0,
-        show_default=True,
-        help="Degrees above the horizon.",
-    )
-    return up(azimuth(elevation(command)))
-
-
-def label_options(command: Any) -> Any:
-    """Add the options for labels in files; a decorator of commands."""
-    named = click.option(
-        "--label-name",
-        default="label",
-        show_default=True,
-        help="Name of the array of labels in .vtp, .vtu and .vtk files; dental tools want Label.",
-    )
-    of_vertices = click.option(
-        "--vertex-labels",
-        is_flag=True,
-        help="Store labels of the vertices, too, in .ply files.",
-    )
-    return named(of_vertices(command))
-
-
-force_option = click.option(
-    "--force",
-    is_flag=True,
-    help="Replace ground truth: an .aggregation.json from elsewhere, or a .segs.json that one"
-    " refers to.",
-)
+def json_option(what: str = "the facts as JSON") -> Decorator:
+    """Add the option that prints JSON for programs."""
+    return option("--json as_json", FLAG, f"Print {what}.")
 
 
 def numbers(
@@ -201,3 +170,30 @@ def numbers(
         if not number.isdecimal() or not 1 <= int(number[:12]) < 2**31:
             raise click.BadParameter(f"expected whole numbers >= 1, got {number!r}", ctx, parameter)
     return tuple(sorted({int(number) for number in wanted}))
+
+
+ascii_option = option("--ascii", FLAG, "Write .ply and .vtp files as text.")
+quiet_option = option("-q --quiet is_quiet", FLAG, "Print nothing but errors.")
+threads_option = option("--threads n_threads", COUNT, "Threads to use.  [default: one per core]")
+force_option = option(
+    "--force", FLAG,
+    "Replace ground truth: an .aggregation.json from elsewhere, or a .segs.json that one refers"
+    " to.",
+)  # fmt: skip
+labels_named_option = option(
+    "--labels-named NAME", None,
+    "Name of the labels in files that hold more, as .ply, .vtp, .vtu, .csv and .las do.",
+    default="label",
+)  # fmt: skip
+label_options = options(
+    option("--label-name", None,
+           "Name of the array of labels in .vtp, .vtu and .vtk files; dental tools want Label.",
+           default="label"),
+    option("--vertex-labels", FLAG, "Store labels of the vertices, too, in .ply files."),
+)  # fmt: skip
+camera_options = options(
+    option("--up", ("auto", "x", "y", "z"),
+           "Axis that points up; a guess between y and z by default.", default="auto"),
+    option("--azimuth", Real(), "Degrees around.", default=30.0),
+    option("--elevation", Real(-90, 90), "Degrees above the horizon.", default=15.0),
+)  # fmt: skip

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,20 +14,30 @@ import click
 
 from .._types import Ints
 from ..batches.sources import output_names
-from ..export.cells import (
-    ATTRIBUTE_OUTPUTS,
-    CLOUD_OUTPUTS,
-    MESH_OUTPUTS,
-)
+from ..export.cells import ATTRIBUTE_OUTPUTS, CLOUD_OUTPUTS, MESH_OUTPUTS, FormatOptions
 from ..export.ids import VERTEX_OUTPUTS
-from ..export.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS, write_outputs
+from ..export.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS, check_outputs, write_outputs
 from ..io.atomic import output_folder
+from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
 from ..mesh.cells import Cells
-from .failures import print_note
+from .failures import print_note, print_notes
 from .inputs import name_of
-from .options import STANDARD_STREAM, Decorator
+from .options import (
+    INPUT,
+    STANDARD_STREAM,
+    Decorator,
+    ascii_option,
+    force_option,
+    json_option,
+    labels_named_option,
+    option,
+    options,
+    quiet_option,
+    threads_option,
+)
+from .report import notes_on_written
 
 OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
 """Values of ``--to``."""
@@ -45,28 +55,33 @@ ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk"))
 
 def output_option(help: str, *, required: bool = False) -> Decorator:
     """Add the option ``-o`` for the outputs, whose values are for `plan_jobs`."""
-    return click.option(
-        "-o",
-        "--output",
-        "outputs",
-        metavar="OUT",
-        type=click.Path(allow_dash=True),
-        multiple=True,
-        required=required,
-        help=help,
-    )
+    return option("-o --output outputs OUT", INPUT, help, multiple=True, required=required)
 
 
 def to_option(about: str = "Output format when -o is a folder or omitted") -> Decorator:
     """Add the option ``--to`` for the formats of outputs without a name."""
-    return click.option(
-        "--to",
-        "formats",
-        metavar="FORMAT",
-        type=click.Choice(OUTPUT_FORMATS),
-        multiple=True,
-        help=f"{about}: {', '.join(OUTPUT_FORMATS)}; may be given several times.  [default: ply;"
-        " vtu for tetrahedra]",
+    text = (
+        f"{about}: {', '.join(OUTPUT_FORMATS)}; may be given several times.  [default: ply; vtu for"
+        " tetrahedra]"
+    )
+    return option("--to formats FORMAT", OUTPUT_FORMATS, text, multiple=True)
+
+
+def one_output_options(what: str, name: str) -> Decorator:
+    """Add the options of a command that writes one input with its labels, for `OneRun`."""
+    return options(
+        output_option(
+            f"{what}, in any format that segment writes; may be given several times. Or a folder"
+            " (results/), or - for standard output."
+            f"  [default: {name}.superfacets.ply beside {name}]"
+        ),
+        to_option(),
+        labels_named_option,
+        ascii_option,
+        force_option,
+        threads_option,
+        quiet_option,
+        json_option(),
     )
 
 
@@ -120,7 +135,7 @@ class Job:
         return ["standard output" if name == STANDARD_STREAM else name for name in self.names]
 
     def write(self, cells: Cells, labels: Ints | None, **options: Any) -> int:
-        """Write all outputs; `options` and the result are those of `write_outputs`."""
+        """Write all outputs; `options` and the result are as for `write_outputs`."""
         streams = {self.stream: sys.stdout.buffer} if self.stream else {}
         return write_outputs(self.files, cells, labels, streams=streams, **options)
 
@@ -141,32 +156,51 @@ def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
     return output_names(Path(text).name, endings)
 
 
+class OneRun:
+    """A command that writes one input with its labels: its outputs and shared options."""
+
+    def __init__(self, input: Path, also_read: Sequence[Path], given: dict[str, Any]) -> None:
+        """Plan and check the outputs; `given` are the options of `one_output_options`."""
+        ascii, force = given["ascii"], given["force"]
+        read = [str(path) for path in also_read]
+        (self.job,) = plan_jobs(
+            (str(input),), given["outputs"], given["formats"], ascii=ascii, also_read=read
+        )
+        check_outputs(self.job.files, force=force)
+        self.form = FormatOptions(ascii=ascii, force=force)
+        self.keeps_attributes = self.job.holds_attributes and not given.get("drop_attributes")
+        self.labels_named: str = given["labels_named"]
+        self.n_threads: int | None = given["n_threads"]
+        self._is_quiet, self._as_json = given["is_quiet"], given["as_json"]
+
+    def write(
+        self, cells: Cells, labels: Ints, attributes: MeshAttributes | None = None,
+        notes: Iterable[str] = (), **form: Any,
+    ) -> None:  # fmt: skip
+        """Write the outputs; print these notes, and notes on data that the outputs lack."""
+        options = replace(self.form, **form)
+        n_lost = self.job.write(cells, labels, attributes=attributes, options=options)
+        if not self._is_quiet:
+            lacking = notes_on_written(cells, attributes, self.job.endings, n_lost)
+            print_notes([*notes, *lacking])
+
+    def report(self, facts: Mapping[str, Any], text: str) -> None:
+        """Print the facts as a JSON object; or a line per output and the text."""
+        text = f"{self.job.name}: {text}"
+        self.job.report(facts, text, as_json=self._as_json, is_quiet=self._is_quiet)
+
+
 def plan_jobs(
-    inputs: Sequence[str],
-    outputs: Sequence[str],
-    formats: Sequence[str],
-    *,
-    ascii: bool,
-    also_read: Sequence[str] = (),
-    names: Names = names_of_results,
-) -> list[Job]:
+    inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str], *, ascii: bool,
+    also_read: Sequence[str] = (), names: Names = names_of_results,
+) -> list[Job]:  # fmt: skip
     """The job for each input; a usage error if the command line is ambiguous.
 
-    Parameters
-    ----------
-    inputs : sequence of str
-        Files, or one ``-``.
-    outputs : sequence of str
-        Files, a folder, or ``-``. If empty: standard output for standard input, and otherwise files
-        beside the inputs.
-    formats : sequence of str
-        Formats of outputs without a name. If empty: PLY, or VTU for files of tetrahedra.
-    ascii : bool
-        Whether meshes are written as text, which a terminal can show.
-    also_read : sequence of str
-        Further files that no output may replace.
-    names : callable
-        Takes an input and endings, and returns the names of its results in a folder.
+    Inputs are files, or one ``-``. Outputs are files, a folder, or ``-``; by default standard
+    output for standard input, and otherwise files beside the inputs. Formats are for outputs
+    without a name; by default PLY, or VTU for files of tetrahedra. `ascii`: meshes are written as
+    text, which a terminal can show. No output may replace a file of `also_read`. `names` takes an
+    input and endings, and returns the names of its results in a folder.
     """
     folders = [text for text in outputs if _is_folder(text)]
     _check_outputs(inputs, outputs, folders)

@@ -46,15 +46,7 @@ NEARLY = 0.95
 class Estimate:
     """Estimate of the finished fraction of a run, by its stages and the time in the current one.
 
-    Parameters
-    ----------
-    now : float
-        Seconds on a clock when the run begins.
-
-    Attributes
-    ----------
-    stage : str
-        Key of `SHARES`: the current stage, or the first one before any has begun.
+    `now` is the time, in seconds on some clock, when the run begins. `stage` is the current stage.
     """
 
     def __init__(self, now: float) -> None:

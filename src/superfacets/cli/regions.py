@@ -10,8 +10,8 @@ from typing import Any
 
 import click
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Floats, Ints
 from .._validate import ranked_labels
 from ..cells.kinds import kind_of
 from ..cells.region_adjacency import RegionGraph, region_graph
@@ -19,7 +19,6 @@ from ..errors import MeshError
 from ..export.tables import (
     LINE_ENDINGS,
     TABLE_ENDINGS,
-    Columns,
     print_csv,
     write_lines,
     write_tables,
@@ -30,31 +29,37 @@ from ..io.readers.labels import read_labels
 from ..regions.lines import BorderLines, border_lines
 from .inputs import check_inputs, load_cells
 from .interrupts import run_in_background
-from .options import FILE, STANDARD_STREAM, format_option, labels_named_option
+from .options import (
+    FILE,
+    FLAG,
+    INPUT,
+    STANDARD_STREAM,
+    format_option,
+    json_option,
+    labels_named_option,
+    option,
+    options,
+)
 from .outputs import Job, check_files
 
-_Drawn = tuple[npt.NDArray[np.float64], list[tuple[str, npt.NDArray[np.int32]]]]
+_Drawn = tuple[Floats, list[tuple[str, Ints]]]
 """Vertices of a mesh, and named lines along its edges."""
 
 
 @click.command("regions")
-@click.argument("cells", metavar="IN", type=click.Path(allow_dash=True))
+@click.argument("cells", metavar="IN", type=INPUT)
 @click.argument("labels", metavar="LABELS", type=FILE)
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path, allow_dash=True),
-    help="A .csv, .json or .parquet file for the table of regions, or - for standard output: CSV."
-    "  [default: -]",
-)
-@click.option("--arcs", type=FILE, help="The same for the table of pairs of regions that touch.")
-@click.option("--borders", type=FILE, help="An .obj file for the borders, as lines.")
-@format_option("IN", of_stream=True)
-@labels_named_option
-@click.option(
-    "-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but the table and errors."
-)
-@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
+@options(
+    option("-o --output", click.Path(path_type=Path, allow_dash=True),
+           "A .csv, .json or .parquet file for the table of regions, or - for standard output: CSV."
+           "  [default: -]"),
+    option("--arcs", FILE, "The same for the table of pairs of regions that touch."),
+    option("--borders", FILE, "An .obj file for the borders, as lines."),
+    format_option("IN", of_stream=True),
+    labels_named_option,
+    option("-q --quiet is_quiet", FLAG, "Print nothing but the table and errors."),
+    json_option(),
+)  # fmt: skip
 def regions_command(
     cells: str, labels: Path, output: Path | None, arcs: Path | None, borders: Path | None,
     format: str | None, labels_named: str, is_quiet: bool, as_json: bool,
@@ -71,7 +76,7 @@ def regions_command(
     check_files([Job(cells, files)], also_read=[str(labels)])
     checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, npt.NDArray[np.int32], _Drawn | None]:
+    def compute() -> tuple[RegionGraph, Ints, _Drawn | None]:
         whole: Any = load_cells(cells, format)
         given = read_labels(labels, whole.n_cells, name=labels_named)
         if borders is not None and not kind_of(whole).has_faces:
@@ -86,14 +91,17 @@ def regions_command(
         return graph, names, drawn
 
     graph, names, drawn = run_in_background(compute)
-    tables = [(output, _regions_of(graph, names)), (arcs, _arcs_of(graph, names))]
+    regions = graph.table() | {"region": names}
+    ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
+    of_arcs = ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
+    tables = [(output, regions), (arcs, of_arcs)]
     write_tables([(path, table) for path, table in tables if path is not None])
     if borders is not None and drawn is not None:
         write_lines(borders, *drawn)
     if output is None and sys.stdout is None:
         raise OSError("standard output is closed")
     if output is None:
-        print_csv(sys.stdout, _regions_of(graph, names))
+        print_csv(sys.stdout, regions)
     if as_json:
         names_written = [STANDARD_STREAM] * (output is None) + [str(path) for path in files]
         facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
@@ -122,18 +130,7 @@ def _checked_outputs(
     return tuple(path for path in (output, arcs, borders) if path is not None)
 
 
-def _regions_of(graph: RegionGraph, names: npt.NDArray[np.int32]) -> Columns:
-    return graph.table() | {"region": names}
-
-
-def _arcs_of(graph: RegionGraph, names: npt.NDArray[np.int32]) -> Columns:
-    ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
-    return ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
-
-
-def _named(
-    lines: BorderLines, names: npt.NDArray[np.int32]
-) -> Iterator[tuple[str, npt.NDArray[np.int32]]]:
+def _named(lines: BorderLines, names: Ints) -> Iterator[tuple[str, Ints]]:
     """Border lines, named like ``border_3_7``, or ``border_3_open`` at the boundary of the mesh."""
     for i, (low, high) in enumerate(lines.regions.tolist()):
         line = lines.line(i)

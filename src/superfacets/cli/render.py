@@ -1,15 +1,15 @@
-"""The command ``superfacets render``, and its options for views and values."""
+"""The command ``superfacets render``."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
-import numpy.typing as npt
 
 from .._options import CLIPS
+from .._types import Array
 from ..errors import MeshError
 from ..io.readers.labels import read_labels
 from ..io.readers.read import read_cells
@@ -17,11 +17,10 @@ from ..pictures.animation import MOVING_ENDINGS
 from ..pictures.camera import VIEW_NAMES, View
 from .failures import print_note
 from .inputs import VALUE_ENDINGS, labels_beside, read_values
-from .options import FILE, camera_options, labels_named_option
+from .options import FILE, FLAG, camera_options, labels_named_option, option, options
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
+    from .._options import Clip
     from ..pictures.camera import Up
 
 _MAX_SIDE = 8192
@@ -49,93 +48,51 @@ def _checked_turntable(
     return path
 
 
-def picture_options(command: Any) -> Any:
-    """Add the options for the content of a picture besides regions; a decorator of commands."""
-    options = [
-        click.option(
-            "--turntable",
-            metavar="OUT",
-            type=FILE,
-            callback=_checked_turntable,
-            help="A .gif or .mp4 file of the mesh as it turns.",
-        ),
-        click.option(
-            "--compare",
-            metavar="L",
-            type=FILE,
-            multiple=True,
-            help="Labels to draw side by side, after those of --labels; several times.",
-        ),
-        click.option(
-            "--color-by",
-            metavar="WHAT",
-            help="A .npy or .txt file with a value per cell or per region, or a column of"
-            " superfacets regions, such as area.",
-        ),
-        click.option(
-            "--view",
-            "side",
-            type=click.Choice(VIEW_NAMES),
-            help="A side, instead of --azimuth and --elevation.",
-        ),
-        click.option(
-            "--size",
-            metavar="WxH",
-            callback=_checked_size,
-            help="Pixels of each picture.  [default: 1200x900; of a turn 640x480]",
-        ),
-    ]
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
-def chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) -> View:
+def _chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) -> View:
     """The view given by name or by angles; a usage error if both are given."""
     if side is None:
         return View(azimuth=azimuth, elevation=elevation, up=up)
     source = click.get_current_context().get_parameter_source
     given = click.core.ParameterSource.COMMANDLINE
     if given in (source("azimuth"), source("elevation")):
-        raise click.UsageError("--view is a pair of --azimuth and --elevation: leave out those")
+        raise click.UsageError("--view sets --azimuth and --elevation: leave them out")
     return View.named(side, up=up)
 
 
-def values_named(color_by: str | None) -> npt.NDArray[Any] | str | None:
+def _values_named(color_by: str | None) -> Array | str | None:
     """Values read from a file, or the name of a column of the region table as it is given."""
     if color_by is None or Path(color_by).suffix.lower() not in VALUE_ENDINGS:
         return color_by
     return read_values(Path(color_by))
 
 
-if TYPE_CHECKING:
-    from .._options import Clip
-    from ..pictures.camera import Up
-
-
 @click.command("render")
 @click.argument("mesh", metavar="IN", type=FILE)
-@click.option("-o", "--output", metavar="OUT", type=FILE, help="A .png file.")
-@camera_options
-@click.option(
-    "--labels",
-    metavar="L",
-    type=FILE,
-    help="A .npy, .seg, .txt or labeled .ply or .vtp; those in IN, if it has any, otherwise.",
-)
-@labels_named_option
-@picture_options
-@click.option(
-    "--clip",
-    type=click.Choice(CLIPS),
-    help="Show one half of a mesh of tetrahedra: x keeps the half with larger x, -x the half with"
-    " smaller x.  [default: the outside of the whole]",
-)
-@click.option(
-    "--smooth-borders",
-    is_flag=True,
-    help="Draw borders of regions of a mesh as smooth curves, as superfacets cut makes them.",
-)
+@options(
+    option("-o --output OUT", FILE, "A .png file."),
+    camera_options,
+    option("--labels L", FILE,
+           "A .npy, .seg, .txt or labeled .ply or .vtp.  [default: the labels in IN, if it has"
+           " any]"),
+    labels_named_option,
+    option("--turntable OUT", FILE, "A .gif or .mp4 file of the mesh as it turns.",
+           callback=_checked_turntable),
+    option("--compare L", FILE,
+           "Labels to draw side by side, after the labels of --labels; may be given several times.",
+           multiple=True),
+    option("--color-by WHAT", None,
+           "A .npy or .txt file with a value per cell or per region, or a column of superfacets"
+           " regions, such as area."),
+    option("--view side", VIEW_NAMES, "A side, instead of --azimuth and --elevation."),
+    option("--size WxH", None,
+           "Pixels of each picture.  [default: 1200x900; of a turn 640x480]",
+           callback=_checked_size),
+    option("--clip", CLIPS,
+           "Show one half of a mesh of tetrahedra: x keeps the half with larger x, -x the half with"
+           " smaller x.  [default: the outside of the whole]"),
+    option("--smooth-borders", FLAG,
+           "Draw borders of regions of a mesh as smooth curves, as superfacets cut makes them."),
+)  # fmt: skip
 def render_command(
     mesh: Path, output: Path | None, up: Up, azimuth: float, elevation: float,
     labels: Path | None, labels_named: str, clip: Clip | None, turntable: Path | None,
@@ -153,10 +110,10 @@ def render_command(
         raise click.UsageError("nothing to write: -o names a .png, --turntable a .gif or .mp4")
     if output is not None and output.suffix.lower() != ".png":
         raise click.UsageError(f"{output}: pictures are written as .png")
-    view = chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
+    view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     cells = read_cells(mesh)
     shown, others, titles = _series_of(mesh, labels, compare, cells.n_cells, labels_named)
-    values = values_named(color_by)
+    values = _values_named(color_by)
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:
         try:
@@ -174,7 +131,7 @@ def render_command(
 
 def _series_of(
     mesh: Path, labels: Path | None, compare: tuple[Path, ...], n_cells: int, name: str
-) -> tuple[npt.NDArray[Any] | None, list[npt.NDArray[Any]], list[str] | None]:
+) -> tuple[Array | None, list[Array], list[str] | None]:
     """Labels of the first picture, or None if it is plain; labels of the other pictures; titles."""
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Longs
 from ..batches.files import Outcome
 from ..cells.kinds import kind_of
 from ..cells.size import sliver_note
@@ -22,27 +22,12 @@ from ..mesh.cells import Cells
 
 
 def notes_of(
-    outcome: Outcome,
-    asked: int | None,
-    *,
-    endings: Collection[str],
-    holds_labels: bool,
-    n_lost: int = 0,
+    outcome: Outcome, asked: int | None, endings: Collection[str], n_lost: int, holds_labels: bool
 ) -> list[str]:
     """Notes on results that may surprise.
 
-    Parameters
-    ----------
-    outcome : Outcome
-        The data that was written.
-    asked : int or None
-        Number of regions given with -n; None without -n.
-    endings : collection of str
-        Endings of all outputs.
-    holds_labels : bool
-        Whether any output holds labels without the cells.
-    n_lost : int
-        Number of regions without a vertex in files of vertex labels.
+    `asked` is the number of regions given with -n. `n_lost` is as for `notes_on_written`.
+    `holds_labels`: some output holds labels without the cells.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
     kind = kind_of(mesh)
@@ -59,10 +44,7 @@ def notes_of(
     notes += notes_on_result(result)
     if listed is not None and holds_labels:
         notes += _notes_on_listed(result, listed)
-    notes += notes_on_vertices(n_lost, endings)
-    if outcome.attributes is not None:
-        notes += notes_on_attributes(outcome.attributes, endings, mesh)
-    return notes
+    return notes + notes_on_written(mesh, outcome.attributes, endings, n_lost)
 
 
 def notes_on_result(result: Segmentation) -> list[str]:
@@ -118,7 +100,7 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
     return [f"{more}, for {why}; with --islands nearest they join the nearest region"]
 
 
-def _notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list[str]:
+def _notes_on_listed(result: Segmentation, listed: Longs) -> list[str]:
     """Notes on regions that files of labels lack because the input was subdivided."""
     n_lost = result.n_segments - len(np.unique(listed[listed >= 0]))
     if not n_lost:
@@ -129,38 +111,22 @@ def _notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> lis
 
 
 def notes_on_written(
-    cells: Cells, attributes: MeshAttributes | None, endings: Collection[str], n_lost: int
-) -> list[str]:
-    """Notes on data that files with these endings lack; `n_lost` is as for `notes_on_vertices`."""
-    notes = notes_on_vertices(n_lost, endings)
-    if attributes is not None:
-        notes += notes_on_attributes(attributes, endings, cells)
-    return notes
-
-
-def notes_on_vertices(n_lost: int, endings: Iterable[str]) -> list[str]:
-    """Notes on regions without a vertex in files of vertex labels."""
-    if not n_lost:
-        return []
-    named = sorted({*endings} & {*VERTEX_OUTPUTS})
-    lack = f"{' and '.join(named)} lack{'s' if len(named) == 1 else ''}"
-    return [f"{lack} {counted(n_lost, 'region')}, for which no vertex could be spared"]
-
-
-def notes_on_attributes(
-    attributes: MeshAttributes,
-    endings: Collection[str],
-    cells: Cells,
-    *,
+    cells: Cells, attributes: MeshAttributes | None, endings: Collection[str], n_lost: int, *,
     are_replaced: bool = True,
-) -> list[str]:
-    """Notes on data of the input that outputs of these cells with these endings do not hold.
+) -> list[str]:  # fmt: skip
+    """Notes on data that files of these cells with these endings lack.
 
-    Without `are_replaced`, the labels come from the input itself, so none of its properties are
-    replaced.
+    `n_lost` regions have no vertex in files of vertex labels. Without `are_replaced`, the labels
+    come from the input itself, so none of its properties are replaced.
     """
-    of_points = kind_of(cells).are_points
     notes = []
+    if n_lost:
+        named = sorted({*endings} & {*VERTEX_OUTPUTS})
+        lack = f"{' and '.join(named)} lack{'s' if len(named) == 1 else ''}"
+        notes.append(f"{lack} {counted(n_lost, 'region')}, for which no vertex could be spared")
+    if attributes is None:
+        return notes
+    of_points = kind_of(cells).are_points
     if attributes.left_out:
         notes.append(f"not kept of the input: {', '.join(attributes.left_out)}")
     replaced = names_replaced(attributes, of_points=of_points)
@@ -169,7 +135,7 @@ def notes_on_attributes(
     if not of_points and {".ply", ".vtp"}.isdisjoint(endings):
         replaced = []
     if replaced and are_replaced:
-        notes.append(f"replaced by those of the labels: {', '.join(replaced)}")
+        notes.append(f"replaced by properties of the labels: {', '.join(replaced)}")
     if attributes.texture is not None:
         corners = kind_of(cells).corners(cells)
         has_polygons = corners is not None and corners.size != 3

@@ -19,7 +19,7 @@ from ..export.cells import FormatOptions
 from ..export.write import check_fit, check_outputs
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
-from .failures import EXIT_DATA, count_failures, print_note
+from .failures import EXIT_DATA, count_failures, print_notes
 from .inputs import (
     check_inputs,
     constraint_options,
@@ -28,57 +28,39 @@ from .inputs import (
     name_of,
 )
 from .interrupts import run_in_background
-from .options import format_option, labels_named_option, quiet_option
+from .options import INPUT, format_option, json_option, labels_named_option, options, quiet_option
 from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs, to_option
 from .progress import RunBar, TileBar
 from .report import facts_of, notes_of, notes_on_result, summary_of
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
-from .tiled import (
-    TileOptions,
-    names_by_tiles,
-    noun_of_tiled,
-    segment_by_tiles,
-    tile_options,
-)
+from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles, tile_options
 
 
 @click.command("segment", cls=SegmentCommand)
-@click.argument(
-    "inputs", metavar="IN...", type=click.Path(allow_dash=True), nargs=-1, required=True
-)
-@segment_options
-@constraint_options
-@labels_named_option
-@output_option(
-    "A .ply, .vtp, .obj, .stl, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of a"
-    " point cloud a .ply, .csv, .las or .laz), a .npy, .seg or .txt (labels), a .segs.json, .bin,"
-    " _sp_label.npy or .pth (labels of vertices), a .sstk.json, .aggregation.json or .npz (graph of"
-    " regions); may be given several times. Or a folder (results/) for the files of all inputs, or"
-    " - for standard output.  [default: IN.superfacets.ply beside IN]"
-)
-@to_option()
-@format_option("the inputs", of_stream=True)
-@file_options
-@tile_options
-@quiet_option
-@click.option(
-    "--json", "as_json", is_flag=True, help="Print the facts as JSON, an object and a line per IN."
-)
+@click.argument("inputs", metavar="IN...", type=INPUT, nargs=-1, required=True)
+@options(
+    segment_options,
+    constraint_options,
+    labels_named_option,
+    output_option(
+        "A .ply, .vtp, .obj, .stl, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of"
+        " a point cloud a .ply, .csv, .las or .laz), a .npy, .seg or .txt (labels), a .segs.json,"
+        " .bin, _sp_label.npy or .pth (labels of vertices), a .sstk.json, .aggregation.json or .npz"
+        " (graph of regions); may be given several times. Or a folder (results/) for the files of"
+        " all inputs, or - for standard output.  [default: IN.superfacets.ply beside IN]"),
+    to_option(),
+    format_option("the inputs", of_stream=True),
+    file_options,
+    tile_options,
+    quiet_option,
+    json_option("the facts as JSON, an object and a line per IN"),
+)  # fmt: skip
 @click.pass_context
 def segment_command(
-    ctx: click.Context,
-    /,
-    inputs: tuple[str, ...],
-    outputs: tuple[str, ...],
-    formats: tuple[str, ...],
-    format: str | None,
-    mask: Path | None,
-    barriers: Path | None,
-    labels_named: str,
-    is_quiet: bool,
-    as_json: bool,
-    **given: Any,
-) -> None:
+    ctx: click.Context, /, inputs: tuple[str, ...], outputs: tuple[str, ...],
+    formats: tuple[str, ...], format: str | None, mask: Path | None, barriers: Path | None,
+    labels_named: str, is_quiet: bool, as_json: bool, **given: Any,
+) -> None:  # fmt: skip
     """Segment meshes and point clouds, and write their labels.
 
     IN may be - for standard input; the result then goes to standard output, unless -o names another
@@ -86,25 +68,21 @@ def segment_command(
     are still processed, and the exit status is 1.
     """
     tiles = TileOptions.taken_from(given)
-    options = options_of(**given)
+    chosen = options_of(**given)
     check_inputs(inputs)
     if tiles is not None:
         others = {"--mask": mask, "--barriers": barriers, "--format": format}
-        formats = tiles.checked_formats(inputs, outputs, formats, options, others)
+        formats = tiles.checked_formats(inputs, outputs, formats, chosen, others)
     also_read = [str(path) for path in (mask, barriers) if path is not None]
     names = names_of_results if tiles is None else names_by_tiles
-    jobs = plan_jobs(
-        inputs, outputs, formats, ascii=options.ascii, also_read=also_read, names=names
-    )
+    jobs = plan_jobs(inputs, outputs, formats, ascii=chosen.ascii, also_read=also_read, names=names)
     endings = [ending for job in jobs for ending in job.endings]
     check_mask(mask, endings)
-    form = options.form(endings)
+    form = chosen.form(endings)
     constraints = partial(constraints_of, mask, barriers, name=labels_named)
-    run = _Run(options, format, form, constraints, tiles, is_quiet=is_quiet, as_json=as_json)
-    names_of_inputs = [name_of(job.input) for job in jobs]
-    if count_failures(
-        names_of_inputs, lambda i: run.do(jobs[i]), lambda i, m: run.tell(jobs[i], m)
-    ):
+    run = _Run(chosen, format, form, constraints, tiles, is_quiet=is_quiet, as_json=as_json)
+    named = [name_of(job.input) for job in jobs]
+    if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.tell(jobs[i], m)):
         ctx.exit(EXIT_DATA)
 
 
@@ -143,11 +121,7 @@ class _Run:
         timings = {**result.timings, **timings}
         if not self.is_quiet:
             asked = self.options.keywords.get("n_segments")
-            endings, holds_labels = job.endings, job.holds_labels
-            for note in notes_of(
-                outcome, asked, endings=endings, holds_labels=holds_labels, n_lost=n_lost
-            ):
-                print_note(note)
+            print_notes(notes_of(outcome, asked, job.endings, n_lost, job.holds_labels))
         self._report(job, result, timings, noun)
 
     def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:
@@ -155,8 +129,7 @@ class _Run:
             result = segment_by_tiles(Path(job.input), job.files, self.options, tiles, bar)
         noun = noun_of_tiled(Path(job.input))
         if not self.is_quiet:
-            for note in notes_on_result(result):
-                print_note(note)
+            print_notes(notes_on_result(result))
         self._report(job, result, result.timings, noun)
 
     def _report(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar
+from dataclasses import fields
+from typing import Any
 
 import click
 
@@ -13,6 +13,7 @@ from ..cells.weights import WEIGHTS
 from ..pipeline import PAPER, PARTS, SCANS
 from .options import (
     COUNT,
+    FLAG,
     NOT_NEGATIVE,
     POSITIVE,
     Count,
@@ -23,10 +24,10 @@ from .options import (
     drop_attributes_option,
     force_option,
     label_options,
+    option,
+    options,
     threads_option,
 )
-
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def _defaults_of(parameter: str) -> str:
@@ -52,7 +53,7 @@ _GROUPS = {
     "Equal, bounded and exact sizes": (
         "balance", "max_measure", "min_measure", "cells_per_region",
     ),
-    "What else borders follow": (
+    "Data that borders follow": (
         "features", "feature_weight", "mask", "barriers", "labels_named",
     ),
     "Noise, long faces, clouds": (
@@ -76,165 +77,82 @@ class SegmentCommand(GroupedCommand):
     groups = _GROUPS
 
 
-_OF_SEGMENT = (
-    click.option("-n", "--n-segments", type=COUNT, help="Number of regions.  [default: 150]"),
-    click.option(
-        "-r",
-        "--radius",
-        type=POSITIVE,
-        help="Radius of a region, as a fraction of the mesh's diagonal, instead of -n.",
-    ),
-    click.option(
-        "-a",
-        "--alpha",
-        type=NOT_NEGATIVE,
-        help=f"How much borders follow creases.  [default: by weights: {_defaults_of('alpha')}]",
-    ),
-    click.option(
-        "--eta",
-        "eta_convex",
-        type=NOT_NEGATIVE,
-        help="Weight of convex creases relative to concave ones."
-        f"  [default: by weights: {_defaults_of('eta_convex')}]",
-    ),
-    click.option(
-        "--ridges",
-        type=NOT_NEGATIVE,
-        help="The same for sharp edges between flat faces, as on machine parts; 0 turns it off."
-        f"  [default: {_defaults_of('ridges')} with --weights {_users_of('ridges')}]",
-    ),
-    click.option(
-        "--weights",
-        metavar="NAME",
-        type=click.Choice(tuple(WEIGHTS)),
-        help="What steps between neighbors cost: parts (creases, and steps from one part of a shape"
-        " to another), creases, superfacets (as in the paper), or stk02 (Shlafman, Tal and Katz)."
-        "  [default: parts]",
-    ),
-    click.option(
-        "--init",
-        type=click.Choice(INITS),
-        help="How the first centers are placed; flood and grid make only about as many regions as"
-        " -n says.  [default: geodesic]",
-    ),
-    click.option("--paper", is_flag=True, help="The algorithm of the paper, exactly as published."),
-    click.option(
-        "--parts",
-        is_flag=True,
-        help="Regions within the parts of a shape: --weights parts --relocate, the default.",
-    ),
-    click.option("--scans", is_flag=True, help="For fused scans of rooms: --denoise 5 --alpha 80."),
-    click.option(
-        "--denoise",
-        type=CountOr("auto", 0),
-        metavar="N|auto",
-        help="Measure creases on positions smoothed in N steps; auto: 5 if the mesh is noisy, else"
-        " 0. Results belong to the mesh as it is.  [default: 0; 5 with --scans]",
-    ),
-    click.option(
-        "--max-iter",
-        "max_num_iter",
-        type=Count(0),
-        default=50,
-        show_default=True,
-        help="Maximum number of iterations; 0 labels by the first centers.",
-    ),
-    click.option(
-        "--tol",
-        type=NOT_NEGATIVE,
-        help="Stop when centers move less, in radii.  [default: 0.02; 0 with --paper]",
-    ),
-    click.option(
-        "--relocate/--no-relocate",
-        default=None,
-        help="Let centers jump to where regions are large and uneven, and iterate again."
-        "  [default: yes; no with --paper or other weights]",
-    ),
-    click.option(
-        "--smooth/--no-smooth",
-        default=None,
-        help="Make borders straight where the surface is smooth.  [default: yes; no with --paper]",
-    ),
-    click.option(
-        "--connect",
-        "enforce_connectivity",
-        is_flag=True,
-        help="Disconnected regions, which --paper may give, keep one piece.",
-    ),
-    click.option(
-        "--min-size",
-        type=NOT_NEGATIVE,
-        help="Regions smaller than this, in mean regions, join a neighbor.",
-    ),
-    click.option(
-        "--islands",
-        type=click.Choice(ISLANDS),
-        help="Components without a seed, and small regions without a neighbor, are regions of their"
-        " own, or join the nearest region, which makes -n exact (but with --init flood or grid)."
-        "  [default: keep]",
-    ),
-    click.option(
-        "--balance",
-        type=Real(0.0, 1.0),
-        help="How equal the areas of regions (volumes, of tetrahedra) are to be, 0 to 1."
-        "  [default: 0]",
-    ),
-    click.option(
-        "--max-measure",
-        type=POSITIVE,
-        help="Greatest area or volume of a region, in the unit of the mesh squared or cubed.",
-    ),
-    click.option("--min-measure", type=NOT_NEGATIVE, help="Least area or volume of a region."),
-    click.option(
-        "--cells-per-region",
-        type=COUNT,
-        help="Exactly so many faces in each region, instead of -n, but for a remainder in each"
-        " component.",
-    ),
-    click.option(
-        "--subdivide",
-        "is_subdivided",
-        is_flag=True,
-        help="Bisect edges longer than a quarter of a region's radius first, for meshes of long"
-        " thin faces. A .ply or .vtp then holds the subdivided mesh; label files hold a label for"
-        " each face of IN: that with the most area in it.",
-    ),
-    click.option(
-        "--max-edge",
-        type=POSITIVE,
-        help="Subdivide until no edge is longer than this, in the unit of the mesh.",
-    ),
-    click.option(
-        "--features",
-        metavar="NAME",
-        multiple=True,
-        help="What borders follow besides creases: color, texture, normals, height (z), or a"
-        " property of the faces, points or vertices in IN; may be given several times.",
-    ),
-    click.option(
-        "--viewpoint",
-        type=Real(),
-        nargs=3,
-        metavar="X Y Z",
-        help="Place from which all points were seen, for clouds without normals: normals that are"
-        " estimated face it.",
-    ),
-    click.option(
-        "--min-opacity",
-        type=Real(0.0, 1.0),
-        default=0.0,
-        metavar="P",
-        help="Leave out Gaussian splats that are less opaque than this, 0 to 1; their label is -1.",
-    ),
-    click.option(
-        "--feature-weight",
-        type=NOT_NEGATIVE,
-        help="How much features count, in radii per standard deviation.  [default: 5]",
-    ),
+segment_options = options(
+    option("-n --n-segments", COUNT, "Number of regions.  [default: 150]"),
+    option("-r --radius", POSITIVE,
+           "Radius of a region, as a fraction of the mesh's diagonal, instead of -n."),
+    option("-a --alpha", NOT_NEGATIVE,
+           f"How much borders follow creases.  [default: by weights: {_defaults_of('alpha')}]"),
+    option("--eta eta_convex", NOT_NEGATIVE,
+           "Weight of convex creases relative to concave ones."
+           f"  [default: by weights: {_defaults_of('eta_convex')}]"),
+    option("--ridges", NOT_NEGATIVE,
+           "The same for sharp edges between flat faces, as on machine parts; 0 turns it off."
+           f"  [default: {_defaults_of('ridges')} with --weights {_users_of('ridges')}]"),
+    option("--weights NAME", tuple(WEIGHTS),
+           "Cost of a step between neighbors: parts (creases, and steps from one part of a shape to"
+           " another), creases, superfacets (as in the paper), or stk02 (Shlafman, Tal and Katz)."
+           "  [default: parts]"),
+    option("--init", INITS,
+           "How the first centers are placed; flood and grid make only about as many regions as -n"
+           " says.  [default: geodesic]"),
+    option("--paper", FLAG, "The algorithm of the paper, exactly as published."),
+    option("--parts", FLAG,
+           "Regions within the parts of a shape: --weights parts --relocate, the default."),
+    option("--scans", FLAG, "For fused scans of rooms: --denoise 5 --alpha 80."),
+    option("--denoise N|auto", CountOr("auto", 0),
+           "Measure creases on positions smoothed in N steps; auto: 5 if the mesh is noisy, else 0."
+           " Results belong to the mesh as it is.  [default: 0; 5 with --scans]"),
+    option("--max-iter max_num_iter", Count(0),
+           "Maximum number of iterations; 0 labels by the first centers.", default=50),
+    option("--tol", NOT_NEGATIVE,
+           "Stop when centers move less, in radii.  [default: 0.02; 0 with --paper]"),
+    option("--relocate/--no-relocate", None,
+           "Let centers jump to where regions are large and uneven, and iterate again."
+           "  [default: yes; no with --paper or other weights]", default=None),
+    option("--smooth/--no-smooth", None,
+           "Make borders straight where the surface is smooth.  [default: yes; no with --paper]",
+           default=None),
+    option("--connect enforce_connectivity", FLAG,
+           "Keep one piece of each disconnected region, which --paper may give."),
+    option("--min-size", NOT_NEGATIVE,
+           "Regions smaller than this, in mean regions, join a neighbor."),
+    option("--islands", ISLANDS,
+           "Components without a seed, and small regions without a neighbor, stay regions of their"
+           " own (keep), or join the nearest region, which makes -n exact (except with --init flood"
+           " or grid).  [default: keep]"),
+    option("--balance", Real(0.0, 1.0),
+           "How equal the areas of regions (volumes, of tetrahedra) are to be, 0 to 1."
+           "  [default: 0]"),
+    option("--max-measure", POSITIVE,
+           "Greatest area or volume of a region, in the unit of the mesh squared or cubed."),
+    option("--min-measure", NOT_NEGATIVE, "Least area or volume of a region."),
+    option("--cells-per-region", COUNT,
+           "Exact number of faces in each region, instead of -n; the remainder of each component is"
+           " one smaller region."),
+    option("--subdivide is_subdivided", FLAG,
+           "Bisect edges longer than a quarter of a region's radius first, for meshes of long thin"
+           " faces. A .ply or .vtp then holds the subdivided mesh; label files hold one label per"
+           " face of IN: the label with the most area in it."),
+    option("--max-edge", POSITIVE,
+           "Subdivide until no edge is longer than this, in the unit of the mesh."),
+    option("--features NAME", None,
+           "Data that borders follow besides creases: color, texture, normals, height (z), or a"
+           " property of the faces, points or vertices in IN; may be given several times.",
+           multiple=True),
+    option("--viewpoint", Real(),
+           "Place from which all points were seen, for clouds without normals: estimated normals"
+           " face it.", nargs=3, metavar="X Y Z"),
+    option("--min-opacity P", Real(0.0, 1.0),
+           "Leave out Gaussian splats that are less opaque than this, 0 to 1; their label is -1.",
+           default=0.0, show_default=False),
+    option("--feature-weight", NOT_NEGATIVE,
+           "How much features count, in radii per standard deviation.  [default: 5]"),
     threads_option,
-)
+)  # fmt: skip
+"""Adds the options of the computation to a command."""
 
-_OF_FILES = (
+file_options = options(
     ascii_option,
     label_options,
     drop_attributes_option(
@@ -242,42 +160,17 @@ _OF_FILES = (
     ),
     force_option,
 )
+"""Adds the options for the format of mesh files to a command."""
 
 
-def segment_options(function: Function) -> Function:
-    """Add the options of the computation; a decorator."""
-    return _with_options(function, _OF_SEGMENT)
-
-
-def file_options(function: Function) -> Function:
-    """Add the options for the format of mesh files; a decorator."""
-    return _with_options(function, _OF_FILES)
-
-
-def _with_options(function: Function, options: tuple[Callable[[Any], Any], ...]) -> Function:
-    for option in reversed(options):  # click lists options in the opposite order of their addition
-        function = option(function)
-    return function
+_OF_FILES = {field.name for field in fields(FileOptions)}
 
 
 def options_of(
-    *,
-    paper: bool,
-    parts: bool,
-    scans: bool,
-    features: tuple[str, ...],
-    is_subdivided: bool,
-    max_edge: float | None,
-    ascii: bool,
-    label_name: str,
-    vertex_labels: bool,
-    drop_attributes: bool,
-    force: bool,
-    viewpoint: tuple[float, float, float] | None,
-    min_opacity: float,
-    **given: Any,
+    *, paper: bool, parts: bool, scans: bool, is_subdivided: bool, **given: Any
 ) -> FileOptions:
-    """Return the given options, completed by those of a preset; an error if they do not fit."""
+    """Return the given options, completed by a preset; an error if they do not fit."""
+    of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
     keywords = {name: value for name, value in given.items() if value is not None}
     if paper and (parts or scans):
         other = "--parts" if parts else "--scans"
@@ -285,24 +178,14 @@ def options_of(
     if paper and given.get("relocate"):
         raise click.UsageError("--paper moves centers in its own way: leave --relocate out")
     presets = ((paper, "--paper", PAPER), (parts, "--parts", PARTS), (scans, "--scans", SCANS))
-    for is_given, option, preset in presets:
+    for is_given, name_of_preset, preset in presets:
         for name in ("weights", "init") if is_given else ():
             if name in preset and keywords.get(name, preset[name]) != preset[name]:
-                raise click.UsageError(f"{option} has {name} of its own: leave --{name} out")
+                raise click.UsageError(
+                    f"{name_of_preset} has {name} of its own: leave --{name} out"
+                )
         keywords = {**preset, **keywords} if is_given else keywords
     try:
-        return FileOptions.checked(
-            keywords,
-            features=features,
-            subdivide=is_subdivided,
-            max_edge=max_edge,
-            drop_attributes=drop_attributes,
-            ascii=ascii,
-            label_name=label_name,
-            vertex_labels=vertex_labels,
-            force=force,
-            viewpoint=viewpoint,
-            min_opacity=min_opacity,
-        )
+        return FileOptions(keywords, subdivide=is_subdivided, **of_files)
     except ValueError as error:  # options that contradict each other
         raise click.UsageError(str(error)) from error

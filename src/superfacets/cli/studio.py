@@ -1,56 +1,45 @@
-"""The command ``superfacets studio``."""
+"""The commands ``superfacets studio`` and ``agree``."""
 
 from __future__ import annotations
 
 import contextlib
+import json
 import signal
 import sys
 import webbrowser
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import click
 
 from ..errors import MissingExtraError
-from .failures import print_note
-from .options import COUNT, FILE
+from .failures import print_notes
+from .options import COUNT, FILE, FLAG, json_option, option, options
 
 
 @click.command("studio")
 @click.argument("path", metavar="IN|FOLDER", type=click.Path(path_type=Path, exists=True))
-@click.option(
-    "-n", "--n-segments", type=COUNT, help="Regions that new work begins with.  [default: 150]"
-)
-@click.option(
-    "--work",
-    metavar="FILE",
-    type=FILE,
-    help="Where the work is kept.  [default: IN.studio.jsonl, beside IN]",
-)
-@click.option(
-    "--classes",
-    metavar="FILE",
-    type=FILE,
-    help="Classes of new work: a .json that the studio has written, or a .txt with a name a line.",
-)
-@click.option(
-    "--port",
-    type=click.IntRange(1, 65_535),
-    help="Port of this machine to answer at.  [default: one that is free]",
-)
-@click.option("--list", "is_list", is_flag=True, help="Print how far each file is, and end.")
-@click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
+@options(
+    option("-n --n-segments", COUNT, "Regions that new work begins with.  [default: 150]"),
+    option("--work FILE", FILE, "File of the work.  [default: IN.studio.jsonl, beside IN]"),
+    option("--classes FILE", FILE,
+           "Classes of new work: a .json that the studio has written, or a .txt with one name per"
+           " line."),
+    option("--port", click.IntRange(1, 65_535),
+           "Port of this machine to answer at.  [default: one that is free]"),
+    option("--list is_list", FLAG, "Print the progress of each file, and end."),
+    option("--no-browser", FLAG, "Print the address, and open no browser."),
+)  # fmt: skip
 def studio_command(
     path: Path, n_segments: int | None, work: Path | None, classes: Path | None,
     port: int | None, is_list: bool, no_browser: bool,
 ) -> None:  # fmt: skip
-    """Label a mesh or point cloud, or those of a folder, in a browser.
+    """Label a mesh or point cloud, or all of a folder, in a browser.
 
     The page is served to this machine alone. All work is saved as it is done.
     """
-    if not all(find_spec(name) for name in ("scipy", "starlette", "uvicorn")):
-        raise MissingExtraError("the studio", "studio")
+    _check_extra()
     from ..studio.address import address_file, kept_address, open_again, redirection
     from ..studio.classes import read_classes
     from ..studio.folder import Files
@@ -78,10 +67,53 @@ def studio_command(
 
         if files.folder is None:
             with files.document(0) as document:
-                for note in document.notes:
-                    print_note(note)
+                print_notes(document.notes)
         serve(files, opened, address, show)
 
 
 def _end(number: int, _: object) -> NoReturn:
     sys.exit(128 + number)
+
+
+@click.command("agree")
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.argument("mine", metavar="MINE", type=FILE)
+@click.argument("theirs", metavar="THEIRS", type=FILE)
+@options(
+    option("-o --output FILE", FILE, "Write the merged work to this new file."),
+    option("--prefer", ("mine", "theirs"),
+           "Whose class and object cells get on which both differ.", default="mine"),
+    json_option("JSON"),
+)  # fmt: skip
+def agree_command(
+    mesh: Path, mine: Path, theirs: Path, output: Path | None, prefer: str, as_json: bool
+) -> None:
+    """Compare two people's work in the studio, and merge it.
+
+    MINE and THEIRS are work files of the mesh or point cloud in the file IN. Prints the share of
+    the area on which both agree, and the IoU of each class and object. Classes are matched by name,
+    and objects by the area they share. Cells that only one of them has labeled are in the merged
+    work, too.
+    """
+    _check_extra()
+    from ..studio.document import merged_work
+
+    if output is not None and output.exists():
+        raise FileExistsError(f"{output}: is there already")
+    found = merged_work(mesh, mine, theirs, output, prefer_theirs=prefer == "theirs")
+    click.echo(json.dumps(found, indent=1) if as_json else _text(found))
+    if output is not None:
+        click.echo(f"wrote {output}", err=as_json)
+
+
+def _text(found: dict[str, Any]) -> str:
+    lines = [f"agreed {100 * found['share']:.1f} % of the area that both have labeled"]
+    for row in found["classes"]:
+        lines.append(f"{row['iou']:.3f}  {row['name']}")
+        lines += [f"  {one['iou']:.3f}  {row['name']} {one['object']}" for one in row["objects"]]
+    return "\n".join(lines)
+
+
+def _check_extra() -> None:
+    if not all(find_spec(name) for name in ("scipy", "starlette", "uvicorn")):
+        raise MissingExtraError("the studio", "studio")

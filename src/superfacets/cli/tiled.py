@@ -4,63 +4,40 @@ from __future__ import annotations
 
 import contextlib
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 
 from ..batches.files import FileOptions
 from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, MeshError, SliverWarning
-from .options import COUNT, FOLDER, STANDARD_STREAM, Count
+from .options import COUNT, FLAG, FOLDER, STANDARD_STREAM, Count, option, options
 from .outputs import names_of_results
 from .progress import TileBar
 
-Function = TypeVar("Function", bound=Callable[..., Any])
-
-_OPTIONS = (
-    click.option(
-        "--tiled",
-        "is_tiled",
-        is_flag=True,
-        help="Work in tiles, for meshes and point clouds larger than memory. IN is a file, a"
-        " folder of files or a tileset.json, whose meshes are joined where vertices have the same"
-        " position. Writes"
-        " all labels to one .npy; for a folder, with a folder for -o, one .npy per file.",
-    ),
-    click.option(
-        "--tile-size",
-        type=COUNT,
-        help="Faces or points per tile, with --tiled; the memory of each worker grows with it."
-        "  [default: 262144]",
-    ),
-    click.option(
-        "--scratch",
-        type=FOLDER,
-        help="Folder for temporary arrays, with --tiled: about 250 bytes per face, 400 per point."
-        "  [default: beside the output]",
-    ),
-    click.option(
-        "--cache",
-        metavar="MB",
-        type=Count(0),
-        help="Megabytes of temporary arrays kept in memory, with --tiled and one worker."
-        "  [default: an eighth of the memory]",
-    ),
-    click.option(
-        "--workers",
-        type=COUNT,
-        help="Processes that work on tiles, with --tiled.  [default: 1]",
-    ),
-    click.option(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Address of a Dask scheduler whose workers work on tiles, as tcp://10.0.0.1:8786.",
-    ),
-)
-
+tile_options = options(
+    option("--tiled is_tiled", FLAG,
+           "Work in tiles, for meshes and point clouds larger than memory. IN is a file, a folder"
+           " of files or a tileset.json, whose meshes are joined where vertices have the same"
+           " position. Writes all labels to one .npy; for a folder, with a folder for -o, one .npy"
+           " per file."),
+    option("--tile-size", COUNT,
+           "Faces or points per tile, with --tiled; the memory of each worker grows with it."
+           "  [default: 262144]"),
+    option("--scratch", FOLDER,
+           "Folder for temporary arrays, with --tiled: about 250 bytes per face, 400 per point."
+           "  [default: beside the output]"),
+    option("--cache MB", Count(0),
+           "Megabytes of temporary arrays kept in memory, with --tiled and one worker."
+           "  [default: an eighth of the memory]"),
+    option("--workers", COUNT, "Processes that work on tiles, with --tiled.  [default: 1]"),
+    option("--scheduler ADDRESS", None,
+           "Address of a Dask scheduler whose workers work on tiles, as tcp://10.0.0.1:8786."),
+)  # fmt: skip
+"""Adds the options of tiles to a command."""
 
 _NOT_OF_TILES = {
     "--paper": "radius_factor",
@@ -74,13 +51,6 @@ _NOT_OF_TILES = {
     "--cells-per-region": "cells_per_region",
 }
 """Options that `segment_tiled` lacks, with their keywords in `segment`."""
-
-
-def tile_options(function: Function) -> Function:
-    """Add the options of tiles; a decorator."""
-    for option in reversed(_OPTIONS):
-        function = option(function)
-    return function
 
 
 @dataclass(frozen=True)
@@ -105,8 +75,7 @@ class TileOptions:
         A usage error if they contradict each other.
         """
         is_tiled = given.pop("is_tiled")
-        names = ("tile_size", "scratch", "cache", "workers", "scheduler")
-        found = {name: given.pop(name) for name in names}
+        found = {field.name: given.pop(field.name) for field in fields(cls)}
         if not is_tiled:
             for name, value in found.items():
                 if value is not None:
@@ -121,13 +90,9 @@ class TileOptions:
         return cls(**found)
 
     def checked_formats(
-        self,
-        inputs: Sequence[str],
-        outputs: Sequence[str],
-        formats: Sequence[str],
-        options: FileOptions,
-        others: Mapping[str, object],
-    ) -> tuple[str, ...]:
+        self, inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str],
+        given: FileOptions, others: Mapping[str, object],
+    ) -> tuple[str, ...]:  # fmt: skip
         """Return the formats of outputs without names; a usage error for options that tiles lack.
 
         `others` are further options, by name, that do not go with tiles.
@@ -135,12 +100,12 @@ class TileOptions:
         if STANDARD_STREAM in (*inputs, *outputs):
             raise click.UsageError("--tiled reads and writes files: - is none")
         refused = {
-            "--features": options.features,
-            "--subdivide": options.is_subdivided,
-            "--min-opacity": options.min_opacity,
-            "--vertex-labels": options.vertex_labels,
-            "--ascii": options.ascii,
-            **{name: options.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
+            "--features": given.features,
+            "--subdivide": given.subdivide,
+            "--min-opacity": given.min_opacity,
+            "--vertex-labels": given.vertex_labels,
+            "--ascii": given.ascii,
+            **{name: given.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
             **others,
         }
         if refused["--init"] == "geodesic":  # tiles know no other placement of centers
@@ -170,7 +135,7 @@ def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
 
 
 def segment_by_tiles(
-    path: Path, files: Sequence[Path], options: FileOptions, tiles: TileOptions, bar: TileBar
+    path: Path, files: Sequence[Path], given: FileOptions, tiles: TileOptions, bar: TileBar
 ) -> Segmentation:
     """Segment a file or a folder of files, and write the labels to a file or a folder."""
     folder = files[0].parent
@@ -180,7 +145,7 @@ def segment_by_tiles(
         with warnings.catch_warnings():  # notes report the same facts as warnings
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
-            return _segmented(path, out, options, tiles, bar)
+            return _segmented(path, out, given, tiles, bar)
     except MeshError as error:
         message = str(error)
         raise MeshError(message if str(path) in message else f"{path}: {message}") from None
@@ -194,22 +159,14 @@ def noun_of_tiled(path: Path) -> str:
 
 
 def _segmented(
-    path: Path, out: str, options: FileOptions, tiles: TileOptions, bar: TileBar
+    path: Path, out: str, given: FileOptions, tiles: TileOptions, bar: TileBar
 ) -> Segmentation:
     from ..tiles.segmenting import segment_tiled
 
     keywords = {
-        name: value
-        for name, value in options.keywords.items()
-        if name not in _NOT_OF_TILES.values()
+        name: value for name, value in given.keywords.items() if name not in _NOT_OF_TILES.values()
     }
     return segment_tiled(
-        path,
-        out=out,
-        progress=bar.on_iteration,
-        on_stage=bar.on_stage,
-        on_tile=bar.on_tile,
-        viewpoint=options.viewpoint,
-        **tiles.keywords,
-        **keywords,
-    )
+        path, out=out, progress=bar.on_iteration, on_stage=bar.on_stage, on_tile=bar.on_tile,
+        viewpoint=given.viewpoint, **tiles.keywords, **keywords,
+    )  # fmt: skip

@@ -6,11 +6,11 @@ import webbrowser
 from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
-import numpy.typing as npt
 
+from .._types import Array
 from ..errors import MeshError, MissingExtraError
 from ..io.guards import read_content
 from ..io.readers.labels import read_labels
@@ -18,7 +18,7 @@ from ..io.readers.npy import npz_array
 from ..io.readers.read import read_cells_and_attributes
 from .failures import print_note
 from .inputs import labels_beside, read_values
-from .options import FILE, camera_options, labels_named_option
+from .options import FILE, camera_options, labels_named_option, option, options
 
 if TYPE_CHECKING:
     from ..pictures.camera import Up
@@ -29,33 +29,20 @@ LEVELS_ENDING = ".npz"
 
 @click.command("view")
 @click.argument("mesh", metavar="IN", type=FILE)
-@click.option(
-    "--html",
-    "output",
-    metavar="OUT",
-    type=FILE,
-    help="Write the page to this .html file.  [default: open it in the browser]",
-)
-@click.option(
-    "--labels",
-    metavar="L",
-    type=FILE,
-    help="A .npy, .seg, .txt or labeled mesh, or the .npz of superfacets levels; those in IN, if it"
-    " has any, otherwise.",
-)
-@labels_named_option
-@click.option("--gt", metavar="SEG", type=FILE, help="Ground truth: labels of another kind.")
-@click.option(
-    "--feature",
-    "features",
-    metavar="FILE",
-    type=FILE,
-    multiple=True,
-    help="A .npy or .txt file with a value per cell, or per region of the first level; several"
-    " times if you like.",
-)
-@click.option("--title", metavar="TEXT", help="What the page is called.  [default: the name of IN]")
-@camera_options
+@options(
+    option("--html output OUT", FILE,
+           "Write the page to this .html file.  [default: open it in the browser]"),
+    option("--labels L", FILE,
+           "A .npy, .seg, .txt or labeled mesh, or the .npz of superfacets levels.  [default: the"
+           " labels in IN, if it has any]"),
+    labels_named_option,
+    option("--gt SEG", FILE, "Ground truth: labels of another kind."),
+    option("--feature features FILE", FILE,
+           "A .npy or .txt file with a value per cell, or per region of the first level; may be"
+           " given several times.", multiple=True),
+    option("--title TEXT", None, "Title of the page.  [default: the name of IN]"),
+    camera_options,
+)  # fmt: skip
 def view_command(
     mesh: Path, output: Path | None, labels: Path | None, labels_named: str, gt: Path | None,
     features: tuple[Path, ...], title: str | None, up: Up, azimuth: float, elevation: float,
@@ -74,7 +61,7 @@ def view_command(
         raise click.UsageError(str(error)) from None
     names = [path.stem for path in features]
     if len(set(names)) < len(names):
-        raise click.UsageError("two features have the same name, that of their files")
+        raise click.UsageError("two features have the same name: rename their files")
     cells, attributes = read_cells_and_attributes(mesh)
     texture = None if attributes is None else attributes.texture
     n_cells = cells.n_cells
@@ -106,21 +93,21 @@ def view_command(
 
 
 def _open(page: Page, name: str) -> None:
-    """Open the page in the browser, which reads it when it likes: so the file stays."""
+    """Open the page in the browser; the file stays, because the browser may read it later."""
     path = page.save(Path(mkdtemp(prefix="superfacets-"), f"{name}.html"))
     click.echo(f"wrote {path}")
     if not webbrowser.open(path.as_uri()):
         print_note("no browser was found: open the file in one, or name a file with --html")
 
 
-def _levels_of(mesh: Path, path: Path | None, n_cells: int, name: str) -> npt.NDArray[Any] | None:
+def _levels_of(mesh: Path, path: Path | None, n_cells: int, name: str) -> Array | None:
     """The labels of one level or several; None if there are none."""
     if path is not None and path.suffix.lower() == LEVELS_ENDING:
         return _read_levels(path)
     return labels_beside(mesh, path, n_cells, name)
 
 
-def _read_levels(path: Path) -> npt.NDArray[Any]:
+def _read_levels(path: Path) -> Array:
     """Labels in a file of ``superfacets levels``, (L, N)."""
     content = read_content(path)
     try:

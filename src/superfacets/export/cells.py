@@ -62,7 +62,7 @@ CLOUD_OUTPUTS = (".csv", ".las", ".laz")
 """Endings of files that hold only point clouds."""
 
 ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".las", ".laz")
-"""Endings of files for which attributes are read: to store them, or to note what is not stored."""
+"""Endings of files for which attributes are read, to store them or to report what is lost."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Endings of files whose array of labels may have any name."""
@@ -75,23 +75,7 @@ COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", ".ids.png", *TET_WRITERS)
 
 @dataclass(frozen=True)
 class FormatOptions:
-    """Options of the output formats.
-
-    Parameters
-    ----------
-    ascii : bool
-        Text instead of binary.
-    label_name : str
-        Name of the array of labels in files of VTK.
-    vertex_labels : bool
-        Whether a PLY file also stores a label per vertex.
-    classes : tuple of str, optional
-        Class of each region that occurs, in the order of the labels.
-    scores : tuple of float, optional
-        Score of each region, 0 to 1, in the same order.
-    force : bool
-        Whether files are replaced that `check_truth_stays` protects.
-    """
+    """Options of the output formats, as for `write_mesh`."""
 
     ascii: bool = False
     label_name: str = "label"

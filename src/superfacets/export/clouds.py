@@ -8,7 +8,7 @@ from typing import IO
 import numpy as np
 
 from .._types import Array, Floats
-from ..errors import MeshError, MissingExtraError, reason_of
+from ..errors import MeshError, import_extra, reason_of
 from ..io.attributes import LasFrame
 from ..io.guards import shortened
 from ..mesh.point_cloud import PointCloud
@@ -16,7 +16,7 @@ from .content import Content
 from .text import write_rows
 
 _WITHOUT_WAVES = {4: 1, 5: 3, 9: 6, 10: 8}
-"""Point formats without wave packets, by those with them."""
+"""Point format without wave packets, by the same format with them."""
 
 _LAS_STEPS = 2.0**31 - 2
 """Number of steps between the lowest and the highest coordinate: LAS stores 32-bit integers."""
@@ -35,13 +35,10 @@ def write_csv(file: IO[bytes], content: Content) -> None:
 def write_las(file: IO[bytes], content: Content) -> None:
     """Write points as LAS or LAZ, with attributes, and labels in a dimension `label`.
 
-    Version, point format and steps of coordinates are those of the LAS file that the attributes
-    come from, as far as they hold the points; otherwise LAS 1.4, format 6, or 7 with colors.
+    Version, point format and steps of coordinates are taken from the LAS file of the attributes if
+    they can hold the points; otherwise LAS 1.4, format 6, or 7 with colors.
     """
-    try:
-        import laspy
-    except ModuleNotFoundError:
-        raise MissingExtraError("a .las or .laz file", "las") from None
+    laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
     frame = _frame_of(cloud, None if attributes is None else attributes.las)
     header = laspy.LasHeader(point_format=frame.point_format, version=f"1.{frame.minor}")

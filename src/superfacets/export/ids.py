@@ -142,7 +142,7 @@ def _check_triangles(cells: Cells) -> None:
     kind = kind_of(cells)
     if kind.name == "polygons":
         raise MeshError(
-            ".sstk.json holds labels of triangles: write those of PolygonMesh.triangulate()"
+            ".sstk.json holds labels of triangles: label the triangles of PolygonMesh.triangulate()"
         )
     if kind.name != "triangles":
         raise MeshError(f".sstk.json holds labels of triangles, and these are {kind.noun}s")

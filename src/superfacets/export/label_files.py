@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
+from .._types import Ints
 from ..io.atomic import StrPath, atomic_outputs, checked_targets, writable_folder
 from ..io.readers.pieces import Pieces, SourceFile, files_of, holds_files
 from .scannet import write_array
@@ -19,15 +17,9 @@ def label_files(source: object, out: StrPath) -> list[Path]:
     """Return the paths of the label files of a source, and make their folder if there is none.
 
     `out` is a ``.npy`` file. If the source is a folder, `out` may be a folder, too: an existing
-    one, or a name without an ending or with a slash at the end.
-
-    Raises
-    ------
-    ValueError
-        If `out` has another form, or is a file of the source; or if two files of the source have
-        the same stem.
-    OSError
-        If a file cannot be written, or the source cannot be read.
+    one, or a name without an ending or with a slash at the end. A ValueError if `out` has another
+    form or is a file of the source, or if two files of the source have the same stem; an OSError if
+    a file cannot be written.
     """
     if not _is_folder(out):
         if Path(out).suffix != ".npy":
@@ -93,9 +85,7 @@ def ranges_of(pieces: Pieces, n_files: int) -> tuple[int, ...]:
     return starts
 
 
-def save_labels(
-    files: Sequence[Path], starts: Sequence[int], labels: npt.NDArray[np.int32]
-) -> None:
+def save_labels(files: Sequence[Path], starts: Sequence[int], labels: Ints) -> None:
     """Write a range of labels to each ``.npy`` file: all files, or none."""
     with atomic_outputs(files) as temporaries:
         for temporary, file, (begin, end) in zip(temporaries, files, pairwise(starts), strict=True):

@@ -45,7 +45,9 @@ def write_obj(file: IO[bytes], content: Content) -> None:
     for lines in lines_of(faces=order):
         regions = labels[order[begin : begin + len(lines)]]
         for place in np.flatnonzero(np.diff(regions, prepend=last)).tolist():
-            lines[place] = _group_line(int(regions[place])) + lines[place]
+            region = int(regions[place])
+            group = b"g region_%d\n" % region if region >= 0 else b"g unlabeled\n"
+            lines[place] = group + lines[place]
         file.write(b"".join(lines))
         begin, last = begin + len(lines), regions[-1]
 
@@ -68,10 +70,6 @@ def _textured_lines(
             lines[place] = f"usemtl {name}\n".encode("utf-8", "surrogateescape") + lines[place]
         last = int(materials[-1])
         yield lines
-
-
-def _group_line(region: int) -> bytes:
-    return b"g region_%d\n" % region if region >= 0 else b"g unlabeled\n"
 
 
 def face_lines(

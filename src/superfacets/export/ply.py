@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import IO, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array, Bytes, Floats, Ints, Longs
 from ..io.attributes import PLY_TYPES, MeshAttributes
 from ..io.readers.ply_header import INDEX_NAMES
 from ..io.readers.ply_texture import is_image
@@ -44,7 +44,10 @@ def write_ply(file: IO[bytes], content: Content) -> None:
     if content.vertex_labels is not None:
         vertices.columns.append(_Column("label", "<i4", content.vertex_labels))
     if attributes is not None:
-        left_out = ("label",) if _has_other_labels(attributes, content.labels) else ()
+        # The file's own vertex labels are left out if other labels of faces are written.
+        labels = attributes.face.get("label", ())
+        are_other = content.labels is not None and not np.array_equal(labels, content.labels)
+        left_out = ("label",) if are_other else ()
         vertices.add(attributes.vertex, left_out)
         faces.add(attributes.face)
     comments = () if attributes is None else attributes.comments
@@ -95,7 +98,7 @@ class _Column:
     def length_dtype(self) -> str:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
-    def of(self, rows: slice | npt.NDArray[np.int64], size: int = 0) -> _Column:
+    def of(self, rows: slice | Longs, size: int = 0) -> _Column:
         """The column for `rows`; if lists differ in length, all lists of `rows` have `size`."""
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
@@ -113,10 +116,8 @@ class _Element:
     n_rows: int
     columns: list[_Column]
 
-    def add(
-        self, attributes: Mapping[str, npt.NDArray[Any]], left_out: Collection[str] = ()
-    ) -> None:
-        """Append attributes as columns, except those whose name is taken or in `left_out`."""
+    def add(self, attributes: Mapping[str, Array], left_out: Collection[str] = ()) -> None:
+        """Append attributes as columns, unless their name is taken or in `left_out`."""
         taken = {column.name for column in self.columns} | {*left_out}
         if "vertex_indices" in taken:
             taken |= {*INDEX_NAMES}
@@ -127,7 +128,7 @@ class _Element:
                 self.columns.append(_Column(name, dtype, values, length))
 
 
-def _vertex_columns(vertices: npt.NDArray[np.float64]) -> list[_Column]:
+def _vertex_columns(vertices: Floats) -> list[_Column]:
     dtype = "<f4" if fits_single(vertices) else "<f8"
     return [_Column(axis, dtype, values) for axis, values in zip("xyz", vertices.T, strict=True)]
 
@@ -146,9 +147,7 @@ def _point_columns(cloud: PointCloud, content: Content) -> list[_Column]:
     return columns + _label_columns(content.labels, colors)
 
 
-def _label_columns(
-    labels: npt.NDArray[np.int32] | None, colors: npt.NDArray[np.uint8] | None
-) -> list[_Column]:
+def _label_columns(labels: Ints | None, colors: Bytes | None) -> list[_Column]:
     columns = []
     if labels is not None:
         columns += [_Column("label", "<i4", labels), _Column("quality", "<f4", labels)]
@@ -189,12 +188,7 @@ def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
     return list(pieces)
 
 
-def _has_other_labels(attributes: MeshAttributes, labels: npt.NDArray[np.int32] | None) -> bool:
-    """Whether labels are written that differ from the face labels, if any, of the attributes."""
-    return labels is not None and not np.array_equal(attributes.face.get("label", ()), labels)
-
-
-def _fill_rows(columns: list[_Column], n_rows: int) -> npt.NDArray[Any]:
+def _fill_rows(columns: list[_Column], n_rows: int) -> Array:
     """Pack columns into an array of binary rows."""
     fields: list[Any] = []
     for column in columns:
@@ -219,12 +213,10 @@ def _declaration(column: _Column) -> str:
     return f"property {kind} {column.name}"
 
 
-def _as_text(rows: npt.NDArray[Any]) -> bytes:
+def _as_text(rows: Array) -> bytes:
     """Rows as text that reads back as the same numbers."""
     columns = [rows[name].reshape(len(rows), -1) for name in rows.dtype.names or ()]
-    row = " ".join(_format(column.dtype) for column in columns for _ in column.T) + "\n"
+    formats = {"f4": "%.9g", "f8": "%.17g"}
+    words = [formats.get(column.dtype.str[1:], "%d") for column in columns for _ in column.T]
+    row = " ".join(words) + "\n"
     return text_rows(row, [axis for column in columns for axis in column.T])
-
-
-def _format(dtype: np.dtype[Any]) -> str:
-    return {"f4": "%.9g", "f8": "%.17g"}.get(dtype.str[1:], "%d")

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Array
 from .._validate import refuse_mask
 from ..errors import MeshError
 from ..io.atomic import StrPath, atomic_outputs
@@ -71,12 +72,12 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
         write_arrays(file, arrays)
 
 
-def write_arrays(file: IO[bytes], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+def write_arrays(file: IO[bytes], arrays: Mapping[str, Array]) -> None:
     """Write checked arrays as an .npz file."""
     np.savez(file, **arrays)  # type: ignore[arg-type]  # of numpy's own option allow_pickle
 
 
-def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, npt.NDArray[Any]]:
+def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, Array]:
     """Arrays of all graphs by their names in the file."""
     if isinstance(graphs, Mapping):
         graph = {name: _checked(values, name) for name, values in graphs.items()}
@@ -85,7 +86,7 @@ def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, npt.NDArray[An
     if not len(graphs):
         raise MeshError("there are no graphs")
     n_below: int | None = None
-    arrays: dict[str, npt.NDArray[Any]] = {}
+    arrays: dict[str, Array] = {}
     for place, given in enumerate(graphs):
         what = f"graphs[{place}]: "
         graph = {name: _checked(values, what + name) for name, values in given.items()}
@@ -98,7 +99,7 @@ def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, npt.NDArray[An
     return arrays
 
 
-def _checked(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
+def _checked(values: npt.ArrayLike, name: str) -> Array:
     refuse_mask(values, name, MeshError)
     array = np.asarray(values)
     if not array.size and name.endswith("_index"):
@@ -112,7 +113,7 @@ def _checked(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
     return array.astype(np.int64)
 
 
-def _check_graph(graph: Mapping[str, npt.NDArray[Any]], prefix: str, n_below: int | None) -> int:
+def _check_graph(graph: Mapping[str, Array], prefix: str, n_below: int | None) -> int:
     """Return the number of regions; a MeshError if an index is out of range."""
     missing = {"edge_index", "pos"} - graph.keys()
     if missing:

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.lib.format as npy_format
 import numpy.typing as npt
 
+from .._types import Array, Longs
 from ..errors import MeshError, MissingExtraError
 from ..io.atomic import StrPath
 from .text import write_list
@@ -179,19 +180,19 @@ def write_tensor(file: IO[bytes], ids: npt.NDArray[np.integer]) -> None:
     torch.save(torch.from_numpy(_without_gaps(ids)), file)
 
 
-def _without_gaps(ids: npt.NDArray[np.integer]) -> npt.NDArray[np.int64]:
+def _without_gaps(ids: npt.NDArray[np.integer]) -> Longs:
     _, contiguous = np.unique(ids, return_inverse=True)
-    numbers: npt.NDArray[np.int64] = contiguous.astype("<i8")
+    numbers: Longs = contiguous.astype("<i8")
     return numbers
 
 
-def write_array(path: Path, array: npt.NDArray[Any]) -> None:
+def write_array(path: Path, array: Array) -> None:
     """Write an array as .npy. `numpy.save` would not report that the disk is full."""
     with path.open("wb") as file:
         write_npy(file, np.ascontiguousarray(array))
 
 
-def write_npy(file: IO[bytes], array: npt.NDArray[Any]) -> None:
+def write_npy(file: IO[bytes], array: Array) -> None:
     """Write an array to any stream. `numpy.save` calls ``tell``, which fails on pipes."""
     npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))
     file.write(array.data)

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Array, Floats
-from ..errors import MissingExtraError
+from ..errors import import_extra
 from ..io.atomic import StrPath, atomic_outputs
 from ..io.guards import known_ending
 
@@ -25,19 +25,10 @@ LINE_ENDINGS = (".obj",)
 
 
 def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
-    """Write each table to its path; all of the files appear, or none.
+    """Write each table to its path, ``.csv``, ``.json`` or ``.parquet``: all files appear, or none.
 
     NaN becomes an empty field in CSV, and null in JSON. A JSON file holds a list with one object
-    per row. Numbers are written with all their digits.
-
-    Raises
-    ------
-    MeshError
-        If a path does not end in ``.csv``, ``.json`` or ``.parquet``.
-    MissingExtraError
-        If pandas or pyarrow, which Parquet needs, is not installed.
-    OSError
-        If a file cannot be written.
+    per row. Numbers are written with all their digits. Parquet needs pandas and pyarrow.
     """
     endings = [known_ending(Path(path), TABLE_ENDINGS) for path, _ in tables]
     with atomic_outputs([path for path, _ in tables]) as temporaries:
@@ -73,11 +64,8 @@ def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
 
 
 def _write_parquet(path: Path, columns: Columns) -> None:
-    try:
-        import pandas
-        import pyarrow  # noqa: F401  # pandas asks for it in a message of its own
-    except ModuleNotFoundError:
-        raise MissingExtraError("a .parquet file", "graph") from None
+    import_extra("pyarrow", "a .parquet file", "graph")  # or pandas would raise its own error
+    pandas = import_extra("pandas", "a .parquet file", "graph")
     pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
 
 
@@ -87,13 +75,6 @@ def write_lines(
     """Write lines as OBJ, each in a named group; closed lines repeat their first vertex.
 
     Only vertices of lines are written.
-
-    Raises
-    ------
-    MeshError
-        If the path does not end in ``.obj``.
-    OSError
-        If it cannot be written.
     """
     known_ending(Path(path), LINE_ENDINGS)
     named = list(lines)

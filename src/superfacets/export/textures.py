@@ -29,9 +29,6 @@ from ..io.textures import (
 )
 from .content import Content
 
-TEXTURE_OUTPUTS = (".obj", ".glb", ".ply", ".ids.png")
-"""Endings of files that hold textures, or are laid out by one."""
-
 PLAIN_SIZE = (2048, 2048)
 """Width and height of an image of ids where there is no image of colors."""
 

@@ -8,17 +8,17 @@ import string
 import sys
 import zlib
 from collections.abc import Mapping
-from typing import IO, Any
+from typing import IO
 from urllib.parse import quote
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array
 from ..mesh.faces import corners_in_a_row, face_sizes
 from .content import Content
 from .text import write_rows
 
-Arrays = Mapping[str, npt.NDArray[Any]]
+Arrays = Mapping[str, Array]
 """Arrays (N,) or (N, n) by name."""
 
 _BLOCK = 1 << 20
@@ -49,7 +49,7 @@ def write_vtk_xml(
     file.write(f"</Piece>\n</{kind}>\n</VTKFile>\n".encode())
 
 
-def _write_array(file: IO[bytes], name: str, values: npt.NDArray[Any], *, ascii: bool) -> None:
+def _write_array(file: IO[bytes], name: str, values: Array, *, ascii: bool) -> None:
     word = {"i": "Int", "u": "UInt", "f": "Float"}[values.dtype.kind]
     table = values.reshape(len(values), -1)
     form = "ascii" if ascii else "binary"
@@ -72,7 +72,7 @@ def _write_array(file: IO[bytes], name: str, values: npt.NDArray[Any], *, ascii:
     file.write(b"</DataArray>\n")
 
 
-def number_format(values: npt.NDArray[Any]) -> str:
+def number_format(values: Array) -> str:
     """A format string in which numbers read back as the same values of the same type."""
     return "%d" if values.dtype.kind in "iu" else "%.9g" if values.dtype.itemsize == 4 else "%.17g"
 
@@ -80,7 +80,7 @@ def number_format(values: npt.NDArray[Any]) -> str:
 def write_vtp(file: IO[bytes], content: Content) -> None:
     """Write VTP; labels and ``colors`` are cell data."""
     mesh, attributes = content.cells, content.attributes
-    of_faces: dict[str, npt.NDArray[Any]] = dict(attributes.face if attributes else {})
+    of_faces: dict[str, Array] = dict(attributes.face if attributes else {})
     if content.labels is not None:
         of_faces[content.label_name] = content.labels
     if content.colors is not None:
@@ -125,7 +125,7 @@ def write_vtk(file: IO[bytes], content: Content) -> None:
     mesh, labels, ascii = content.cells, content.labels, content.ascii
     n = mesh.n_tets
     cells = np.column_stack([np.full(n, 4, np.int32), mesh.tets])
-    parts: list[tuple[str, npt.NDArray[Any]]] = [
+    parts: list[tuple[str, Array]] = [
         (f"POINTS {mesh.n_vertices} double", mesh.vertices),
         (f"CELLS {n} {5 * n}", cells),
         (f"CELL_TYPES {n}", np.full((n, 1), _TETRA, np.int32)),

@@ -10,13 +10,17 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Ints
 from ..adapters.convert import as_cells
-from ..io.atomic import StrPath, atomic_outputs, checked_targets
+from ..cells.kinds import kind_of
+from ..errors import MeshError
+from ..io.atomic import StrPath, atomic_outputs, checked_targets, output_folder
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending
 from ..io.readers.labels import checked_labels
 from ..mesh.cells import Cells
-from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions
+from ..regions.submeshes import Splitter
+from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions, usual_ending
 from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
 from .pyg import GRAPH_OUTPUTS
 from .scannet import check_truth_stays
@@ -192,6 +196,78 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
         write(file, ending, path)
 
 
+def write_regions(
+    folder: StrPath,
+    mesh: Any,
+    labels: npt.ArrayLike,
+    *,
+    ending: str | None = None,
+    ascii: bool = False,
+) -> list[Path]:
+    """Write the cells of each region to a file of their own: all files, or none.
+
+    Parameters
+    ----------
+    folder : path-like
+        Created if it does not exist. Files are named after the labels: ``region_17.ply``.
+    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
+        As for `segment`. Points keep their normals and colors.
+    labels : array_like of integers, shape (N,)
+        0 and up; cells labeled -1 are in no file.
+    ending : str, optional
+        Ending of the files, which tells the format: one that `write_mesh` knows for these cells. By
+        default ``.vtu`` for tetrahedra, and ``.ply`` for other cells.
+    ascii : bool, default False
+        As for `write_mesh`.
+
+    Returns
+    -------
+    list of Path
+        The files, in the order of the labels.
+
+    Raises
+    ------
+    ValueError
+        If the ending or a label is wrong, no cell is in a region, or all faces of a region lie at
+        one point.
+    OSError
+        If a file cannot be written.
+
+    Notes
+    -----
+    Cells keep their order. A file holds only the vertices that its cells use, in the order of the
+    mesh. Files that an earlier call wrote for other labels are not removed.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> with TemporaryDirectory() as folder:
+    ...     [path.name for path in write_regions(folder, square, [4, 2], ending=".obj")]
+    ['region_2.obj', 'region_4.obj']
+    """
+    cells = as_cells(mesh)
+    ending = usual_ending(kind_of(cells).name) if ending is None else ending
+    cell_labels = checked_labels(labels, cells.n_cells)
+    order = np.argsort(cell_labels, kind="stable").astype(np.int32)
+    order = order[np.searchsorted(cell_labels[order], 0) :]
+    if not len(order):
+        raise MeshError("no cell is in a region: all labels are -1")
+    starts = np.flatnonzero(np.diff(cell_labels[order], prepend=-1))
+    members = np.split(order, starts[1:])
+    names = [f"region_{cell_labels[cells_of[0]]}{ending}" for cells_of in members]
+    options = FormatOptions(ascii=ascii)
+    CellWriter(cells, None, None, None, options).checked([ending])
+    paths = [Path(folder, name) for name in names]
+    splitter = Splitter(cells)
+    with output_folder(Path(folder)), atomic_outputs(paths) as temporaries:
+        for temporary, cells_of in zip(temporaries, members, strict=True):
+            part = splitter.named_part(cells_of, int(cell_labels[cells_of[0]]))
+            with temporary.open("wb") as file:
+                CellWriter(part.mesh, None, None, None, options).write(file, ending)
+    return paths
+
+
 def write_outputs(
     paths: Sequence[StrPath],
     mesh: Any,
@@ -205,41 +281,12 @@ def write_outputs(
 ) -> int:
     """Write several files, in the formats of their endings: all appear, or none.
 
-    Parameters
-    ----------
-    paths : sequence of path-like
-        As for `write_mesh`; also ``.npy``, ``.seg`` and ``.txt`` for the labels alone, see
-        `write_labels`.
-    mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`. Polygons stay polygons.
-    labels : array_like of integers, shape (F,), or None
-        0 and up; -1 where a face is in no region. None where all files are meshes.
-    streams : mapping of str to binary file, optional
-        Open binary files, by the ending that tells their format, which need not be seekable. They
-        are written when all files of `paths` are complete. If one fails, no file appears at
-        `paths`.
-    attributes : MeshAttributes, optional
-        Written to each file that can hold them, see `write_mesh`.
-    options : FormatOptions, optional
-        The further options of `write_mesh`; None for their defaults.
-    listed : array_like of integers, optional
-        Labels for files that hold only labels, if these belong to another mesh; None: `labels`.
-    listed_mesh : Mesh, PolygonMesh or mesh-like, optional
-        The mesh that `listed` belongs to; None: `mesh`.
-
-    Returns
-    -------
-    int
-        Number of regions that no vertex has in files of vertex labels; 0 if there are no such
-        files.
-
-    Raises
-    ------
-    ValueError
-        As for `write_mesh`; or if a file is given twice, or a file of labels is given and `labels`
-        is None.
-    OSError
-        If a file cannot be written.
+    Endings are those of `write_mesh` and `write_labels`. `streams` are open binary files, by the
+    ending that tells their format; they need not be seekable, and are written when all files of
+    `paths` are complete. If one fails, no file appears at `paths`. `listed` are labels for files
+    that hold only labels, if these belong to another mesh, `listed_mesh`. Returns the number of
+    regions that no vertex has in files of vertex labels. Raises the errors of `write_mesh`; a
+    ValueError if a file is given twice, or needs labels and there are none.
     """
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     options = FormatOptions() if options is None else options
@@ -278,13 +325,8 @@ def _writers(
 def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
     """Check, before a long computation, whether `write_outputs` can write these files.
 
-    Raises
-    ------
-    ValueError
-        If an ending is unknown to `write_outputs`, or a file is given twice.
-    OSError
-        If a folder does not exist or is not writable, or something other than a file is there; a
-        FileExistsError if `force` is needed, see `write_mesh`.
+    A ValueError if an ending is unknown or a file is given twice; an OSError if a folder is missing
+    or not writable, if something other than a file is there, or if `force` is needed.
     """
     if not force:
         check_truth_stays(paths)
@@ -295,7 +337,7 @@ def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
 
 def writer_of(
     cells: Cells,
-    labels: npt.NDArray[np.int32],
+    labels: Ints,
     ending: str,
     form: FormatOptions,
     attributes: MeshAttributes | None = None,
@@ -307,10 +349,7 @@ def writer_of(
 
 
 def check_fit(
-    cells: Cells,
-    labels: npt.NDArray[np.int32] | None,
-    endings: Iterable[str],
-    form: FormatOptions,
+    cells: Cells, labels: Ints | None, endings: Iterable[str], form: FormatOptions
 ) -> None:
     """Raise an error, before a long computation, if files with these endings cannot hold the cells.
 

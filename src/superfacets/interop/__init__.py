@@ -1,1 +1,1 @@
-"""Interoperation with other tools: results on their objects, and functions under their names."""
+"""Interoperation with other tools: results on their objects, and drop-in functions for them."""

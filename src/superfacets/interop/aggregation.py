@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._types import Longs
+from .._types import Ints, Longs
+from ..cells.sums import weighted_majority
 from ..errors import MeshError
 from ..export.scannet import GROUPS, SEGMENTS, check_truth_stays, scene_of
 from ..io.atomic import StrPath, atomic_outputs
-from ..io.guards import known_ending
+from ..io.guards import known_ending, read_json
 
 
 class RegroupedObject(NamedTuple):
@@ -89,7 +90,7 @@ def regroup_segments(
     for path, ending in ((aggregation, GROUPS), (new_segments, SEGMENTS), (output, GROUPS)):
         known_ending(Path(path), (ending,))
     if Path(output).resolve() == Path(aggregation).resolve():
-        raise ValueError(f"{output}: would overwrite an input file: choose another output")
+        raise ValueError(f"{output}: the output would replace the aggregation that it is made from")
     if not force:
         check_truth_stays([output])
     groups = _Groups.read(Path(aggregation))
@@ -100,7 +101,8 @@ def regroup_segments(
         raise MeshError(f"{new_segments}: has {len(new)} vertices, and {source} has {len(old)}")
     before = groups.objects_of(old, source)
     ids, of_vertices = np.unique(new, return_inverse=True)
-    of_segments = _majority(of_vertices, before, len(ids), len(groups.entries))
+    votes = np.ones(len(before))
+    of_segments = weighted_majority(of_vertices, before.astype(np.int32), votes, len(ids)).winners
     after = of_segments[of_vertices]
     groups.write(Path(output), ids, of_segments, Path(new_segments))
     return [
@@ -123,7 +125,7 @@ class _Groups:
 
     @classmethod
     def read(cls, path: Path) -> _Groups:
-        document = _read_json(path)
+        document = read_json(path)
         entries = document.get("segGroups") if isinstance(document, dict) else None
         if not isinstance(entries, list) or not all(map(_is_group, entries)):
             raise MeshError(f"{path}: has no segGroups with objectId and a list of segments")
@@ -158,7 +160,7 @@ class _Groups:
             objects[at] = place
         return objects[of_vertices]
 
-    def write(self, path: Path, ids: Longs, of_segments: Longs, segments: Path) -> None:
+    def write(self, path: Path, ids: Longs, of_segments: Ints, segments: Path) -> None:
         """Write the groups with these segments."""
         entries = []
         for place, entry in enumerate(self.entries):
@@ -182,7 +184,7 @@ def _is_group(entry: object) -> bool:
 
 def _read_segments(path: Path) -> Longs:
     """The segment of each vertex; a MeshError if the file is damaged."""
-    document = _read_json(path)
+    document = read_json(path)
     values = document.get("segIndices") if isinstance(document, dict) else None
     try:
         array = np.asarray(values if isinstance(values, list) else None)
@@ -191,21 +193,3 @@ def _read_segments(path: Path) -> Longs:
     if array.ndim != 1 or array.dtype.kind != "i" or not len(array) or array.min() < 0:
         raise MeshError(f"{path}: has no segIndices, a list of whole numbers of 0 and up")
     return array.astype(np.int64)
-
-
-def _read_json(path: Path) -> Any:
-    try:
-        return json.loads(path.read_bytes())
-    except (ValueError, RecursionError):
-        raise MeshError(f"{path}: it is not JSON: is the file cut?") from None
-
-
-def _majority(groups: Longs, labels: Longs, n_groups: int, n_labels: int) -> Longs:
-    """The most frequent label of each group; -1 counts as a label; of equals the lowest."""
-    pairs, counts = np.unique(groups * (n_labels + 1) + labels + 1, return_counts=True)
-    owners, found = np.divmod(pairs, n_labels + 1)
-    order = np.lexsort((found, -counts, owners))
-    _, firsts = np.unique(owners[order], return_index=True)
-    winners = np.full(n_groups, -1, np.int64)
-    winners[owners[order][firsts]] = found[order][firsts] - 1
-    return winners

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Ints
+from .._types import Array, Floats, Ints, Longs
 from .._validate import (
     check_spread,
     checked_count,
@@ -43,8 +43,6 @@ from ..regions.vertices import with_unused
 
 __all__ = ["compute_vn", "segment_mesh", "segment_point"]
 
-Longs = npt.NDArray[np.int64]
-
 
 def segment_mesh(
     vertices: Any,
@@ -58,7 +56,7 @@ def segment_mesh(
 
     The mesh is segmented as by `superfacets.segment`. Vertices get the labels of
     `superfacets.vertex_labels` with ``method="creases"``. Regions smaller than `segMinVerts` grow,
-    and those that cannot grow join others.
+    and regions that cannot grow join others.
 
     The number of regions is the number that the method of the original finds with the same
     parameters: the method of Felzenszwalb and Huttenlocher on the edges of the mesh. The weight of
@@ -82,8 +80,8 @@ def segment_mesh(
         >= 1. Minimum number of vertices of a region. Only components that are smaller, and vertices
         without faces, are smaller regions.
     n_segments : int, optional
-        Number of regions; if given, `kThresh` has no effect, and regions do not join others: those
-        that cannot grow stay smaller than `segMinVerts`.
+        Number of regions; if given, `kThresh` has no effect, and regions do not join others: if
+        they cannot grow, they stay smaller than `segMinVerts`.
 
     Returns
     -------
@@ -122,7 +120,7 @@ def segment_mesh(
         number = _number_in_mesh(mesh, threshold, least, threads)
     else:
         number = checked_count(n_segments, "n_segments", mesh.n_faces, "faces")
-    with warnings.catch_warnings():  # small components are additional
+    with warnings.catch_warnings():  # small components become additional regions
         warnings.simplefilter("ignore", IslandWarning)
         of_faces = segment(mesh, min(number, mesh.n_faces)).labels
     names = np.arange(of_faces.max() + 1)
@@ -203,7 +201,7 @@ def segment_point(
     return _like(labels, edges)
 
 
-def compute_vn(mesh: MeshLike) -> npt.NDArray[np.float64]:
+def compute_vn(mesh: MeshLike) -> Floats:
     """Return vertex normals: a stand-in for ``segmentator.compute_vn``, for `segment_point`.
 
     Parameters
@@ -239,7 +237,7 @@ def _checked(threshold: Any, least: Any) -> tuple[float, int]:
     return checked_number(threshold, "kThresh", zero=True), checked_count(least, "segMinVerts")
 
 
-def _array_of(values: Any) -> npt.NDArray[Any]:
+def _array_of(values: Any) -> Array:
     """The value as an array; a tensor is copied to the CPU."""
     return np.asarray(values.detach().cpu().numpy() if _is_tensor(values) else values)
 
@@ -255,7 +253,7 @@ def _like(labels: npt.NDArray[np.integer[Any]], indices: Any) -> Any:
     return indices.new_tensor(ids).long() if _is_tensor(indices) else ids
 
 
-def _checked_edges(edges: npt.NDArray[Any], n_points: int) -> Ints:
+def _checked_edges(edges: Array, n_points: int) -> Ints:
     """The edges as int32, (E, 2)."""
     if edges.ndim != 2 or edges.shape[1] != 2:
         raise ValueError(f"edges must have shape (E, 2), got {edges.shape}")

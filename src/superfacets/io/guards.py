@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import mmap
 import os
 import stat
@@ -77,6 +78,15 @@ def named_errors(path: object) -> Iterator[None]:
         raise MeshError(f"{path}: {error}") from None
 
 
+def read_json(path: Path) -> Any:
+    """The JSON in a regular file; a MeshError if it is none."""
+    check_regular(path)
+    try:
+        return json.loads(path.read_bytes())
+    except (ValueError, RecursionError):
+        raise MeshError(f"{path}: it is not JSON: is the file cut?") from None
+
+
 def open_regular(path: Path) -> io.FileIO:
     """Open a regular file for reading; an OSError for devices, pipes and folders."""
     check_regular(path)
@@ -142,6 +152,13 @@ def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
         for place, column in enumerate(columns):
             rows[:, place] = column
     return rows
+
+
+def rotation_of(quaternion: Floats) -> Floats:
+    """Rotation matrix of a unit quaternion (w, x, y, z)."""
+    w, axis = quaternion[0], quaternion[1:]
+    crossed = np.cross(np.eye(3), axis)  # crossed @ vector is the cross product of axis and vector
+    return np.asarray(np.eye(3) + 2 * (w * crossed + crossed @ crossed))
 
 
 def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:

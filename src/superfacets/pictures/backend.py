@@ -53,13 +53,8 @@ def ensure_gl() -> str | None:
 
     VTK ends the process if it finds no OpenGL, so this function looks for OpenGL first. A display
     is preferred to EGL: where a user's own windows are open on the display, mixing it with EGL in
-    one process is not safe.
-
-
-    Raises
-    ------
-    RenderError
-        If VTK can draw with none of a display, EGL and OSMesa; the message says what to install.
+    one process is not safe. A RenderError says what to install if there is no display, EGL or
+    OSMesa.
     """
     if not sys.platform.startswith("linux"):
         return None
@@ -154,12 +149,7 @@ _VTK_MODULES = (
 def import_vtk() -> Any:
     """Return the parts of VTK that are used, as one namespace, without loading OpenGL.
 
-    Raises
-    ------
-    MissingExtraError
-        If VTK is not installed.
-    RenderError
-        If VTK is installed but cannot be loaded.
+    A MissingExtraError if VTK is not installed, a RenderError if it cannot be loaded.
     """
     members: dict[str, Any] = {}
     try:

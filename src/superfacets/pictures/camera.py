@@ -11,8 +11,6 @@ import numpy as np
 from .._types import Floats
 from .._validate import checked_choice, checked_number
 
-FloatArray = Floats
-
 # Half of the vertical field of view in degrees: a long lens, with little distortion.
 _HALF_VIEW_ANGLE = 10.0
 
@@ -105,13 +103,13 @@ class View:
 class Camera:
     """A perspective camera."""
 
-    position: FloatArray
-    target: FloatArray
-    up: FloatArray
+    position: Floats
+    target: Floats
+    up: Floats
     half_slope: float  # half of the visible height, per distance
 
 
-def place_camera(points: FloatArray, view: View, aspect: float) -> Camera:
+def place_camera(points: Floats, view: View, aspect: float) -> Camera:
     """The camera from which the points just fill the frame; the up axis must not be "auto"."""
     right, toward, up = view_axes(view)
     across, height, depth = points @ right, points @ up, points @ toward
@@ -130,7 +128,7 @@ def place_camera(points: FloatArray, view: View, aspect: float) -> Camera:
     return Camera(target + distance * toward, target, up, slope / view.zoom)
 
 
-def turned_cameras(points: FloatArray, view: View, aspect: float, n: int) -> list[Camera]:
+def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Camera]:
     """Return n cameras on a circle around the up axis; in each, all points fit into the frame.
 
     The cameras go around to the right, at the same height and distance; the first has the view's
@@ -150,7 +148,7 @@ def turned_cameras(points: FloatArray, view: View, aspect: float, n: int) -> lis
     return cameras
 
 
-def _swept(points: FloatArray, view: View) -> FloatArray:
+def _swept(points: Floats, view: View) -> Floats:
     """Points on rings around the solid that the given points sweep in a turn about the up axis."""
     right, front, up = view_axes(replace(view, elevation=0.0))
     heights, radii = points @ up, np.hypot(points @ right, points @ front)
@@ -168,12 +166,12 @@ def _swept(points: FloatArray, view: View) -> FloatArray:
     ).reshape(-1, 3)
 
 
-def _midrange(values: FloatArray) -> float:
+def _midrange(values: Floats) -> float:
     """Middle of the range of values."""
     return float(values.min() + values.max()) / 2
 
 
-def view_axes(view: View) -> tuple[FloatArray, FloatArray, FloatArray]:
+def view_axes(view: View) -> tuple[Floats, Floats, Floats]:
     """Unit vectors to the right, toward the viewer and up, as the viewer sees them."""
     right, front = (np.array(axis) for axis in _FRAMES[view.up])
     azimuth, elevation = math.radians(view.azimuth), math.radians(view.elevation)

@@ -1,22 +1,85 @@
-"""Colors of regions, and of values of cells and regions."""
+"""Colors of regions and values, and their perceived differences, also in color blindness."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from .._types import ArcLists, Bytes, Floats, Ints, Longs
+from .._types import ArcLists, Array, Bytes, Floats, Ints, Longs
 from .._validate import checked_partial_labels, checked_threads, compact_partial_labels, refuse_mask
 from ..adapters.convert import CloudLike, MeshLike
 from ..adapters.results import NO_COLOR
-from ..cells.cell_graph import CellGraph
+from ..cells.cell_graph import CellGraph, CsrArcs
 from ..cells.kinds import as_known, kind_of
+from ..io.light import linear_of_oklab, linear_of_srgb, oklab_of_linear, srgb_of_linear
 from ..mesh.cells import Cells
-from .vision import color_distances, from_oklab, oklab
+
+Vision = Literal["normal", "protanopia", "deuteranopia", "tritanopia"]
+VISIONS: tuple[Vision, ...] = get_args(Vision)
+"""Normal vision, and vision without cones for long, middle or short wavelengths."""
+
+# Matrices for linear sRGB at severity 1: Machado, Oliveira and Fernandes, "A physiologically-based
+# model for simulation of color vision deficiency", 2009, table 1.
+_SIMULATIONS = {
+    "protanopia": np.array(
+        [
+            [0.152286, 1.052583, -0.204868],
+            [0.114503, 0.786281, 0.099216],
+            [-0.003882, -0.048116, 1.051998],
+        ]
+    ),
+    "deuteranopia": np.array(
+        [
+            [0.367322, 0.860646, -0.227968],
+            [0.280085, 0.672501, 0.047413],
+            [-0.011820, 0.042940, 0.968881],
+        ]
+    ),
+    "tritanopia": np.array(
+        [
+            [1.255528, -0.076749, -0.178779],
+            [-0.078411, 0.930809, 0.147602],
+            [0.004733, 0.691367, 0.303900],
+        ]
+    ),
+}
+
+
+def oklab(colors: Array) -> Floats:
+    """Return sRGB colors, (N, 3), 0 to 255, in OKLab: lightness 0 to 1, green-red, blue-yellow.
+
+    Euclidean distances are close to perceived ones.
+    """
+    return oklab_of_linear(_linear(colors))
+
+
+def seen_as(colors: Array, vision: Vision) -> Floats:
+    """Return sRGB colors, (N, 3), 0 to 255, in OKLab as perceived with this vision."""
+    linear = _linear(colors)
+    if vision != "normal":
+        linear = np.clip(linear @ _SIMULATIONS[vision].T, 0, 1)
+    return oklab_of_linear(linear)
+
+
+def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = VISIONS) -> Floats:
+    """Return distances in OKLab between all colors of two sets, (N, M), under the worst vision."""
+    apart = [seen_as(colors, v)[:, np.newaxis] - seen_as(others, v) for v in visions]
+    return np.asarray(np.linalg.norm(apart, axis=3).min(axis=0))
+
+
+def from_oklab(places: Floats) -> Bytes:
+    """Return OKLab colors, (N, 3), in sRGB, clipped to its range."""
+    return srgb_of_linear(linear_of_oklab(places))
+
+
+def _linear(colors: Array) -> Floats:
+    """Convert sRGB colors, 0 to 255, to linear sRGB, 0 to 1."""
+    return linear_of_srgb(np.asarray(colors, dtype=np.float64) / 255.0)
+
 
 # Colors far from each other, and from the gray of cells in no region, in OKLab under the worst of
 # `VISIONS`. Found by farthest-point search with exchanges among colors of lightness 0.65 to 0.95
@@ -42,15 +105,6 @@ _CLEAR_DISTANCE = 0.1
 
 # Every planar graph has a vertex with at most this many neighbors.
 _PLANAR_DEGREE = 5
-
-
-class _Arcs(Protocol):
-    """The part of a graph that `region_colors` needs: arcs in CSR form."""
-
-    @property
-    def offsets(self) -> Longs: ...
-    @property
-    def neighbors(self) -> Ints: ...
 
 
 def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
@@ -98,37 +152,18 @@ def _colors_of(cells: Cells | CellGraph, labels: Ints) -> Bytes:
     return _colors_of_adjacency(*_region_adjacency(arcs, of_cells, n_regions))
 
 
-def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> Bytes:
-    """Return a color for each region, clearly different where regions touch.
+def region_colors(graph: CsrArcs, labels: npt.ArrayLike) -> Bytes:
+    """Return a color for each region, (K, 3), clearly different where regions touch.
 
-    Regions that touch differ by at least `MIN_COLOR_DISTANCE` in OKLab, both for normal vision and
-    in protanopia, deuteranopia and tritanopia, wherever `PALETTE` suffices, as it does for regions
-    of a surface. Regions with few neighbors are removed until none is left, and then colored in the
-    opposite order. Each gets the least used color that is far from the colors of its neighbors. In
-    a planar map, at most 5 neighbors of a region are colored before it. If neighbors have all 10
-    colors of the palette, the region gets a color of a wider choice: the color whose distance to
-    the nearest color of a neighbor is largest.
-
-    The same input gives the same colors. Time and memory are linear in arcs and in pairs of
+    `graph` is anything with undirected arcs in CSR form; `labels` are 0 to K - 1, or -1 for a cell
+    in no region. Regions that touch differ by at least `MIN_COLOR_DISTANCE` in OKLab, for normal
+    vision and in protanopia, deuteranopia and tritanopia, wherever `PALETTE` suffices, as it does
+    for regions of a surface. Regions with few neighbors are removed until none is left, and then
+    colored in the opposite order. Each gets the least used color that is far from the colors of its
+    neighbors. In a planar map, at most 5 neighbors of a region are colored before it. If neighbors
+    have all 10 colors of the palette, the region gets the color of a wider choice that is farthest
+    from the nearest color of a neighbor. Time and memory are linear in arcs and in pairs of
     neighboring regions.
-
-    Parameters
-    ----------
-    graph : FaceGraph, CellGraph, or anything with arcs in CSR form
-        ``offsets``, shape (N + 1,), and ``neighbors``, shape (M,), undirected: with both
-        directions of each arc.
-    labels : array_like of integers, shape (N,)
-        Region of each cell, 0 to K - 1, or -1 for a cell in no region.
-
-    Returns
-    -------
-    ndarray of uint8, shape (K, 3)
-        Red, green and blue, 0 to 255, sRGB.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If there is not one label per cell, or a label of 0..K-1 is missing.
     """
     checked, n_regions = checked_partial_labels(labels, len(graph.offsets) - 1)
     arcs = (graph.offsets, graph.neighbors)
@@ -188,18 +223,14 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
             same |= 1 << color
         free = (whole_palette & ~close) or (whole_palette & ~same)
         if not free:
-            colors[region] = _farthest_color(sorted(taken))
+            # The color whose nearest taken color is farthest.
+            colors[region] = int(_distances()[:, sorted(taken)].min(axis=1).argmax())
             continue
         candidates = [color for color in range(len(PALETTE)) if free >> color & 1]
         color = min(candidates, key=n_uses.__getitem__)
         colors[region] = color
         n_uses[color] += 1
     return colors
-
-
-def _farthest_color(taken: list[int]) -> int:
-    """Index into `_choices` of the color whose nearest taken color is farthest."""
-    return int(_distances()[:, taken].min(axis=1).argmax())
 
 
 @cache

@@ -130,19 +130,14 @@ def plot(
 
     Parameters
     ----------
-    cells : Mesh or mesh-like, PointCloud or cloud-like
-        As for `segment`. Points are drawn as small hexagons on the surface, without borders.
-    labels : array_like of integers, shape (N,), optional
-        Region of each cell, any integers; -1 for a cell in no region, which is drawn gray. Without
-        labels a mesh has one plain color, and a cloud has its own colors, if it has any.
+    cells, labels, colors, border_width, background, clip, smooth_borders
+        As for `render`.
     output : path, optional
         File to write: .png for one picture, .gif or .mp4 for a turn.
     compare : sequence of array_like of integers, shape (N,) each
         More labelings of the same cells, drawn to the right from the same point of view.
     titles : sequence of str, optional
         A title above each labeling.
-    colors : array_like of uint8, shape (N, 3), optional
-        Color of each cell, sRGB; by default `face_colors`.
     color_by : array_like of numbers, shape (N,) or (K,), or str, optional
         Values that colors show: a value per cell; a value per region, in ascending order of
         their labels, if there is one labeling; or the name of a column of `RegionGraph.table`, such
@@ -159,16 +154,6 @@ def plot(
     n_frames : int, optional
         Number of pictures of one turn, which lasts about 5 seconds; 1 for a single picture. By
         default 60 if `output` is a .gif or .mp4, and otherwise 1.
-    border_width : float, optional
-        As for `render`: width in pixels, 0 for no borders, by default in proportion to the regions.
-    background : str, default "white"
-        Name of a color in CSS, or "#rrggbb".
-    clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
-        Half of a `TetMesh` to show, as for `render`. By default the outer surface of the whole
-        mesh.
-    smooth_borders : bool, default False
-        Draw borders of regions of a mesh as smooth curves across faces, as `cut_borders` makes
-        them, in place of lines along edges. Points have no borders.
 
     Returns
     -------

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._options import CLIPS, Clip
-from .._types import Array, Bools, Ints
+from .._types import Bools, Ints
 from .._validate import (
     checked_choice,
     checked_count,
@@ -177,7 +177,7 @@ def scene_of(
         colors = face_colors(cells, labels) if colors is None else colors
         labels = labels[sources]
     if colors is not None:
-        colors = _colors_of(colors, cells.n_cells)[sources]
+        colors = checked_colors(colors, cells.n_cells)[sources]
     return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
 
 
@@ -201,7 +201,7 @@ def _surface_scene(
 
 
 def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
-    """Colors of new faces: of their regions where those have one color, else of their old faces."""
+    """Color of each new face: of its region if that has one color, otherwise of its old face."""
     old, new = labels + 1, cut.labels + 1  # 0: no region
     firsts = np.zeros(old.max() + 1, dtype=np.int64)
     firsts[old[::-1]] = np.arange(len(old))[::-1]
@@ -241,13 +241,6 @@ def png_of_picture(picture: Picture) -> bytes:
     image = import_pillow("Image").fromarray(picture)
     image.save(file, format="PNG", compress_level=4, compress_type=_PNG_RUNS)
     return file.getvalue()
-
-
-def _colors_of(colors: npt.ArrayLike, n_cells: int) -> Array:
-    array = np.asarray(colors)
-    if len(array) != n_cells:
-        raise ValueError(f"colors must have shape ({n_cells}, 3), got {array.shape}")
-    return array
 
 
 def check_rendering() -> None:

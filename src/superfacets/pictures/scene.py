@@ -51,7 +51,6 @@ def default_border_width(mean_area: float, camera: Camera, height: int) -> float
     return max(_LEAST_WIDTH, min(widest, _SHARE_OF_REGION * diameter))
 
 
-FloatArray = Floats
 Picture = Bytes
 
 _PLAIN_COLOR = (205, 197, 184)
@@ -66,14 +65,14 @@ _HEXAGON = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
 class Scene:
     """Cells scaled and moved to a box of diagonal 1 around the origin, with colors and borders."""
 
-    points: FloatArray  # (P, 3), each used by a triangle; without duplicates in a mesh
+    points: Floats  # (P, 3), each used by a triangle; without duplicates in a mesh
     triangles: Longs  # (T, 3): faces, triangles of polygons, or triangles of hexagons around points
     colors: Picture  # (T, 3)
     borders: Longs  # (B, 2), ends of edges between regions
     n_regions: int  # 1 without regions
 
     @cached_property
-    def normals(self) -> FloatArray:
+    def normals(self) -> Floats:
         """Normal of each triangle, (T, 3); its length is the area."""
         first, second, third = (self.points[corner] for corner in self.triangles.T)
         return np.cross(second - first, third - first) / 2
@@ -145,7 +144,7 @@ def build_cloud_scene(
     return Scene(corners, triangles, shades, np.empty((0, 2), dtype=np.int64), n_regions)
 
 
-def hexagons_of(graph: PointGraph) -> FloatArray:
+def hexagons_of(graph: PointGraph) -> Floats:
     """Corners, (6 N, 3), of a hexagon around each point, counterclockwise seen from outside."""
     areas = graph.measures
     known = areas[areas > 0]
@@ -197,7 +196,7 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
     return "z" if on_z > 0 and on_z > on_y + _LEAD else "y"
 
 
-def _firmness(points: FloatArray, center: FloatArray, axis: int) -> float:
+def _firmness(points: Floats, center: Floats, axis: int) -> float:
     """Distance of the center from the border of the hull of ground points (> 0: inside)."""
     heights = points[:, axis]
     ground = points[_sampled(np.flatnonzero(heights <= heights.min() + _GROUND))]

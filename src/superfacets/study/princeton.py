@@ -12,9 +12,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
+from .._types import Ints
 from ..adapters.convert import as_triangles
 from ..errors import MeshError
 from ..io.readers.labels import read_labels
@@ -72,7 +70,7 @@ class Model:
     number: int
     category: str
     mesh: Mesh
-    ground_truths: tuple[npt.NDArray[np.int32], ...]
+    ground_truths: tuple[Ints, ...]
     problems: tuple[str, ...]
 
 

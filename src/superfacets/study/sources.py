@@ -7,11 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array, Ints
 from ..adapters.convert import as_mesh
 from ..errors import MeshError
 from ..io.readers.read import MESH_ENDINGS, read_mesh
@@ -52,20 +51,9 @@ class Sources:
 
 
 def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
-    """Return the models of a benchmark that can be read and have ground truth.
+    """Return the models of a benchmark that can be read and have ground truth: all, or `numbers`.
 
-    Parameters
-    ----------
-    root : path
-    numbers : iterable of int, optional
-        Only these models; None means all.
-
-    Raises
-    ------
-    MeshError
-        If the folder does not have the layout of the benchmark, or no model in it can be used.
-    ValueError
-        If a model of `numbers` does not exist.
+    A MeshError if no model can be used; a ValueError if a model of `numbers` does not exist.
     """
     benchmark = Benchmark(root)
     found, problems = [], []
@@ -93,13 +81,7 @@ def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
 
 
 def find_meshes(folder: Path) -> Sources:
-    """Return the mesh files of a folder that can be read.
-
-    Raises
-    ------
-    OSError
-        If the folder cannot be read.
-    """
+    """Return the mesh files of a folder that can be read."""
     found, problems = [], []
     for path in sorted(folder.iterdir()):
         if path.suffix.lower() not in MESH_ENDINGS:
@@ -115,12 +97,9 @@ def find_meshes(folder: Path) -> Sources:
 
 @lru_cache(maxsize=1)  # the tasks of one mesh mostly follow one another
 def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
-    """Return the mesh and its ground truths, which are none for meshes outside of the benchmark.
+    """Return the mesh and its ground truths; meshes outside of the benchmark have none.
 
-    Raises
-    ------
-    MeshError, OSError
-        If a file can no longer be read, or files of a model have changed since `source` was made.
+    A MeshError if the files of a model have changed since `source` was made.
     """
     if not source.is_model:
         mesh = as_mesh(read_mesh(source.path))
@@ -130,13 +109,7 @@ def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
 
 
 def load_model(source: Source) -> Model:
-    """Return a model of the benchmark.
-
-    Raises
-    ------
-    MeshError, OSError
-        If the files have changed since `source` was made, or can no longer be read.
-    """
+    """Return a model of the benchmark; a MeshError if its files have changed since then."""
     model = Benchmark(source.path).load(source.number)
     if _digest(model.mesh, model.ground_truths) != source.digest:
         raise MeshError(f"the files of model {source.name} were changed during the run")
@@ -147,9 +120,9 @@ def _by_size(sources: list[Source]) -> tuple[Source, ...]:
     return tuple(sorted(sources, key=lambda source: (source.n_faces, source.number, source.name)))
 
 
-def _digest(mesh: FaceMesh, ground_truths: Iterable[npt.NDArray[np.int32]]) -> str:
+def _digest(mesh: FaceMesh, ground_truths: Iterable[Ints]) -> str:
     hashed = hashlib.blake2b(digest_size=16)
-    arrays: tuple[npt.NDArray[Any], ...] = (
+    arrays: tuple[Array, ...] = (
         mesh.vertices, face_sizes(mesh), corners_in_a_row(mesh), *ground_truths,
     )  # fmt: skip
     for array in arrays:

@@ -1,4 +1,4 @@
-"""How well superpoints of scanned rooms keep to objects, compared with those of ScanNet.
+"""Quality of superpoints of scanned rooms, compared with the segments of ScanNet.
 
 A room is an ``.npz`` file with ``vertices`` (V, 3), ``faces`` (F, 3), ``instances`` (V,), the true
 object of each vertex, and ``felzenszwalb`` (V,), the segments of ScanNet's own segmenter. Rooms
@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from .._types import Bools, Ints, Longs
 from .._validate import checked_classes, checked_threads, ranked_labels
+from ..cells.sums import weighted_majority
 from ..errors import IslandWarning, MeshError
 from ..mesh.cells import lowest_vertices
 from ..mesh.faces import vertex_graph
@@ -36,26 +37,13 @@ _MOST_RUNS = 5
 
 
 class Score(NamedTuple):
-    """How superpoints do if each takes the object of most of its vertices.
-
-    Attributes
-    ----------
-    n_superpoints : float
-    error : float
-        Share of vertices that get another object.
-    error_away : float
-        The same of vertices more than one edge away from the border of an object.
-    mean_iou : float
-        Mean over the objects of intersection over union.
-    extra_pieces : float
-        Number of connected pieces, minus the number of superpoints.
-    """
+    """Quality of superpoints, if each takes the object of most of its vertices."""
 
     n_superpoints: float
-    error: float
-    error_away: float
-    mean_iou: float
-    extra_pieces: float
+    error: float  # share of vertices that get a wrong object
+    error_away: float  # the same, of vertices more than one edge away from borders of objects
+    mean_iou: float  # intersection over union, mean over the objects
+    extra_pieces: float  # connected pieces, minus the number of superpoints
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +85,7 @@ class Room:
 
     @property
     def is_used(self) -> Bools:
-        """Whether a face has each vertex."""
+        """Whether each vertex belongs to a face."""
         is_used = np.zeros(self.mesh.n_vertices, bool)
         is_used[self.mesh.faces] = True
         return is_used
@@ -118,7 +106,10 @@ class Room:
         """Judge superpoints; vertices that no face has do not count."""
         used, edges = self.is_used, self.edges
         ids = ranked_labels(superpoints + 1)[0]
-        found = _object_of_each(ids[used], self.truth[used])[ids]
+        votes = np.ones(int(used.sum()))
+        of_truth = self.truth[used].astype(np.int32)
+        winners = weighted_majority(ids[used], of_truth, votes, int(ids.max()) + 1).winners
+        found = np.maximum(winners, 0)[ids]
         is_wrong = (found != self.truth) & used
         is_away = used & ~_near_borders(edges, self.truth)
         n = len(np.unique(ids[used]))
@@ -155,18 +146,6 @@ def _texts(mean: Score) -> list[str]:
         f"{100 * value:.{digits}f}" for value, digits in zip(shares, (3, 3, 2), strict=True)
     ]
     return [f"{mean.n_superpoints:.0f}", *percents, f"{mean.extra_pieces:.1f}"]
-
-
-def _object_of_each(ids: Ints, truth: Longs) -> Longs:
-    """The most frequent object of each superpoint, of equals the lowest."""
-    n_objects = int(truth.max()) + 1
-    pairs, counts = np.unique(ids.astype(np.int64) * n_objects + truth, return_counts=True)
-    owners, objects = np.divmod(pairs, n_objects)
-    order = np.lexsort((objects, -counts, owners))
-    _, firsts = np.unique(owners[order], return_index=True)
-    best = np.zeros(int(ids.max()) + 1, np.int64)
-    best[owners[order][firsts]] = objects[order][firsts]
-    return best
 
 
 def _near_borders(edges: Longs, truth: Longs) -> Bools:

@@ -67,13 +67,7 @@ def html_table(
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows as CSV, with all columns that occur; missing values are empty.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
+    """Write rows as CSV, with all columns that occur; missing values are empty."""
     names = dict.fromkeys(name for row in rows for name in row)
     with (
         atomic_outputs([path]) as (partial,),

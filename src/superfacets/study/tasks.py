@@ -72,31 +72,13 @@ class Task(Protocol):
 
 
 def run_tasks(
-    title: str,
-    tasks: Sequence[Task],
-    n_workers: int,
-    *,
-    memory: int,
-    deadline: float | None = None,
+    title: str, tasks: Sequence[Task], n_workers: int, *, memory: int, deadline: float | None = None
 ) -> dict[Path, str]:
     """Run tasks until all have ended; their pieces then have records.
 
-    Parameters
-    ----------
-    title : str
-        Title of the progress bar, which is shown on a terminal.
-    tasks : sequence of Task
-    n_workers : int
-        Processes, >= 1.
-    memory : int
-        Bytes that running tasks may need together; a task that needs more runs alone.
-    deadline : float, optional
-        Time by `time.monotonic` after which no task is started.
-
-    Returns
-    -------
-    dict
-        Reasons why records could not be written, by path.
+    A progress bar with this title is shown on a terminal. `memory` is the number of bytes that
+    running tasks may need together; a task that needs more runs alone. No task is started after
+    `deadline`, by `time.monotonic`. Returns the reasons why records could not be written, by path.
     """
     lost: dict[Path, str] = {}
     jobs = [_Recording(task, deadline) for task in tasks]
@@ -108,6 +90,11 @@ def run_tasks(
 def read_piece(piece: Piece) -> Record | None:
     """Return the record of a piece; None if it is missing, damaged or stale."""
     return read_record(piece.path, piece.key)
+
+
+def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
+    """Return the record of a piece, with the reason if it failed or is `lost`; None if missing."""
+    return {"reason": lost[piece.path]} if piece.path in lost else read_piece(piece)
 
 
 @dataclass(frozen=True)
@@ -209,12 +196,7 @@ def memory_of_tasks() -> int:
 def write_record(path: Path, key: Key, record: Record) -> None:
     """Write a record atomically: whenever the process ends, it is complete or absent.
 
-    Raises
-    ------
-    ValueError
-        If a number is not finite.
-    OSError
-        If the record cannot be written.
+    A ValueError if a number is not finite; an OSError if the record cannot be written.
     """
     whole = {"checksum": _checksum(key, record), "key": key, "record": record}
     text = json.dumps(whole, indent=1, allow_nan=False)
@@ -224,10 +206,7 @@ def write_record(path: Path, key: Key, record: Record) -> None:
 
 
 def read_record(path: Path, key: Key) -> Record | None:
-    """Return a record; None if it is missing, damaged, or made from another key.
-
-    A checksum detects any damage.
-    """
+    """Return a record; None if it is missing, damaged, or made from another key."""
     try:
         whole = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

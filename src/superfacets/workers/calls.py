@@ -57,27 +57,17 @@ class Worker:
 
 
 class Team(ABC):
-    """Workers, in processes of their own.
-
-    Parameters
-    ----------
-    workers : sequence of Worker
-        At least one.
-    """
+    """Workers, at least one, in processes of their own."""
 
     def __init__(self, workers: Sequence[Worker]) -> None:
         self.workers = tuple(workers)
 
     @abstractmethod
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
-        """Yield (index of the call, its ending) as calls end.
+        """Yield (index of the call, its ending) as calls end; at most `width` run at a time.
 
-        A call is made again where its worker was killed. At most `width` are at work at a time.
-
-        Raises
-        ------
-        ConnectionError
-            If no worker is left, or none can be started.
+        A call is made again if its worker was killed. A ConnectionError if no worker is left, or
+        none can be started.
         """
 
     @property
@@ -90,11 +80,8 @@ class Team(ABC):
     ) -> Iterator[tuple[int, Any]]:
         """Yield (index, ``work(store, *piece)``) as pieces end; each thread has one at a time.
 
-        Raises
-        ------
-        OSError
-            If no worker is left, the scheduler is gone, or workers were killed with one piece at
-            work time and again. Errors of the work are raised as they are.
+        An OSError if no worker is left, the scheduler is gone, or several workers were killed with
+        the same piece at work. Errors of the work are raised as they are.
         """
         calls = [(run_piece, (__version__, work, store, piece)) for piece in pieces]
         for place, ending in self.run(calls, width=None):

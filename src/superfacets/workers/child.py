@@ -21,22 +21,14 @@ TICK = 0.1
 
 
 def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
-    """Run calls until the other end closes the connection.
+    """Run calls until the other end closes the connection, even during a call.
 
-    The process ends then even amid a call: the team has closed it, or has ended itself.
-
-    Parameters
-    ----------
-    connection : Connection
-        Pickled calls come in. The first message sent is None, and each that follows tells of a
-        call, in their order, whether it returned, and its pickled result or error.
-    n_threads : int
-        Threads of the core.
-    memory : float
-        Bytes. A process that uses more ends at once.
+    Pickled calls come in on the connection. The first message sent is None. One message per call
+    follows, in order: whether it returned, and its pickled result or error. A process that uses
+    more than `memory` bytes ends at once.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it
-    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # for all kernels, also those of readers
+    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # for all kernels, also in readers
     gc.freeze()  # garbage collection would touch, and so copy, all pages shared by fork
     calls: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, calls, memory), daemon=True).start()

@@ -69,17 +69,8 @@ class _Process:
 class Pool(Team):
     """A team of processes with equal shares of memory; each runs one call at a time.
 
-    A process that ends, or uses more than its share, is replaced while there is work.
-
-    Parameters
-    ----------
-    n_workers : int
-    n_threads : int
-        Of each.
-    memory : float
-        Bytes that all may use together; infinite if they are not watched.
-    allowed_kills : int
-        As `ALLOWED_KILLS`.
+    A process that ends, or uses more than its share of `memory`, is replaced while there is work.
+    Memory is not watched if it is infinite. `allowed_kills` is as `ALLOWED_KILLS`.
     """
 
     def __init__(self, n_workers: int, n_threads: int, memory: float, allowed_kills: int) -> None:
@@ -92,7 +83,7 @@ class Pool(Team):
     def run(
         self, calls: Sequence[Call], width: int | None = None, admits: Admits | None = None
     ) -> Iterator[tuple[int, Ending]]:
-        """As for `Team`. Calls start in order, except those that `admits` holds back."""
+        """As for `Team`. Calls start in order, but a call that `admits` refuses waits."""
         waiting = deque(range(len(calls)))
         kills: Counter[int] = Counter()
         n_left = len(calls)
@@ -198,15 +189,8 @@ def open_pool(
 ) -> Iterator[Pool]:
     """Open a team of processes of this machine; they end with the context, or with this process.
 
-    Parameters
-    ----------
-    n_workers, n_threads, memory, allowed_kills
-        As for `Pool`; by default all memory that this machine lets processes use.
-
-    Raises
-    ------
-    MissingExtraError
-        If the memory is to be watched, and psutil is not installed.
+    Arguments are as for `Pool`; by default, they may use all memory of this machine. A
+    MissingExtraError if memory is watched, and psutil is not installed.
     """
     memory = usable_memory() if memory is None else memory
     if memory < math.inf and find_spec("psutil") is None:

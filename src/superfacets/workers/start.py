@@ -1,8 +1,8 @@
 """Start of worker processes: no user code, no Ctrl-C, imports done once.
 
-On Linux they are forked from the fork server of `multiprocessing`, which has imported what workers
-need. Nothing here takes long to import: the command starts the fork server before it imports what
-it needs itself, and a second core does both at a time.
+On Linux they are forked from the fork server of `multiprocessing`, which has imported the modules
+of `_MODULES`. This module is quick to import: the command starts the fork server first, and then
+imports its own modules while the server imports them on another core.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ _ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     "PYTHONSAFEPATH": "1",
 }
-"""Libraries read the first when they are loaded: each worker has its own share of the cores, and a
-process with threads cannot be forked. With the last, no module is imported from the current folder.
-"""
+"""Environment of workers. Numeric libraries start no threads: each worker has its own share of the
+cores, and a process with threads cannot be forked. With `PYTHONSAFEPATH`, the current folder is not
+searched for modules."""
 
 
 HAS_SERVER = sys.platform == "linux"
@@ -62,8 +62,8 @@ def start_context() -> ForkServerContext | SpawnContext:
 def own_settings() -> Iterator[None]:
     """Start processes with another environment, and with Ctrl-C blocked.
 
-    The terminal sends it to all processes; one that comes meanwhile is heard at the end. They do
-    not import the script that is running now: it may have no ``if __name__ == "__main__":``.
+    The terminal sends Ctrl-C to all processes; here it is delayed until the end of the block.
+    Workers do not import the running script, which may lack ``if __name__ == "__main__":``.
     """
     from multiprocessing import resource_tracker
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Container, Iterator
@@ -15,7 +14,7 @@ import numpy.typing as npt
 from ..._types import Floats
 from ...errors import MeshError
 from ...mesh.pinhole_camera import PinholeCamera
-from ..guards import check_regular, named_errors, read_content
+from ..guards import named_errors, read_content, read_json
 from .colmap import UNDISTORT, PosedImage, is_colmap, read_colmap
 
 StrPath = str | os.PathLike[str]
@@ -53,8 +52,8 @@ def read_cameras(
     Returns
     -------
     list of PinholeCamera
-        In the order of the file; those of a folder by number, or else by name. The name of each is
-        the file of its image, without its folder.
+        In the order of the file; in a folder, by number, or else by name. The name of a camera is
+        the file name of its image, without the folder.
 
     Raises
     ------
@@ -127,11 +126,7 @@ def _matrix_in(path: Path) -> Floats:
 
 
 def _in_json(path: Path, size: Any) -> Iterator[PosedImage]:
-    check_regular(path)
-    try:
-        document = json.loads(bytes(read_content(path)))
-    except (ValueError, RecursionError):
-        raise MeshError(f"{path}: it is not JSON: is the file cut?") from None
+    document = read_json(path)
     frames = document.get("frames") if isinstance(document, dict) else None
     if not isinstance(frames, list) or not all(isinstance(frame, dict) for frame in frames):
         raise MeshError(f"{path}: has no list of frames")
@@ -141,7 +136,7 @@ def _in_json(path: Path, size: Any) -> Iterator[PosedImage]:
 
 
 def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
-    """The image of a frame, whose values take precedence over those of the document."""
+    """The image of a frame, whose values override the document."""
     model = values.get("camera_model", "PINHOLE")
     if model not in _WITHOUT_DISTORTION or values.get("is_fisheye"):
         raise MeshError(f"the camera is of model {model}: {UNDISTORT}")

@@ -86,7 +86,7 @@ def _read_text(data: Content) -> CloudFile:
     if len(odd):
         line = int(odd[0])
         raise MeshError(
-            f"line {lines.number(line)} has {lines.counts[line]} numbers, those before {n_columns}"
+            f"line {lines.number(line)} has {lines.counts[line]} numbers, earlier lines {n_columns}"
         )
     if names is not None and len(names) != n_columns:
         raise MeshError(f"the first line has {len(names)} names, the next {n_columns} numbers")

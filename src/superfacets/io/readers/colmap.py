@@ -11,7 +11,7 @@ import numpy as np
 
 from ..._types import Floats
 from ...errors import MeshError
-from ..guards import named_errors, read_content
+from ..guards import named_errors, read_content, rotation_of
 
 
 class _Model(NamedTuple):
@@ -20,7 +20,7 @@ class _Model(NamedTuple):
     number: int
     n_focal: int  # focal lengths, before the principal point
     n_distortion: int  # coefficients after that; without distortion all are 0
-    is_central: bool = True  # whether it is a pinhole camera if they are 0
+    is_central: bool = True  # whether the camera is a pinhole if all coefficients are 0
 
 
 _MODELS = {
@@ -112,14 +112,7 @@ def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
 
 def _pose_of(numbers: list[float]) -> Floats:
     """Camera to world, (4, 4)."""
-    w, x, y, z = np.array(numbers[:4]) / np.linalg.norm(numbers[:4])
-    to_camera = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    to_camera = rotation_of(np.array(numbers[:4]) / np.linalg.norm(numbers[:4]))
     pose = np.eye(4)
     pose[:3, :3] = to_camera.T
     pose[:3, 3] = -(to_camera * np.array(numbers[4:])[:, np.newaxis]).sum(axis=0)

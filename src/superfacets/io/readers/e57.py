@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Array, Floats, Ints, Singles
-from ...errors import MeshError, MissingExtraError, reason_of
+from ...errors import MeshError, import_extra, reason_of
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..guards import Content, counted, shortened
+from ..guards import Content, counted, rotation_of, shortened
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -56,10 +56,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     ``record`` are the index of a point's scan and of its record in that scan. Colors and
     intensities are kept only if all scans have them, viewpoints only if all have poses.
     """
-    try:
-        import pye57
-    except ModuleNotFoundError:
-        raise MissingExtraError("an .e57 file", "e57") from None
+    pye57 = import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)
     with _file_of(data) as path:
         try:
@@ -206,17 +203,10 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
         length = np.linalg.norm(quaternion)
         if not (np.isfinite(length) and length > 0):
             raise MeshError(f"scan {place} has no valid rotation: {quaternion.tolist()}")
-        points = np.einsum("ij,kj->ik", points, _rotation_of(quaternion / length))
+        points = np.einsum("ij,kj->ik", points, rotation_of(quaternion / length))
     if pose.isDefined("translation"):
         points = points + [_number_in(pose["translation"][axis]) for axis in "xyz"]
     return points
-
-
-def _rotation_of(quaternion: Floats) -> Floats:
-    """Rotation matrix of a unit quaternion (w, x, y, z)."""
-    w, axis = quaternion[0], quaternion[1:]
-    crossed = np.cross(np.eye(3), axis)  # crossed @ vector is the cross product of axis and vector
-    return np.asarray(np.eye(3) + 2 * (w * crossed + crossed @ crossed))
 
 
 def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:
@@ -231,7 +221,7 @@ def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | 
 
 
 def _limits_of(pye57: Any, header: Any, name: str) -> tuple[float, float]:
-    """Smallest and largest value of a color: the scan's limits, or those of the stored field."""
+    """Smallest and largest value of a color: limits of the scan, or else of the stored field."""
     if header.node.isDefined("colorLimits"):
         limits = header.node["colorLimits"]
         return _number_in(limits[f"{name}Minimum"]), _number_in(limits[f"{name}Maximum"])

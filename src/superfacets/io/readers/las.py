@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Array, Bytes
-from ...errors import MeshError, MissingExtraError, reason_of
+from ...errors import MeshError, import_extra, reason_of
 from ..attributes import LasFrame, is_word
 from ..guards import Content, counted, shortened
 
@@ -71,7 +71,7 @@ _FORMATS = (
 """Items of a record, by point format."""
 
 _EXTRA = {6: 0, 10: 14}
-"""Type number of the item for extra bytes, by that of the first item of a record."""
+"""Type number of the item for extra bytes, by the type number of the first item of a record."""
 
 _EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
 
@@ -135,15 +135,7 @@ def _header_of(data: Content) -> _Header:
     numbers = struct.unpack_from("<6d", data, 131)
     records = _records(data[header_size:begin], n_records)
     return _Header(
-        minor,
-        n_points,
-        point_format,
-        size,
-        begin,
-        is_compressed,
-        numbers[:3],
-        numbers[3:],
-        records,
+        minor, n_points, point_format, size, begin, is_compressed, numbers[:3], numbers[3:], records
     )
 
 
@@ -220,10 +212,7 @@ def _scaled(column: Array, options: int, description: bytes) -> Array:
 
 
 def _decompressed(data: Content, header: _Header) -> Bytes:
-    try:
-        import lazrs
-    except ModuleNotFoundError:
-        raise MissingExtraError("a .laz file", "las") from None
+    lazrs = import_extra("lazrs", "a .laz file", "las")
     n_bytes = header.n_points * header.size
     if n_bytes > max(_SMALL, _MOST_COMPRESSED * len(data)):
         raise MeshError(

@@ -136,7 +136,7 @@ def _linear_color(text: str) -> tuple[float, float, float] | None:
 def read_libraries(
     names: list[str], folder: Path | None
 ) -> tuple[dict[str, Material], list[Path], list[str]]:
-    """Materials of the files that ``mtllib`` lines name, these files, and what was left out."""
+    """Materials of the files named by ``mtllib`` lines, these files, and notes on missing files."""
     materials: dict[str, Material] = {}
     found: list[Path] = []
     left_out: list[str] = []

@@ -68,7 +68,7 @@ def _find_scalar(element: Element, name: str) -> int:
 
 def _find_faces(header: Header) -> tuple[int, Element]:
     if header.faces is None:
-        raise MeshError("the PLY file has no faces: is it a point cloud? read_cloud reads those")
+        raise MeshError("the PLY file has no faces: is it a point cloud? use read_cloud")
     return header.faces, header.elements[header.faces]
 
 

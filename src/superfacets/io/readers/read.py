@@ -6,7 +6,9 @@ import os
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from ...errors import MeshError
 from ...mesh.cells import Cells
@@ -50,6 +52,8 @@ ATTRIBUTE_ENDINGS = (*_ATTRIBUTE_READERS, *_GLTF_ENDINGS)
 MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
 """Endings of meshes and of point clouds."""
+
+Parsed = TypeVar("Parsed")
 
 # First word of a text that is not in a comment line.
 _FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
@@ -114,11 +118,7 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     ...     read_mesh(path)
     Mesh(4 vertices, 2 faces)
     """
-    path = Path(path)
-    ending = _ending_of(path, MESH_ENDINGS)
-    data = read_content(path)
-    with named_errors(path):
-        return parse_mesh(data, ending, path.parent)
+    return _read(path, MESH_ENDINGS, parse_mesh)
 
 
 def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
@@ -164,11 +164,9 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     ...     read_cloud(path)
     PointCloud(2 points, colors)
     """
-    path = Path(path)
-    ending = known_ending(path, tuple(CLOUD_READERS))
-    data = read_content(path)
-    with named_errors(path):
-        return CLOUD_READERS[ending](data).cloud
+    return _read(
+        path, tuple(CLOUD_READERS), lambda data, ending, _: CLOUD_READERS[ending](data).cloud
+    )
 
 
 def read_cells(path: str | os.PathLike[str], placement: Placement | None = None) -> Cells:
@@ -176,28 +174,17 @@ def read_cells(path: str | os.PathLike[str], placement: Placement | None = None)
 
     `placement` moves a model of 3D Tiles.
     """
-    path = Path(path)
-    ending = cell_ending(path)
-    data = read_content(path)
-    with named_errors(path):
-        return parse_cells_and_attributes(
-            data, ending, path.parent, keep=False, placement=placement
-        )[0]
+    parse = partial(parse_cells_and_attributes, keep=False, placement=placement)
+    return _read(path, CELL_ENDINGS, parse)[0]
 
 
-def read_cells_and_attributes(
-    path: str | os.PathLike[str],
-) -> tuple[Cells, MeshAttributes | None]:
+def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
     """Like `read_cells`; also the attributes of a cloud, or of a mesh in PLY, OBJ or glTF."""
-    path = Path(path)
-    ending = cell_ending(path)
-    data = read_content(path)
-    with named_errors(path):
-        return parse_cells_and_attributes(data, ending, path.parent)
+    return _read(path, CELL_ENDINGS, parse_cells_and_attributes)
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
-    """Return what a file stores with the mesh that `read_mesh` returns.
+    """Return the data that a file stores besides the mesh that `read_mesh` returns.
 
     ``write_mesh(..., attributes=...)`` writes it to a file again.
 
@@ -214,7 +201,7 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     MeshAttributes
         Arrays of the types that the file declares, in the order of the file. An integer in a text
         file that its declared type cannot hold makes the property float64. `left_out` names
-        missing images, and says what is wrong with a texture that cannot be read.
+        missing images, and the reason if a texture cannot be read.
 
     Raises
     ------
@@ -241,21 +228,26 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     ...     read_attributes(path).vertex["nz"]
     array([1., 1., 1.])
     """
-    path = Path(path)
-    ending = known_ending(path, ATTRIBUTE_ENDINGS)
-    data = read_content(path)
-    with named_errors(path):
-        attributes = parse_cells_and_attributes(data, ending, path.parent)[1]
+    _, attributes = _read(path, ATTRIBUTE_ENDINGS, parse_cells_and_attributes)
     assert attributes is not None  # the endings have readers of attributes
     return attributes
 
 
-def cell_ending(path: Path) -> str:
+def _read(
+    path: str | os.PathLike[str],
+    endings: tuple[str, ...],
+    parse: Callable[[Content, str, Path | None], Parsed],
+) -> Parsed:
+    """Read and parse a file with one of these endings; errors name it."""
+    path = Path(path)
+    ending = cell_ending(path, endings)
+    data = read_content(path)
+    with named_errors(path):
+        return parse(data, ending, path.parent)
+
+
+def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
     """The ending of a file to read as a mesh or a cloud; a MeshError if no reader knows it."""
-    return _ending_of(path, CELL_ENDINGS)
-
-
-def _ending_of(path: Path, endings: tuple[str, ...]) -> str:
     try:
         return known_ending(path, endings)
     except MeshError as error:

@@ -1,7 +1,7 @@
 """Numbers in lines of text, found and parsed by the core, on all threads.
 
 The core parses decimals and integers as they are usually written. Lines that hold anything else
-are parsed by Python, which reports what is wrong with them.
+are parsed by Python, which reports errors.
 """
 
 from __future__ import annotations

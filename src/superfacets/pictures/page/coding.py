@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import base64
 import zlib
-from typing import Any, Literal, TypedDict
+from typing import Literal, TypedDict
 
 import numpy as np
 import numpy.typing as npt
+
+from ..._types import Array
 
 Coding = Literal["plain", "planes", "difference", "newest"]
 
@@ -36,7 +38,7 @@ class Arrays:
         self._blocks: list[bytes] = []
         self._size = 0
 
-    def add(self, name: str, array: npt.NDArray[Any], coding: Coding) -> None:
+    def add(self, name: str, array: Array, coding: Coding) -> None:
         """Add an array of numbers, shape (n,) or (n, columns).
 
         "plain" stores the memory of the array. The other codings compress better: numbers are
@@ -67,7 +69,7 @@ class Arrays:
         return base64.b64encode(b"".join([*parts, packer.flush()])).decode("ascii")
 
 
-def _planes(array: npt.NDArray[Any], coding: Coding) -> bytes:
+def _planes(array: Array, coding: Coding) -> bytes:
     columns = array.shape[1] if array.ndim == 2 and coding != "newest" else 1
     flat = np.ascontiguousarray(array.reshape(-1, columns).T)
     if coding == "difference" and flat.size:
@@ -89,6 +91,6 @@ def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
     return before - numbers
 
 
-def little_endian(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def little_endian(array: Array) -> Array:
     """The array in little-endian order: no copy on most machines."""
     return array.astype(array.dtype.newbyteorder("<"), copy=False)

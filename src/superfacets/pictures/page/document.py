@@ -20,14 +20,7 @@ from ...io.textures import Texture
 from ..camera import View
 from ..colors import scale_colors
 from .coding import Arrays
-from .groups import (
-    Feature,
-    Labeling,
-    LabelsLike,
-    checked_features,
-    checked_levels,
-    checked_truth,
-)
+from .groups import Feature, Labeling, LabelsLike, checked_features, checked_levels, checked_truth
 from .shape import STEPS, Shape, shape_of, view_facts
 from .texture import texture_parts
 

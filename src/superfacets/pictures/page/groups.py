@@ -9,6 +9,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from ..._types import Floats, Ints, Longs
 from ..._validate import compact_partial_labels, refuse_mask
 from ..colors import checked_values, region_colors
 from .coding import Arrays
@@ -17,8 +18,6 @@ from .shape import Shape
 NO_REGION = -1
 NO_VALUE = 65535
 """Code of a missing value (NaN). Other values are quantized to 0..65534."""
-
-Ints = npt.NDArray[np.int32]
 
 
 @runtime_checkable
@@ -38,7 +37,7 @@ class Labeling:
     """Labels of cells: regions 0..K-1, and -1 for cells in no region."""
 
     labels: Ints
-    ids: npt.NDArray[np.int64]  # (K,) label of each region as given
+    ids: Longs  # (K,) label of each region as given
 
     @property
     def n_regions(self) -> int:
@@ -93,7 +92,7 @@ class Feature:
     """A value per cell, or per region of the first level."""
 
     name: str
-    values: npt.NDArray[np.float64]  # NaN if missing
+    values: Floats  # NaN if missing
     of: str  # "cell" or "region"
 
     @property

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _core
+from ..._types import Array, Floats, Ints, Longs
 from ..._validate import checked_threads
-from ...cells.cell_graph import Arcs
+from ...cells.cell_graph import CsrArcs
 from ...cells.face_graph import FaceGraph, build_face_graph
 from ...cells.kinds import kind_of
 from ...cells.point_graph import PointGraph, find_point_graph
@@ -30,16 +31,6 @@ STEPS = 65535
 # nearly all gaps between points.
 _POINT_SIZE = 2.0
 
-Ints = npt.NDArray[np.int32]
-Floats = npt.NDArray[np.float64]
-
-
-class _Graph(Protocol):
-    @property
-    def offsets(self) -> npt.NDArray[np.int64]: ...
-    @property
-    def neighbors(self) -> Ints: ...
-
 
 @dataclass(frozen=True)
 class Shape:
@@ -56,7 +47,7 @@ class Shape:
     normals: Floats | None  # (P, 3) for a cloud; None for a mesh
     measures: Floats  # (N,) area or volume of each cell
     areas: Floats  # areas of the drawn faces or points
-    graph: _Graph  # neighbors of all cells
+    graph: CsrArcs  # neighbors of all cells
     outline: _Outline | None  # None: there are no borders to draw
 
     @cached_property
@@ -97,12 +88,12 @@ class Shape:
         extent = np.where(high > low, high - low, 1.0)
         return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
 
-    def parts(self, positions: npt.NDArray[Any]) -> dict[str, tuple[npt.NDArray[Any], Coding]]:
+    def parts(self, positions: Array) -> dict[str, tuple[Array, Coding]]:
         """Arrays that the front end draws, each in its most compact encoding.
 
         ``positions`` are the coordinates of `points` in the unit that the caller needs.
         """
-        found: dict[str, tuple[npt.NDArray[Any], Coding]] = {"positions": (positions, "difference")}
+        found: dict[str, tuple[Array, Coding]] = {"positions": (positions, "difference")}
         if self.triangles is not None:
             found["triangles"] = self.triangles, "newest"
         if self.sources is not None:
@@ -170,7 +161,7 @@ def _surface_shape(
     mesh: FaceMesh,
     cells: npt.NDArray[np.uint32] | None,
     measures: Floats | None,
-    cell_graph: Arcs | None,
+    cell_graph: CsrArcs | None,
 ) -> Shape:
     """The shape of faces, which are cells themselves or sides of cells."""
     threads = checked_threads(None)
@@ -190,7 +181,7 @@ def _surface_shape(
 
 def _numbered_by_use(
     corners: Ints, n_vertices: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
+) -> tuple[Longs, npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
     """Vertices in order of first use, corners as new indices, new index of each (0: unused)."""
     flat = corners.ravel()
     first = np.full(n_vertices, len(flat), dtype=np.int64)  # first corner that uses each vertex

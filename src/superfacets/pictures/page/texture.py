@@ -7,8 +7,8 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...cells.texels import check_texture
 from ...io.light import srgb_of_linear
 from ...io.textures import WRAPS, Texture, TextureImage, import_pillow
@@ -29,7 +29,7 @@ QUALITY = 88
 
 def texture_parts(
     mesh: FaceMesh, texture: Texture
-) -> tuple[dict[str, Any], dict[str, tuple[npt.NDArray[Any], Coding]]]:
+) -> tuple[dict[str, Any], dict[str, tuple[Array, Coding]]]:
     """Return facts about a texture, and its arrays.
 
     All images are scaled down to fit into one of `ATLAS_SIZE`, side by side. There is a tile for

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ... import _core
 from ..._timing import timed
+from ..._types import Array, Floats, Ints, Longs
 from ..._validate import compact_partial_labels
 from ...adapters.convert import MeshLike, as_mesh
 from ...cells.cell_graph import CellGraph
@@ -21,17 +21,14 @@ from ...clustering.segmentation import Segmentation
 from ...clustering.update import update_centers
 from ...mesh.faces import FaceMesh
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int32]
-
 
 @dataclass(frozen=True)
 class Component:
     """A connected component of the faces."""
 
-    faces: npt.NDArray[np.int64]  # (n,) ascending
-    arcs: npt.NDArray[np.int64]  # (m,) the arcs that start at these faces, face by face
-    offsets: npt.NDArray[np.int64]  # (n + 1,) offsets into arcs
+    faces: Longs  # (n,) ascending
+    arcs: Longs  # (m,) the arcs that start at these faces, face by face
+    offsets: Longs  # (n + 1,) offsets into arcs
     neighbors: Ints  # (m,) targets of the arcs, as indices into `faces`
 
 
@@ -64,7 +61,7 @@ class FaceCells:
             components.append(Component(faces, arcs, offsets, neighbors))
         return components
 
-    def segmentation(self, labels: npt.NDArray[Any], n_threads: int) -> Segmentation:
+    def segmentation(self, labels: Array, n_threads: int) -> Segmentation:
         """Return the result of a method without centers, which labels faces only once.
 
         Labels that do not occur are removed by renumbering.

@@ -6,14 +6,14 @@ import heapq
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ..._timing import timed
+from ..._types import Array, Floats, Longs
 from ..._validate import checked_number, checked_threads
 from ...adapters.convert import MeshLike
 from ...cells.weights import WeightName, WeightOptions, Weights
 from ...clustering.segmentation import Segmentation
-from ...errors import MissingExtraError
+from ...errors import import_extra
 from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells
 
@@ -43,8 +43,6 @@ SEED = 0
 
 _MEAN_INTEGER = 1000  # mean of the weights after rounding to integers
 _LARGEST_SUM = 2**30  # bound on the sum of the integers: METIS may be built for 32 bits
-
-Floats = npt.NDArray[np.float64]
 
 
 def metis_partition(
@@ -115,7 +113,7 @@ def metis_partition(
     threads = checked_threads(n_threads)
     chosen = WeightOptions.checked(weights, alpha, eta_convex)
     excess = max(1, round(1000 * checked_number(imbalance, "imbalance", zero=False)))
-    metis = _import_pymetis()
+    metis = import_extra("pymetis", "a partition by METIS", "reproduce")
     cells = read_face_cells(mesh, n_segments, chosen, weld, threads)
     with timed(cells.timings, "partition"):
         labels = _partition(metis, cells, excess)
@@ -123,7 +121,7 @@ def metis_partition(
     return cells.segmentation(labels, threads)
 
 
-def _partition(metis: Any, cells: FaceCells, excess: int) -> npt.NDArray[np.int64]:
+def _partition(metis: Any, cells: FaceCells, excess: int) -> Longs:
     """Labels of all faces, component by component; some labels may not occur."""
     costs = _cutting_costs(cells)
     areas = cells.graph.measures
@@ -177,7 +175,7 @@ def _share_out(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
 
 def _divide(
     metis: Any, component: Component, areas: Floats, costs: Floats, n_parts: int, excess: int
-) -> npt.NDArray[np.int64]:
+) -> Longs:
     """Parts of the faces of one component, 0..n_parts - 1; `excess` is in thousandths."""
     n_faces = len(areas)
     if n_parts == 1:
@@ -214,12 +212,12 @@ def _cap(areas: Floats, n_parts: int) -> Floats:
 class _Pairs(NamedTuple):
     """Distinct neighbors of each face in CSR form, and the cost of a cut to each of them."""
 
-    offsets: npt.NDArray[Any]
-    neighbors: npt.NDArray[Any]
-    costs: npt.NDArray[Any]
+    offsets: Array
+    neighbors: Array
+    costs: Array
 
 
-def _merge_pairs(component: Component, costs: npt.NDArray[np.int64]) -> _Pairs:
+def _merge_pairs(component: Component, costs: Longs) -> _Pairs:
     """Merge parallel arcs between faces that share several edges."""
     n_faces = len(component.faces)
     sources = np.repeat(np.arange(n_faces), np.diff(component.offsets))
@@ -229,19 +227,11 @@ def _merge_pairs(component: Component, costs: npt.NDArray[np.int64]) -> _Pairs:
     return _Pairs(offsets, pairs % n_faces, np.bincount(pair_of_arc, costs))
 
 
-def _whole_numbers(values: Floats) -> npt.NDArray[np.int64]:
+def _whole_numbers(values: Floats) -> Longs:
     """Integers >= 1 in about the ratios of the values; all 1 if all values are 0."""
     total = values.sum()
     if total == 0:
         return np.ones(len(values), np.int64)
     scale = min(_MEAN_INTEGER * len(values), _LARGEST_SUM) / total
-    whole: npt.NDArray[np.int64] = np.maximum(1, np.rint(values * scale)).astype(np.int64)
+    whole: Longs = np.maximum(1, np.rint(values * scale)).astype(np.int64)
     return whole
-
-
-def _import_pymetis() -> Any:
-    try:
-        import pymetis
-    except ModuleNotFoundError:
-        raise MissingExtraError("a partition by METIS", "reproduce") from None
-    return pymetis

@@ -6,16 +6,16 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ... import _core
 from ..._timing import timed
+from ..._types import Floats, Ints, Longs, Singles
 from ..._validate import checked_count, checked_number, checked_threads
 from ...adapters.convert import MeshLike
 from ...cells.cell_graph import CellGraph
 from ...cells.weights import WeightName, WeightOptions, Weights
 from ...clustering.segmentation import Segmentation
-from ...errors import MissingExtraError
+from ...errors import import_extra
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
 
 SIGMA = 0.1
@@ -48,14 +48,11 @@ _ROTATION_TOL = 1e-9
 # these.
 _BYTES_PER_NEAR_PAIR = 32
 
-Floats = npt.NDArray[np.float64]
-Singles = npt.NDArray[np.float32]
-
 
 class _EmbeddedComponent(NamedTuple):
     """The leading eigenvectors of one component of the mesh."""
 
-    faces: npt.NDArray[np.int64]  # (n,)
+    faces: Longs  # (n,)
     eigenvalues: Singles  # (m,) descending; the first is 1
     vectors: Singles  # (n, m)
 
@@ -136,7 +133,7 @@ class AffinityEmbedding:
         )
         return cells.segmentation(labels, self._n_threads)
 
-    def _n_leading(self, k: int) -> npt.NDArray[np.int64]:
+    def _n_leading(self, k: int) -> Longs:
         """Number of the k leading vectors that each component has; always at least one."""
         counts = [len(component.eigenvalues) for component in self._components]
         owner = np.repeat(np.arange(len(counts)), counts)
@@ -295,7 +292,7 @@ def affinity_embedding(
     if reach is not None:
         reach = checked_number(reach, "reach", zero=False)
     max_memory = checked_number(max_memory, "max_memory", zero=False)
-    _import_scipy()
+    import_extra("scipy.linalg", "normalized cuts", "reproduce")
     cells = read_face_cells(mesh, n_vectors, chosen, weld, threads)
     components = cells.components()
     _check_memory(cells, max(len(c.faces) for c in components), reach, max_memory)
@@ -361,7 +358,7 @@ def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memor
         )
 
 
-def _path_lengths(graph: CellGraph, sources: npt.NDArray[np.int32], n_threads: int) -> Singles:
+def _path_lengths(graph: CellGraph, sources: Ints, n_threads: int) -> Singles:
     """Lengths of shortest paths from the given cells to all cells, in the unit of the weights."""
     ordered = graph.ordered(n_threads)
     lengths = _core.path_lengths(ordered, sources, graph.unit, n_threads)
@@ -449,7 +446,7 @@ def _highest(values: Floats, vectors: Floats, n: int) -> tuple[Singles, Singles]
     return values[: -n - 1 : -1].astype(np.float32), vectors[:, : -n - 1 : -1].astype(np.float32)
 
 
-def _discretize(vectors: Singles) -> npt.NDArray[np.int64]:
+def _discretize(vectors: Singles) -> Longs:
     """Label of each row of eigenvectors, (n, m): the nearest axis after rotation.
 
     Rows are scaled to unit length. Labels and rotation are fitted to each other in turn, which
@@ -482,11 +479,3 @@ def _pivoted_rotation(vectors: Floats) -> Floats:
     left, _, right = np.linalg.svd(vectors[pivots[: vectors.shape[1]]].T)
     rotation: Floats = left @ right
     return rotation
-
-
-def _import_scipy() -> None:
-    try:
-        import scipy.linalg
-        import scipy.sparse  # noqa: F401
-    except ModuleNotFoundError:
-        raise MissingExtraError("normalized cuts", "reproduce") from None

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ... import _core
 from ..._timing import timed
+from ..._types import Ints
 from ..._validate import (
     checked_callable,
     checked_choice,
@@ -191,6 +192,6 @@ def _relax(
     return max_num_iter, "max_num_iter"
 
 
-def _fingerprint(labels: npt.NDArray[np.int32]) -> bytes:
+def _fingerprint(labels: Ints) -> bytes:
     """128-bit hash of the labels. Equal labels have equal successors."""
     return hashlib.blake2b(labels.tobytes(), digest_size=16).digest()

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ... import __version__, metrics
+from ..._types import Bools, Floats, Ints
 from ...cells.face_graph import build_face_graph
 from ...cells.weights import superfacet_weights
 from ...mesh.faces import ends_of_sides
@@ -66,17 +66,17 @@ class Subject(NamedTuple):
     """A mesh, and the segments of its faces according to several people."""
 
     mesh: Mesh
-    truths: tuple[npt.NDArray[np.int32], ...]
+    truths: tuple[Ints, ...]
 
 
 class Creases(NamedTuple):
     """Sharp edges, as pairs of adjacent faces; each edge occurs in both directions."""
 
-    sources: npt.NDArray[np.int32]
-    targets: npt.NDArray[np.int32]
-    lengths: npt.NDArray[np.float64]
+    sources: Ints
+    targets: Ints
+    lengths: Floats
 
-    def share_between(self, labels: npt.NDArray[np.int32]) -> float | None:
+    def share_between(self, labels: Ints) -> float | None:
         """Return the fraction of the length along borders between regions; None without creases."""
         total = self.lengths.sum()
         between = labels[self.sources] != labels[self.targets]
@@ -112,7 +112,7 @@ def coarsened(subject: Subject) -> Subject:
     return Subject(coarse, tuple(truth[nearest] for truth in subject.truths))
 
 
-def _centroids(mesh: Mesh) -> npt.NDArray[np.float64]:
+def _centroids(mesh: Mesh) -> Floats:
     return np.asarray(mesh.vertices[mesh.faces].mean(axis=1))
 
 
@@ -121,7 +121,7 @@ def creases(mesh: Mesh) -> tuple[Creases, Creases]:
     faces = build_face_graph(mesh)
     unit = math.pi * faces.diagonal  # with this crease length, eq. 2 adds the angle in radians
 
-    def angles(eta_convex: float) -> npt.NDArray[np.float64]:
+    def angles(eta_convex: float) -> Floats:
         priced = superfacet_weights(
             mesh, faces, alpha=1.0, eta_convex=eta_convex, crease_length=unit
         )
@@ -133,7 +133,7 @@ def creases(mesh: Mesh) -> tuple[Creases, Creases]:
     ends = mesh.vertices[ends_of_sides(mesh, sources, faces.sides)]
     lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
 
-    def chosen(which: npt.NDArray[np.bool_]) -> Creases:
+    def chosen(which: Bools) -> Creases:
         return Creases(sources[which], faces.neighbors[which], lengths[which])
 
     return chosen(is_concave), chosen(is_convex)
@@ -203,13 +203,15 @@ class Task:
             labels = _labels(subject, case)
             seconds = time.process_time() - start
             values = metrics.evaluate(subject.mesh, labels, surface)
+            overlaps = [metrics.area_overlap(labels, truth, areas) for truth in subject.truths]
+            errors = [metrics.undersegmentation_error(overlap) for overlap in overlaps]
             return {
                 "model": case.source.number,
                 "scale": case.scale,
                 "faces": subject.mesh.n_faces,
                 "variant": case.variant,
                 "k": case.k,
-                "ue": _mean_error(labels, subject.truths, areas),
+                "ue": float(np.mean(errors)),
                 "compactness": values["compactness"],
                 "valleys": valleys.share_between(labels),
                 "ridges": ridges.share_between(labels),
@@ -221,15 +223,6 @@ class Task:
         return measure
 
 
-def _labels(subject: Subject, case: Case) -> npt.NDArray[np.int32]:
+def _labels(subject: Subject, case: Case) -> Ints:
     options: dict[str, Any] = dict(VARIANTS[case.variant])
     return segment(subject.mesh, case.k, n_threads=1, **options).labels
-
-
-def _mean_error(
-    labels: npt.NDArray[np.int32],
-    truths: Iterable[npt.NDArray[np.int32]],
-    areas: npt.NDArray[np.float64],
-) -> float:
-    overlaps = [metrics.area_overlap(labels, truth, areas) for truth in truths]
-    return float(np.mean([metrics.undersegmentation_error(overlap) for overlap in overlaps]))

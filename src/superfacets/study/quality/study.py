@@ -1,4 +1,4 @@
-"""The whole quality study: run what is missing, and write the results."""
+"""The whole quality study: make the missing runs, and write the results."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ...errors import MeshError, MissingExtraError
 from ...io.atomic import atomic_outputs, locked, remove_leftovers
 from ..princeton import Benchmark
 from ..sources import Source, find_models
 from ..table_writer import write_csv
-from ..tasks import Piece, memory_of_tasks, read_piece, run_tasks
+from ..tasks import Piece, memory_of_tasks, outcome_of, read_piece, run_tasks
 from .measure import KS, RESOLUTION_VARIANTS, SCALES, VARIANTS, Case, Task
 from .tables import Row, render_quality
+
+_RUN = ("model", "scale", "variant", "k")
+"""Columns of a row that identify its run."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,17 +55,9 @@ def study(options: Options) -> Report:
     """Measure all variants on the models, and some variants on some models at all scales.
 
     Rows go to ``runs.csv`` in the output folder, tables to ``tables.md``. If a run failed, its
-    model is left out of both at that scale, so that all means are over the same models.
-
-    Raises
-    ------
-    ValueError, OSError
-        If a model does not exist, the folders are not as they should be, or another start is using
-        the output.
-    MeshError
-        If no model has ground truths, or none could be measured.
-    MissingExtraError
-        If tabulate is not installed.
+    model is left out of both at that scale, so that all means are over the same models. A MeshError
+    if no model could be measured; a ValueError if a model does not exist, or another start is using
+    the output; a MissingExtraError without tabulate.
     """
     if importlib.util.find_spec("tabulate") is None:
         raise MissingExtraError("quality without tabulate", "reproduce")
@@ -76,14 +70,16 @@ def study(options: Options) -> Report:
     with locked(options.output):
         records = [piece.path for task in finer + main for piece in task.pieces]
         remove_leftovers([*files, *records], older_than=0.0)  # left by killed runs
-        todo = [task for task in map(_what_is_missing, finer + main) if task.pieces]
+        left = [[piece for piece in task.pieces if not _is_done(piece)] for task in finer + main]
+        todo = [Task(tuple(pieces)) for pieces in left if pieces]
         lost = run_tasks("tasks", todo, options.n_jobs, memory=memory_of_tasks())
         rows, failures = _collect(main, lost)
         resolution, more_failures = _collect(finer, lost)
         if not rows:
             raise MeshError(f"every model failed; the first: {failures[0]}")
         tables = render_quality({"rows": rows, "resolution": resolution, "ks": options.ks})
-        write_csv(files[0], _without_repeats(rows + resolution))
+        runs = {tuple(row[name] for name in _RUN): row for row in rows + resolution}
+        write_csv(files[0], list(runs.values()))  # runs of both parts are written once
         with atomic_outputs([files[1]]) as (partial,):
             partial.write_text(tables + "\n", encoding="utf-8")
     said = (*sources.problems, *problems, *failures, *more_failures)
@@ -118,13 +114,8 @@ def _tasks(
     return finer, [task(model, "x1", VARIANTS, ks) for model in models]
 
 
-def _what_is_missing(task: Task) -> Task:
-    return Task(tuple(piece for piece in task.pieces if not _is_done(piece)))
-
-
 def _is_done(piece: Piece) -> bool:
-    record = read_piece(piece)
-    return record is not None and "reason" not in record
+    return "reason" not in (read_piece(piece) or {"reason": "missing"})
 
 
 def _collect(tasks: Sequence[Task], lost: dict[Path, str]) -> tuple[list[Row], list[str]]:
@@ -132,7 +123,8 @@ def _collect(tasks: Sequence[Task], lost: dict[Path, str]) -> tuple[list[Row], l
     rows: list[Row] = []
     failures: list[str] = []
     for task in tasks:
-        records = [_record(piece, lost) for piece in task.pieces]
+        gone = {"reason": "its record is gone"}
+        records = [outcome_of(piece, lost) or gone for piece in task.pieces]
         reasons = [
             f"{piece.subject}: {record['reason']}"
             for piece, record in zip(task.pieces, records, strict=True)
@@ -141,15 +133,3 @@ def _collect(tasks: Sequence[Task], lost: dict[Path, str]) -> tuple[list[Row], l
         failures += reasons
         rows += [] if reasons else records
     return rows, failures
-
-
-def _record(piece: Piece, lost: dict[Path, str]) -> dict[str, Any]:
-    if piece.path in lost:
-        return {"reason": lost[piece.path]}
-    return read_piece(piece) or {"reason": "its record is gone"}
-
-
-def _without_repeats(rows: Iterable[Row]) -> list[Row]:
-    """Return rows without the duplicates of runs that are in both parts of the study."""
-    names = ("model", "scale", "variant", "k")
-    return list({tuple(row[name] for name in names): row for row in rows}.values())

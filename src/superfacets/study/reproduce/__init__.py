@@ -5,5 +5,5 @@
 - `gallery`: pictures of meshes. `plan`: all runs for the figures that are asked for.
 - `results`: curves and means of the records. `figures`: plots.
 - `page`: one page with everything, from the templates beside it.
-- `reproduction`: the stages in order. Options: `superfacets.cli.reproduce`.
+- `reproduction`: the stages in order. Options: `superfacets.cli.studies`.
 """

@@ -20,10 +20,7 @@ if TYPE_CHECKING:
 
 Color = tuple[float, float, float]
 
-_NAMES = {
-    "undersegmentation_error": "undersegmentation error",
-    "compactness": "compactness",
-}
+_NAMES = {"undersegmentation_error": "undersegmentation error", "compactness": "compactness"}
 
 _STYLE: dict[Any, Any] = {
     "font.size": 9,

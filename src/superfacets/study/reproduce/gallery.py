@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
-import numpy as np
-import numpy.typing as npt
-
+from ..._types import Bytes
 from ...errors import reason_of
 from ...io.atomic import atomic_outputs
 from ...mesh.faces import FaceMesh
@@ -67,44 +64,12 @@ def view_of(mesh: FaceMesh) -> View:
     return View(azimuth=25, up="y")
 
 
-def _large_meshes(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
-    """Figure 1: the large meshes of the user."""
-    return [Picture("1", "", mesh.name, Run(mesh, "superfacets", _ALPHA, k)) for mesh in meshes]
-
-
 def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
     """Return the runs whose times are in Table 1."""
     return [
         Run(mesh, method, METHODS[method].usual_alpha, k)
         for mesh in meshes
         for method in TABLE_METHODS
-    ]
-
-
-def _three_alphas(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
-    """Figure 2: the effect of alpha."""
-    return [
-        Picture("2", f"alpha = {alpha:g}", _title(model), Run(model, "superfacets", alpha, k))
-        for alpha in (0.0, 200.0, 1000.0)
-        for model in _shown(models, _ALPHA_CATEGORIES)
-    ]
-
-
-def _cuts_and_ours(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
-    """Figure 3: normalized cuts above superfacets."""
-    return [
-        Picture("3", METHODS[method].title, _title(model), Run(model, method, alpha, k))
-        for method, alpha in (("ncuts", _ALPHA), ("ncuts-sparse", _ALPHA), *_OURS)
-        for model in _shown(models, _CUTS_CATEGORIES)
-    ]
-
-
-def _vsa_and_ours(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
-    """Figure 8: the four variants of VSA above superfacets."""
-    return [
-        Picture("8", METHODS[method].title, _title(model), Run(model, method, alpha, k))
-        for method, alpha in (*((vsa, None) for vsa in _VSA), *_OURS)
-        for model in _shown(models, _VSA_CATEGORIES)
     ]
 
 
@@ -121,12 +86,33 @@ def _title(model: Source) -> str:
     return f"{model.name} ({model.category})"
 
 
-GALLERY: Mapping[str, Callable[[tuple[Source, ...], tuple[Source, ...], int], list[Picture]]] = (
-    MappingProxyType(
-        {"1": _large_meshes, "2": _three_alphas, "3": _cuts_and_ours, "8": _vsa_and_ours}
-    )
-)
-"""Function that returns the pictures of a figure, row by row, by the number of the figure."""
+_ROWS: Mapping[str, tuple[tuple[tuple[str, float | None], ...], tuple[str, ...]]] = {
+    "2": (tuple(("superfacets", alpha) for alpha in (0.0, 200.0, 1000.0)), _ALPHA_CATEGORIES),
+    "3": ((("ncuts", _ALPHA), ("ncuts-sparse", _ALPHA), *_OURS), _CUTS_CATEGORIES),
+    "8": ((*((vsa, None) for vsa in _VSA), *_OURS), _VSA_CATEGORIES),
+}
+"""Method and alpha of each row, and categories, of the figures that show models."""
+
+GALLERY = ("1", *_ROWS)
+"""Figures of pictures: large meshes, the effect of alpha, normalized cuts, and variants of VSA."""
+
+
+def pictures_of(
+    figure: str, models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
+) -> list[Picture]:
+    """Return the pictures of a figure, row by row."""
+    if figure == "1":
+        return [Picture("1", "", mesh.name, Run(mesh, "superfacets", _ALPHA, k)) for mesh in meshes]
+    rows, categories = _ROWS[figure]
+    return [
+        Picture(figure, _row_title(figure, *row), _title(model), Run(model, *row, k))
+        for row in rows
+        for model in _shown(models, categories)
+    ]
+
+
+def _row_title(figure: str, method: str, alpha: float | None) -> str:
+    return f"alpha = {alpha:g}" if figure == "2" else METHODS[method].title
 
 
 _SIZE = (640, 480)
@@ -159,12 +145,7 @@ class Drawing:
         """Draw and write the picture; return the reason if that failed, otherwise None."""
         try:
             mesh, _ = load(self.picture.run.source)
-            pixels = render(
-                mesh,
-                unpack_labels(self.labels),
-                size=_SIZE,
-                view=view_of(mesh),
-            )
+            pixels = render(mesh, unpack_labels(self.labels), size=_SIZE, view=view_of(mesh))
             _write(picture_path(self.folder, self.picture), pixels, self.key)
         except Exception as error:  # any error is reported, and the other pictures are drawn
             return reason_of(error)
@@ -188,7 +169,7 @@ def is_drawn(drawing: Drawing) -> bool:
         return False
 
 
-def _write(path: Path, pixels: npt.NDArray[np.uint8], key: str) -> None:
+def _write(path: Path, pixels: Bytes, key: str) -> None:
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 

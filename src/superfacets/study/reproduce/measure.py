@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ... import __version__
+from ..._types import Ints
 from ...clustering.segmentation import Segmentation
 from ...metrics import evaluate
 from ..sources import Source, load
@@ -133,11 +133,11 @@ def _facts(result: Segmentation) -> dict[str, Any]:
     }
 
 
-def pack_labels(labels: npt.NDArray[np.int32]) -> str:
+def pack_labels(labels: Ints) -> str:
     """Return labels as base64 text of their compressed bytes."""
     return base64.b64encode(zlib.compress(labels.astype("<i4").tobytes(), 9)).decode()
 
 
-def unpack_labels(text: str) -> npt.NDArray[np.int32]:
+def unpack_labels(text: str) -> Ints:
     """Return the labels that were packed by `pack_labels`."""
     return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<i4").astype(np.int32)

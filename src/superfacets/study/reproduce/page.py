@@ -47,7 +47,7 @@ _PICTURE_TEXTS = {
 
 _CURVE_TEXTS = {
     "4": "Superfacets and normalized cuts",
-    "6": "Our weights and those of Shlafman, Tal and Katz",
+    "6": "Our weights, and the weights of Shlafman, Tal and Katz",
     "7": "Superfacets and Variational Shape Approximation",
     "rivals": "All methods, each at its usual alpha",
 }
@@ -81,13 +81,7 @@ class Files:
 
 
 def write_page(path: Path, results: Results, files: Files) -> None:
-    """Write the page. Needs Jinja2 and tabulate.
-
-    Raises
-    ------
-    OSError
-        If the page cannot be written.
-    """
+    """Write the page. Needs Jinja2 and tabulate."""
     sections = [
         _summary(results),
         *(_figure(figure, results, files) for figure in results.plan.choice.figures),
@@ -328,19 +322,16 @@ def _method_rows(results: Results) -> list[list[str]]:
         [
             METHODS[method].title,
             method,
-            ", ".join(sorted({_alpha(run) for run in runs if run.method == method}, key=_size)),
+            _alphas({run.alpha for run in runs if run.method == method}),
             str(sum(run.method == method for run in results.done)),
         ]
         for method in dict.fromkeys(run.method for run in runs)
     ]
 
 
-def _alpha(run: Run) -> str:
-    return "-" if run.alpha is None else f"{run.alpha:g}"
-
-
-def _size(text: str) -> float:
-    return -1.0 if text == "-" else float(text)
+def _alphas(values: set[float | None]) -> str:
+    ordered = sorted(values, key=lambda alpha: -1.0 if alpha is None else alpha)
+    return ", ".join("-" if alpha is None else f"{alpha:g}" for alpha in ordered)
 
 
 def _seconds(value: float) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ..princeton import CATEGORIES
 from ..sources import Source, Sources
-from .gallery import GALLERY, Picture, table_runs
+from .gallery import GALLERY, Picture, pictures_of, table_runs
 from .measure import Run
 from .methods import METHODS, Method
 
@@ -67,20 +67,14 @@ class Plan:
 
 
 def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
-    """Return the runs and pictures for the chosen figures.
-
-    Raises
-    ------
-    ValueError
-        If nothing is left to run.
-    """
+    """Return the runs and pictures for the chosen figures; a ValueError if there are none."""
     ranks = _ranks(models.found)
     chosen = tuple(m for m in models.found if not choice.is_subset or ranks[m] == 0)
     pictures = tuple(
         picture
         for figure in choice.figures
         if figure in GALLERY
-        for picture in GALLERY[figure](chosen, meshes.found, choice.k)
+        for picture in pictures_of(figure, chosen, meshes.found, choice.k)
         if picture.run.method in choice.methods and _accepts(picture.run, ranks, choice)
     )
     runs = {picture.run for picture in pictures}

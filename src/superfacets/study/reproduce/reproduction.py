@@ -64,15 +64,9 @@ class Report:
 def reproduce(options: Options) -> Report:
     """Make the missing runs, and write tables, plots, pictures and the page.
 
-    Raises
-    ------
-    MeshError
-        If no run succeeded.
-    ValueError, OSError
-        If the folders are not as they should be, or another start is using the output.
-    MissingExtraError, RenderError
-        If the chosen figures need something that this machine lacks; this is checked before any
-        run.
+    A MeshError if no run succeeded; a ValueError if another start is using the output. A
+    MissingExtraError or RenderError, before any run, if the figures need something that is not
+    installed.
     """
     start = time.monotonic()
     plan = _plan(options)

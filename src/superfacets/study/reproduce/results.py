@@ -12,7 +12,7 @@ import numpy as np
 
 from ..sources import Source
 from ..table_writer import write_csv
-from ..tasks import Piece, Record, read_piece
+from ..tasks import Piece, Record, outcome_of
 from .measure import Run
 from .methods import METHODS
 from .plan import CURVES, Plan
@@ -69,53 +69,45 @@ class Results:
 
     def reasons(self) -> list[str]:
         """Return a line for each method and reason of failure, with the names of the meshes."""
-        runs: dict[tuple[str, str], list[Run]] = defaultdict(list)
-        for run, reason in self.failed.items():
-            runs[run.method, reason].append(run)
         return [
-            f"{method} on {_names(of_reason)} ({len(of_reason)} runs): {reason}"
-            for (method, reason), of_reason in runs.items()
+            f"{_runs_of(method, runs)}: {reason}"
+            for (method, reason), runs in _grouped(
+                {run: (run.method, reason) for run, reason in self.failed.items()}
+            ).items()
         ]
 
     def not_started(self) -> list[str]:
         """Return a line for each method that has missing runs, with the names of the meshes."""
-        runs: dict[str, list[Run]] = defaultdict(list)
-        for run in self.missing:
-            runs[run.method].append(run)
-        return [
-            f"{method} on {_names(of_method)} ({len(of_method)} runs)"
-            for method, of_method in runs.items()
-        ]
+        runs = _grouped({run: run.method for run in self.missing})
+        return [_runs_of(method, of_method) for method, of_method in runs.items()]
 
 
-def _names(runs: Iterable[Run]) -> str:
+def _grouped(keys: Mapping[Run, Any]) -> dict[Any, list[Run]]:
+    """The runs of each key."""
+    groups: dict[Any, list[Run]] = defaultdict(list)
+    for run, key in keys.items():
+        groups[key].append(run)
+    return groups
+
+
+def _runs_of(method: str, runs: Sequence[Run]) -> str:
     names = dict.fromkeys(run.source.name for run in runs)
-    return ", ".join(names)
+    return f"{method} on {', '.join(names)} ({len(runs)} runs)"
 
 
 def collect(
     plan: Plan, pieces: Mapping[Run, Piece], pictured: frozenset[Run], lost: Mapping[Path, str]
 ) -> Results:
-    """Read the records of all runs of a plan.
+    """Read the records of all runs of a plan, given the piece of each run.
 
-    Parameters
-    ----------
-    plan : Plan
-    pieces : mapping
-        From runs to their pieces, which name the records.
-    pictured : frozenset of Run
-        Runs whose labels are wanted: a record without labels does not count.
-    lost : mapping
-        Reasons why records could not be written, by path.
+    Runs of `pictured` need labels: their records without labels do not count. `lost` holds the
+    reasons why records could not be written, by path.
     """
     done: dict[Run, Record] = {}
     failed: dict[Run, str] = {}
     for run in plan.runs:
-        piece = pieces[run]
-        record = read_piece(piece)
-        if piece.path in lost:
-            failed[run] = lost[piece.path]
-        elif record is not None and "reason" in record:
+        record = outcome_of(pieces[run], lost)
+        if record is not None and "reason" in record:
             failed[run] = record["reason"]
         elif record is not None and (run not in pictured or "labels" in record):
             done[run] = record

@@ -1,0 +1,39 @@
+"""
+Regions of equal size
+=====================
+
+Ask for equal areas, for a largest area, or for an exact number of faces in each region.
+"""
+
+import numpy as np
+
+import superfacets as sf
+
+# sphinx_gallery_thumbnail_number = 2
+mesh = sf.sample_mesh(20_000)
+usual = sf.segment(mesh, 60)
+equal = sf.segment(mesh, 60, balance=1)
+titles = ["default", "balance=1"]
+sf.plot(mesh, usual.labels, compare=[equal.labels], titles=titles, size=(480, 480))
+
+# %%
+# Equal areas cost some accuracy: borders cannot follow every crease.
+
+for name, result in (("default", usual), ("balance=1", equal)):
+    areas = result.regions.areas
+    print(f"{name}: areas vary by {areas.std() / areas.mean():.0%}")
+
+# %%
+# ``max_measure`` is the largest area that a region may have, for patches that must fit
+# somewhere.
+
+most = 1.2 * equal.regions.areas.mean()
+print(sf.segment(mesh, 60, max_measure=most).regions.areas.max() <= most)
+
+# %%
+# ``cells_per_region`` gives each region the same number of faces, as networks on patches need.
+# All but one region have 64.
+
+patches = sf.segment(mesh, cells_per_region=64)
+print(np.unique(np.bincount(patches.labels), return_counts=True))
+sf.plot(mesh, patches)

@@ -1,0 +1,57 @@
+"""
+A terrain, in memory and in tiles
+=================================
+
+Divide a height field into slopes and hills, then do the same with little memory.
+"""
+
+import numpy as np
+
+import superfacets as sf
+
+
+def terrain(n=220):
+    """Return ridges and valleys on a square of 100 by 100 meters, z up."""
+    rng = np.random.default_rng(4)
+    frequency = np.fft.fftfreq(n, 1 / n)
+    length = np.hypot(frequency[:, None], frequency[None, :])
+    length[0, 0] = np.inf
+    waves = np.fft.fft2(rng.normal(size=(n, n))) / length**2.2
+    hills = np.fft.ifft2(waves).real
+    heights = 12 * np.abs(hills / hills.std())
+    x, y = np.meshgrid(np.linspace(0, 100, n), np.linspace(0, 100, n), indexing="ij")
+    return grid(np.stack([x, y, heights], axis=2))
+
+
+def grid(points):
+    """Return the surface of a grid of points, shape (rows, columns, 3)."""
+    rows, columns = points.shape[:2]
+    index = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
+    faces = [np.stack(corners, axis=2).reshape(-1, 3) for corners in ((a, b, c), (a, c, d))]
+    return sf.Mesh(points.reshape(-1, 3), np.concatenate(faces))
+
+
+# %%
+# Borders follow the bottoms of valleys, so a region is one slope or one hill. A larger
+# ``alpha`` makes them follow fainter valleys.
+
+mesh = terrain()
+result = sf.segment(mesh, 250, alpha=60)
+view = sf.View(up="z", elevation=45)
+sf.plot(mesh, result, view=view)
+
+# %%
+# The mean height of each region:
+
+height = sf.pool(mesh.vertices[:, 2], result.labels, cells=mesh)
+sf.plot(mesh, result, color_by=height, scale_title="meters", view=view)
+
+# %%
+# ``segment_tiled`` makes the same labels with a part of the mesh in memory at a time. The
+# source may be a file, a folder of files, or arrays on the disk. Here a tile has 16,384 faces,
+# and labels are written to a file.
+
+tiled = sf.segment_tiled(mesh, 250, alpha=60, tile_size=16_384, out="terrain.npy")
+is_same = np.load("terrain.npy", mmap_mode="r") == result.labels
+print(f"{is_same.mean():.0%} of {mesh.n_faces:,} labels are the same")

@@ -1,0 +1,29 @@
+"""What sphinx-gallery calls while it builds the gallery: order of examples, pictures of plots."""
+
+from typing import Any
+
+from sphinx_gallery.scrapers import figure_rst
+
+import superfacets as sf
+
+ORDER = [
+    "first_segmentation", "creases_and_noise", "cad_part", "point_cloud", "colors", "polygons",
+    "tetrahedra", "terrain_in_tiles", "region_graph", "levels", "cut_and_lay_flat", "balance",
+    "evaluate", "own_graph",
+]  # fmt: skip
+
+
+def position(filename: str) -> int:
+    """The place of an example in the gallery."""
+    return ORDER.index(filename.removesuffix(".py"))
+
+
+def save_plot(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
+    """Save the plot that a block of code ends with, as a notebook shows it."""
+    names = block_vars["example_globals"]
+    plot = names.get("___")
+    if not isinstance(plot, sf.Plot) or plot is names.get("_saved"):  # of an earlier block
+        return ""
+    names["_saved"] = plot
+    path = plot.save(next(block_vars["image_path_iterator"]))
+    return figure_rst([path], gallery_conf["src_dir"])

@@ -1,0 +1,136 @@
+"""The commands ``superfacets reproduce``, ``quality`` and ``superpoints``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .._validate import checked_threads
+from .failures import print_notes
+from .options import (
+    COUNT,
+    EXISTING_FOLDER,
+    FLAG,
+    FOLDER,
+    NOT_NEGATIVE,
+    Count,
+    numbers,
+    option,
+    options,
+)
+
+if TYPE_CHECKING:
+    from ..study.reproduce.reproduction import Report
+
+_results_option = option("-o --output OUT", FOLDER, "Folder for the results.", required=True)
+_jobs_option = option("--jobs n_jobs", COUNT, "Processes.  [default: one per core]")
+
+
+@click.command("reproduce")
+@click.argument("benchmark", type=EXISTING_FOLDER)
+@options(
+    _results_option,
+    option("--subset is_subset", FLAG,
+           "Only the smallest model of each category, k = 50, 150, 300, and fewer alphas."),
+    option("--figures LIST", None, "Only these, as 4,6 (1 to 8, rivals)."),
+    option("--methods LIST", None, "Only these, as superfacets,stk02."),
+    option("--ks LIST", None, "Numbers of regions, as 50,150.", callback=numbers),
+    option("--meshes DIR", EXISTING_FOLDER, "Large meshes for Figure 1 and Table 1."),
+    option("--budget-minutes", NOT_NEGATIVE,
+           "Begin no task after so many minutes. Pictures and plots come on top."),
+    _jobs_option,
+)  # fmt: skip
+def reproduce_command(
+    benchmark: Path, output: Path, is_subset: bool, figures: str | None, methods: str | None,
+    ks: tuple[int, ...] | None, meshes: Path | None, budget_minutes: float | None,
+    n_jobs: int | None,
+) -> None:  # fmt: skip
+    """Repeat the paper's comparison on the Princeton benchmark.
+
+    BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT: a
+    second start runs only missing and failed runs. OUT/index.html shows everything.
+    """
+    from ..study.reproduce.methods import METHODS
+    from ..study.reproduce.plan import FIGURES, KS, SUBSET_KS, Choice
+    from ..study.reproduce.reproduction import Options, reproduce
+
+    choice = Choice(
+        figures=_names(figures, FIGURES, "figures"),
+        methods=_names(methods, tuple(METHODS), "methods"),
+        ks=ks or (SUBSET_KS if is_subset else KS),
+        is_subset=is_subset,
+    )
+    budget = None if budget_minutes is None else 60 * budget_minutes
+    chosen = Options(
+        benchmark=benchmark, output=output, meshes=meshes, choice=choice, budget_seconds=budget,
+        n_jobs=checked_threads(n_jobs),
+    )  # fmt: skip
+    _tell(reproduce(chosen))
+
+
+@click.command("quality")
+@click.argument("benchmark", type=EXISTING_FOLDER)
+@options(
+    _results_option,
+    option("--ks LIST", None, "Numbers of regions.  [default: 50 to 300]", callback=numbers),
+    option("--models LIST", None, "Only these, as 5,125,397.", callback=numbers),
+    option("--every", COUNT, "Step through the models: 2 takes every second one.", default=1),
+    option("--finer n_finer", Count(0), "Models that are subdivided and decimated, too.",
+           default=10),
+    _jobs_option,
+)  # fmt: skip
+def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any) -> None:
+    """Compare variants of the method on the Princeton benchmark.
+
+    BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT: a
+    second start runs only missing and failed runs. Tables are printed, and written to
+    OUT/tables.md; OUT/runs.csv has a row for every run.
+    """
+    from ..study.quality.measure import KS
+    from ..study.quality.study import Options, study
+
+    report = study(Options(ks=ks or KS, n_jobs=checked_threads(n_jobs), **given))
+    print_notes(report.problems)
+    click.echo(report.tables)
+
+
+@click.command("superpoints")
+@click.argument("rooms", type=EXISTING_FOLDER)
+def superpoints_command(rooms: Path) -> None:
+    """Compare superpoints with the segments of ScanNet's segmenter.
+
+    ROOMS is a folder of .npz files. Each holds vertices, faces, instances (the true object of each
+    vertex) and felzenszwalb (the segments of ScanNet's segmenter). A superpoint takes the object of
+    most of its vertices; the table has the share of vertices that are then wrong, and the IoU of
+    objects.
+    """
+    from ..study.superpoints import study
+
+    click.echo(study(rooms.glob("*.npz")))
+
+
+def _names(text: str | None, known: tuple[str, ...], what: str) -> tuple[str, ...]:
+    """Names from a comma-separated list, in the order of `known`."""
+    if text is None:
+        return known
+    wanted = [name.strip() for name in text.split(",")]
+    for name in wanted:
+        if name not in known:
+            raise click.UsageError(f"--{what}: there is no {name!r}, only {', '.join(known)}")
+    return tuple(name for name in known if name in wanted)
+
+
+def _tell(report: Report) -> None:
+    """Print problems on stderr and results on stdout."""
+    results: Any = report.results
+    print_notes(results.plan.problems)
+    print_notes(f"failed: {line}" for line in results.reasons())
+    print_notes(f"not drawn: {line}" for line in report.picture_problems)
+    print_notes(f"not started within the budget: {line}" for line in results.not_started())
+    counts = (len(results.done), len(results.failed), len(results.missing))
+    click.echo(
+        "{} runs done, {} failed, {} not started".format(*counts)
+        + f"; this start took {report.seconds:.1f} seconds\nwrote {report.page}"
+    )
