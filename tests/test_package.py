@@ -5,11 +5,13 @@ import dataclasses
 import doctest
 import importlib
 import inspect
+import json
 import pkgutil
 import re
 import subprocess
 import sys
 import textwrap
+from importlib.metadata import files
 from itertools import pairwise
 from pathlib import Path
 
@@ -176,3 +178,24 @@ def test_the_types_of_the_core_are_those_it_has(tmp_path):
     subprocess.run([sys.executable, *command], check=True)
     committed = Path(superfacets.__file__).with_name("_core.pyi")
     assert committed.read_text() == stub.read_text()
+
+
+def test_the_package_lists_what_is_compiled_into_it():
+    (path,) = (path for path in files("superfacets") if path.parent.name == "sboms")
+    document = json.loads(path.read_text())
+    assert document["metadata"]["component"]["version"] == superfacets.__version__
+    found = {part["name"]: part["version"] for part in document["components"]}
+    assert found.keys() == {"nanobind", "robin-map"}
+    assert all(re.fullmatch(r"\d+\.\d+\.\d+", number) for number in found.values())
+    used = {name for one in document["dependencies"] for name in one["dependsOn"]}
+    assert used == {part["bom-ref"] for part in document["components"]}
+
+
+def test_the_version_is_the_same_everywhere():
+    root = Path(__file__).resolve().parents[1]
+    for name, pattern in (
+        ("CITATION.cff", r"^version: (\S+)$"),
+        ("recipe/recipe.yaml", r'version: "(.+)"'),
+    ):
+        (found,) = re.findall(pattern, (root / name).read_text(encoding="utf-8"), re.MULTILINE)
+        assert found == superfacets.__version__.removesuffix(".dev0"), name

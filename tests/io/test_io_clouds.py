@@ -351,7 +351,9 @@ def test_clouds_are_no_meshes(cloud, tmp_path):
         read_mesh(tmp_path / "a.ply")
     with pytest.raises(MeshError, match="a point cloud has no faces"):
         as_mesh(cloud)
-    with pytest.raises(MeshError, match=r"points are written as \.ply, \.csv, \.las or \.laz"):
+    with pytest.raises(
+        MeshError, match=r"points are written as \.ply, \.csv, \.pcd, \.las or \.laz"
+    ):
         write_mesh(tmp_path / "a.vtp", cloud)
     with pytest.raises(MeshError, match="faces are written as"):
         write_mesh(tmp_path / "a.csv", sample_mesh(5000))

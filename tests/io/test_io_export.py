@@ -121,7 +121,7 @@ class TestScanNet:
     def test_ids_that_float32_does_not_hold_are_refused(self, tmp_path):
         write_labels(tmp_path / "a.segs.json", [2**24 - 1])
         for ending in (".segs.json", ".aggregation.json"):
-            with pytest.raises(MeshError, match=r"segment 16777216 is too high"):
+            with pytest.raises(MeshError, match=r"label 16777216 is too high"):
                 write_labels(tmp_path / f"b{ending}", [2**24, 0])
 
     def test_labels_are_checked_before_a_file_is_made(self, square, tmp_path):

@@ -234,7 +234,10 @@ def test_an_empty_file_is_refused(refuse, name):
 
 @pytest.mark.parametrize(("name", "ending"), [("a.json", ".json"), ("a", "none")])
 def test_an_unknown_ending_is_refused(refuse, name, ending):
-    endings = ".npy, .ply, .seg, .txt, .vtp, .csv, .e57, .las, .laz, .xyz, .mesh, .msh, .vtk, .vtu"
+    endings = (
+        ".npy, .ply, .seg, .txt, .vtp, .csv, .e57, .las, .laz, .pcd, .xyz, .mesh, .msh, .vtk, .vtu"
+        ", .label.gii, .annot"
+    )
     refuse(name, b"1\n", f"expected the ending {endings}, got {ending}")
     assert ", ".join(LABEL_ENDINGS) == endings
 

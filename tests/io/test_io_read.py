@@ -23,7 +23,8 @@ def test_an_empty_file_is_refused(refuse, ending):
     [("a.step", ".step: convert the file first"), ("a", "none"), (".ply", "none")],
 )
 def test_an_unknown_ending_is_refused(refuse, name, got):
-    endings = ".glb, .gltf, .b3dm, .obj, .off, .ply, .stl, .tri, .vtp, .mesh, .msh, .vtk, .vtu"
+    endings = ".glb, .gltf, .b3dm, .obj, .off, .ply, .stl, .tri, .vtp, .gii, .white, .pial"
+    endings += ", .inflated, .smoothwm, .orig, .sphere, .mesh, .msh, .vtk, .vtu"
     refuse(name, b"ply", f"expected the ending {endings}, got {got}")
 
 

@@ -177,9 +177,11 @@ def test_colors_that_are_wrong_are_refused(tmp_path, mesh, colors, message):
 
 def test_unknown_endings_are_refused(tmp_path, mesh):
     meshes = (
-        r"\.ply, \.vtp, \.obj, \.off, \.glb, \.ids\.png, \.stl, \.vtu, \.vtk, \.csv, \.las, \.laz"
+        r"\.ply, \.vtp, \.obj, \.off, \.glb, \.ids\.png, \.stl, \.vtu, \.vtk, \.csv"
+        r", \.pcd, \.las, \.laz"
     )
-    ids = r"\.segs\.json, \.bin, _sp_label\.npy, \.pth, \.sstk\.json, \.aggregation\.json"
+    ids = r"\.segs\.json, \.bin, _sp_label\.npy, \.pth, \.label\.gii, \.annot"
+    ids += r", \.sstk\.json, \.aggregation\.json"
     with pytest.raises(
         ValueError, match=rf"a\.dae: expected the ending {meshes}, {ids}, \.npz, got"
     ):

@@ -110,8 +110,8 @@ def _written_files(folder: Path) -> Iterator[Path]:
     table = np.random.default_rng(0).random((40, 3))
     large = sf.PointCloud(table, colors=table)
     for cells, endings in (
-        (mesh, (".vtp",)), (tets, (".vtu", ".vtk")), (cloud, (".ply", ".csv", ".las", ".laz")),
-        (large, (".las", ".laz")),
+        (mesh, (".vtp",)), (tets, (".vtu", ".vtk")),
+        (cloud, (".ply", ".csv", ".pcd", ".las", ".laz")), (large, (".las", ".laz")),
     ):  # fmt: skip
         for ending in endings:
             path = folder / f"written-{cells.n_cells}{ending}"

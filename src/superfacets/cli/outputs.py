@@ -49,7 +49,7 @@ TEXT_OUTPUTS = frozenset(
 CELL_OUTPUTS = frozenset((*MESH_OUTPUTS, *CLOUD_OUTPUTS))
 """Endings of files with the cells themselves; all others hold labels, or data made from labels."""
 
-ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk"))
+ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk", ".pcd"))
 """Endings of files that ``--ascii`` writes as text."""
 
 

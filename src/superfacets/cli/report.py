@@ -130,7 +130,7 @@ def notes_on_written(
     if attributes.left_out:
         notes.append(f"not kept of the input: {', '.join(attributes.left_out)}")
     replaced = names_replaced(attributes, of_points=of_points)
-    if of_points and ".ply" not in endings:  # LAS keeps colors
+    if of_points and {".ply", ".pcd"}.isdisjoint(endings):  # LAS keeps colors
         replaced = [name for name in replaced if name.endswith(" label")]
     if not of_points and {".ply", ".vtp"}.isdisjoint(endings):
         replaced = []

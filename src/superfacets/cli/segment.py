@@ -44,7 +44,7 @@ from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles,
     labels_named_option,
     output_option(
         "A .ply, .vtp, .obj, .stl, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of"
-        " a point cloud a .ply, .csv, .las or .laz), a .npy, .seg or .txt (labels), a .segs.json,"
+        " a point cloud a .ply, .csv, .pcd, .las, .laz), a .npy, .seg, .txt (labels), a .segs.json,"
         " .bin, _sp_label.npy or .pth (labels of vertices), a .sstk.json, .aggregation.json or .npz"
         " (graph of regions); may be given several times. Or a folder (results/) for the files of"
         " all inputs, or - for standard output.  [default: IN.superfacets.ply beside IN]"),

@@ -23,6 +23,7 @@ from .clouds import write_csv, write_las
 from .content import Content
 from .glb import write_glb
 from .obj import write_obj, write_off
+from .pcd import write_pcd
 from .ply import write_cloud_ply, write_ply
 from .stl import write_stl
 from .textures import write_ids
@@ -44,6 +45,7 @@ TET_WRITERS: Writers = {".vtu": write_vtu, ".vtk": write_vtk}
 CLOUD_WRITERS: Writers = {
     ".ply": write_cloud_ply,
     ".csv": write_csv,
+    ".pcd": write_pcd,
     ".las": write_las,
     ".laz": write_las,
 }
@@ -58,10 +60,10 @@ WRITERS: dict[str, Writers] = {
 other kinds have only label files."""
 
 MESH_OUTPUTS = (*TRIANGLE_WRITERS, *TET_WRITERS)
-CLOUD_OUTPUTS = (".csv", ".las", ".laz")
+CLOUD_OUTPUTS = (".csv", ".pcd", ".las", ".laz")
 """Endings of files that hold only point clouds."""
 
-ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".las", ".laz")
+ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz")
 """Endings of files for which attributes are read, to store them or to report what is lost."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)

@@ -19,8 +19,10 @@ from ..errors import MeshError
 from ..io.readers.labels import checked_labels
 from ..mesh.cells import Cells
 from .cells import FormatOptions
+from .cortex import write_cortex
 from .pyg import GRAPH_OUTPUTS, write_arrays
 from .scannet import (
+    check_ids,
     check_torch,
     scene_of,
     write_aggregation,
@@ -38,7 +40,10 @@ LABEL_OUTPUTS = (".npy", ".seg", ".txt")
 VERTEX_OUTPUTS = (".segs.json", ".bin", "_sp_label.npy", ".pth")
 """Endings of files with an id >= 0 per vertex."""
 
-ID_OUTPUTS = (*VERTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
+CORTEX_OUTPUTS = (".label.gii", ".annot")
+"""Endings of files with a label per vertex, or -1, and a table of colors and names."""
+
+ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,8 @@ class IdWriter:
                 raise MeshError("there is no region to make a graph of: all labels are -1")
             if ending == ".pth":
                 check_torch()
+            if ending in CORTEX_OUTPUTS:
+                check_ids(self.labels)
             if ending == ".sstk.json":
                 _check_triangles(self.cells)
             if ending == ".aggregation.json":
@@ -72,6 +79,9 @@ class IdWriter:
         if ending in GRAPH_OUTPUTS:
             self._write_graph(file)
             return
+        if ending in CORTEX_OUTPUTS:
+            self._write_cortex(file, ending)
+            return
         labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self.labels
         _write(file, ending, path, labels, self.options)
 
@@ -83,6 +93,17 @@ class IdWriter:
         ranks, _ = ranked_labels(self.labels)
         graph = region_graph(self.cells, ranks)
         write_arrays(file, graph.to_pyg())
+
+    def _write_cortex(self, file: IO[bytes], ending: str) -> None:
+        """Write labels of vertices, -1 where a vertex has none, in the colors of the regions."""
+        from ..pictures.colors import face_colors
+        from ..regions.vertices import vertex_labels
+
+        assert self.labels is not None
+        of_vertices = vertex_labels(self.cells, self.labels, method="creases")
+        regions, firsts = np.unique(self.labels, return_index=True)
+        shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
+        write_cortex(file, ending, of_vertices, face_colors(self.cells, self.labels)[shown])
 
     @property
     def n_lost(self) -> int:
@@ -111,6 +132,9 @@ def write_given_labels(
         _check_all_in_regions(checked, ending)
     if ending == ".pth":
         check_torch()
+    if ending in CORTEX_OUTPUTS:
+        check_ids(checked)
+        return lambda file, ending, path: write_cortex(file, ending, checked)
     return lambda file, ending, path: _write(file, ending, path, checked, FormatOptions())
 
 

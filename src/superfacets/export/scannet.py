@@ -93,7 +93,7 @@ def _segment_files_of(groups: Path, segments: Path) -> set[str]:
 
 def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) -> None:
     """Write the segment of each vertex, in one line without spaces."""
-    _check_ids(ids)
+    check_ids(ids)
     params = f'{{"params":{{"software":"superfacets","nSegments":{len(np.unique(ids))}}},"sceneId":'
     file.write(f'{params}{json.dumps(scene)},"segIndices":'.encode("ascii"))
     write_list(file, ids)
@@ -105,7 +105,7 @@ def write_aggregation(
     classes: Sequence[str] | None, scores: Sequence[float] | None = None,
 ) -> None:  # fmt: skip
     """Write a group for each segment, with the class and the score of the segment, if given."""
-    _check_ids(ids)
+    check_ids(ids)
     segments = np.unique(ids[ids >= 0]).tolist()
     names = [NO_CLASS] * len(segments) if classes is None else classes
     groups: list[dict[str, Any]] = [
@@ -127,10 +127,11 @@ def write_groups(file: IO[bytes], groups: Sequence[dict[str, Any]], scene: str) 
     file.write(json.dumps(document, separators=(",", ":")).encode("ascii"))
 
 
-def _check_ids(ids: npt.NDArray[np.integer]) -> None:
+def check_ids(ids: npt.NDArray[np.integer]) -> None:
+    """Raise a MeshError if an id is 2**24 or more."""
     highest = int(ids.max())
     if highest >= MAX_ID:
-        raise MeshError(f"segment {highest} is too high: readers of ScanNet take ids below 2**24")
+        raise MeshError(f"label {highest} is too high: readers of these files take ids below 2**24")
 
 
 def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> None:

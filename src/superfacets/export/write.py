@@ -65,10 +65,12 @@ def write_mesh(
         (a solid per region, or per class if there are `classes`; triangles only), ``.off``
         (colors) or ``.glb`` (ids and a table of regions). For a `TetMesh`, it ends in ``.vtu`` or
         ``.vtk``, which hold labels but no colors and attributes. For a `PointCloud`, it ends in
-        ``.ply``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz``; the last two need the extra
-        ``las``. Files derived from the labels end in ``.segs.json``, ``.bin``, ``_sp_label.npy`` or
-        ``.pth`` (which needs torch). They hold an id per vertex of the mesh, as by `vertex_labels`
-        with ``method="creases"`` and ``min_vertices=20``, or per point. Others end in
+        ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz``; the last two need
+        the extra ``las``. Files derived from the labels end in ``.segs.json``, ``.bin``,
+        ``_sp_label.npy`` or ``.pth`` (which needs torch). They hold an id per vertex of the mesh,
+        as by `vertex_labels` with ``method="creases"`` and ``min_vertices=20``, or per point. For
+        the cortex, ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer) hold a label per vertex, with
+        a table of colors and names, in which region i is i + 1, and 0 no region. Others end in
         ``.sstk.json`` (a label per triangle),
         ``.aggregation.json`` (a group per region) or ``.npz`` (the graph of `region_graph`, as by
         `write_graphs`). A file that exists is replaced once the new one is complete, and its
@@ -82,8 +84,8 @@ def write_mesh(
         Red, green, blue. If there are labels, the default is `face_colors`.
     attributes : MeshAttributes, optional
         Other properties of vertices and faces, from `read_attributes` or made by hand. Properties
-        are left out if the file itself has a property of that name, as above. Only PLY, VTP and LAS
-        store attributes.
+        are left out if the file itself has a property of that name, as above. Only PLY, VTP, PCD
+        and LAS store attributes.
     ascii : bool, default False
         Text instead of binary little-endian, for readers that need it.
     label_name : str, default "label"
@@ -156,11 +158,12 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     path : path-like
         Ends in ``.npy`` (int32), or in ``.seg`` or ``.txt`` (one integer per line, no header). For
         labels of vertices, it ends in ``.segs.json``, or in ``.bin``, ``_sp_label.npy`` or ``.pth``
-        (int64, renumbered without gaps); for labels of triangles, in ``.sstk.json``; for labels of
+        (int64, renumbered without gaps), or in ``.label.gii`` or ``.annot``, which allow -1 and
+        have a table of colors and names; for labels of triangles, in ``.sstk.json``; for labels of
         segments, in ``.aggregation.json`` (a group per label). A file that exists is replaced once
         the new one is complete, and its permissions are kept.
     labels : array_like of integers, shape (F,)
-        0 and up; -1 where a face is in no region, which formats of vertices do not allow.
+        0 and up; -1 where a face is in no region, which networks' formats of vertices do not allow.
         For ``.sstk.json`` also (n, F): nested levels, the finest first.
     force : bool, default False
         As for `write_mesh`.

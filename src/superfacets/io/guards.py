@@ -154,6 +154,14 @@ def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
     return rows
 
 
+def narrowed(column: Array) -> Array:
+    """Convert 64-bit integers to int32 if they fit, else to float64: attributes have 32 bits."""
+    if column.dtype.kind not in "iu" or column.itemsize < 8:
+        return column
+    fits = int(column.min()) >= -(2**31) and int(column.max()) < 2**31
+    return column.astype(np.int32 if fits else np.float64)
+
+
 def rotation_of(quaternion: Floats) -> Floats:
     """Rotation matrix of a unit quaternion (w, x, y, z)."""
     w, axis = quaternion[0], quaternion[1:]

@@ -1,4 +1,4 @@
-"""Readers of point clouds: PLY without faces, text, NPY, LAS, LAZ and E57."""
+"""Readers of point clouds: PLY without faces, text, NPY, LAS, LAZ, E57 and PCD."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from ..guards import Content, as_doubles, as_rows
 from .e57 import read_e57
 from .las import read_las
 from .npy import npy_array
+from .pcd import read_pcd
 from .ply import attributes_of
 from .ply_body import read_tables
 from .ply_header import parse_header
@@ -161,7 +162,17 @@ def _read_las(data: Content) -> CloudFile:
     return _cloud_of(columns, MeshAttributes(vertex=stored, las=frame))
 
 
-def _cloud_of(columns: dict[str, Array], attributes: MeshAttributes) -> CloudFile:
+def _read_pcd(data: Content) -> CloudFile:
+    found = read_pcd(data)
+    columns = {_OTHER_NAMES.get(name, name): values for name, values in found.columns.items()}
+    others = {name: values for name, values in columns.items() if name not in "xyz"}
+    attributes = MeshAttributes(vertex=others, left_out=found.left_out)
+    return _cloud_of(columns, attributes, found.viewpoint)
+
+
+def _cloud_of(
+    columns: dict[str, Array], attributes: MeshAttributes, viewpoint: Floats | None = None
+) -> CloudFile:
     def rows(names: Sequence[str], dtype: npt.DTypeLike) -> Array:
         return as_rows([columns[name] for name in names], dtype)
 
@@ -178,7 +189,7 @@ def _cloud_of(columns: dict[str, Array], attributes: MeshAttributes) -> CloudFil
         shades = 0.5 + _SPLAT_COLOR * rows(_SPLAT_COLORS, np.float64)
         colors = np.clip(shades, 0.0, 1.0) if np.isfinite(shades).all() else None
     axes = splat_axes(columns) if normals is None else None
-    return CloudFile(PointCloud(points, normals, colors, axes), attributes)
+    return CloudFile(PointCloud(points, normals, colors, axes, viewpoint), attributes)
 
 
 def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
@@ -222,6 +233,7 @@ CLOUD_READERS: dict[str, Callable[[Content], CloudFile]] = {
     ".npy": _read_npy,
     ".las": _read_las,
     ".laz": _read_las,
+    ".pcd": _read_pcd,
     ".e57": lambda data: CloudFile(*read_e57(data)),
 }
 

@@ -15,6 +15,7 @@ from ..._validate import refuse_first, refuse_mask
 from ...errors import MeshError
 from ..guards import Content, counted, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
+from .cortex import annot_labels, gifti_labels
 from .npy import npy_array, npy_header
 from .ply import has_ply_labels, read_ply_labels
 from .tets import TET_ENDINGS, tet_labels
@@ -40,7 +41,9 @@ def read_labels(
         ``.seg`` and ``.txt`` (one integer per line, no header), ``.ply`` (integer face property
         property ``label`` of the faces, which may be polygons, or of the vertices if there are no
         faces), ``.vtp``, ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh`` (integer cell data ``label``);
-        and the other formats of `read_cloud` (a column or dimension ``label``).
+        and the other formats of `read_cloud` (a column or dimension ``label``). ``.label.gii``
+        (GIFTI) and ``.annot`` (FreeSurfer) have a label of each vertex: the key or row of the table
+        less one, so that the first, which stands for no region, is -1.
     n_faces : int, optional
         Number of faces of the mesh; if given, the file must hold as many labels.
     name : str, default "label"
@@ -157,6 +160,8 @@ _READERS: dict[str, Callable[[Content, str], Array]] = {
     ".seg": _read_text,
     ".txt": _read_text,
     **{ending: partial(_read_found, ending=ending) for ending in _FINDERS},
+    ".label.gii": lambda data, name: gifti_labels(data),
+    ".annot": lambda data, name: annot_labels(data),
 }
 
 LABEL_ENDINGS = tuple(_READERS)

@@ -19,7 +19,7 @@ import numpy as np
 from ..._types import Array, Bytes
 from ...errors import MeshError, import_extra, reason_of
 from ..attributes import LasFrame, is_word
-from ..guards import Content, counted, shortened
+from ..guards import Content, counted, narrowed, shortened
 
 _MOST_COMPRESSED = 1000
 _SMALL = 64 << 20
@@ -205,10 +205,7 @@ def _scaled(column: Array, options: int, description: bytes) -> Array:
     if options & 24:
         with np.errstate(over="ignore", invalid="ignore"):
             return column * (scale if options & 8 else 1.0) + (offset if options & 16 else 0.0)
-    if column.dtype.kind in "iu" and column.itemsize == 8:  # PLY attributes have at most 32 bits
-        fits = int(column.min()) >= -(2**31) and int(column.max()) < 2**31
-        return column.astype(np.int32 if fits else np.float64)
-    return column
+    return narrowed(column)
 
 
 def _decompressed(data: Content, header: _Header) -> Bytes:

@@ -21,6 +21,7 @@ from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read_content
 from .b3dm import Placement, open_model
 from .clouds import CLOUD_READERS, holds_cloud
+from .cortex import SURFACE_ENDINGS, TRIANGLES, read_gifti, read_surface
 from .gltf import read_gltf
 from .gltf_texture import read_gltf_with_attributes
 from .obj import read_obj
@@ -39,6 +40,8 @@ _READERS: dict[str, Callable[[Content], Arrays]] = {
     ".stl": read_stl,
     ".tri": read_tri,
     ".vtp": read_vtp,
+    ".gii": read_gifti,
+    **dict.fromkeys(SURFACE_ENDINGS, read_surface),
 }
 
 _GLTF_ENDINGS = (".glb", ".gltf", ".b3dm")
@@ -52,6 +55,10 @@ ATTRIBUTE_ENDINGS = (*_ATTRIBUTE_READERS, *_GLTF_ENDINGS)
 MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
 """Endings of meshes and of point clouds."""
+
+_BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb", b"b3dm": ".b3dm",
+           TRIANGLES: SURFACE_ENDINGS[0]}  # fmt: skip
+"""Endings of files by their first bytes."""
 
 Parsed = TypeVar("Parsed")
 
@@ -74,7 +81,9 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
         ``.obj`` (Wavefront), ``.off`` (ASCII), ``.glb`` and ``.gltf`` (2.0; the extra
         ``compressed`` reads what Draco or meshopt compress), ``.b3dm`` (z up, without its
         RTC_CENTER), ``.vtp``, and ``.tri`` (vertex count, a line of x y z per vertex, triangle
-        count, a line of three indices from 0 per triangle); for tetrahedra ``.vtu``, ``.vtk``
+        count, a line of three indices from 0 per triangle); for the cortex ``.gii`` (GIFTI) and
+        FreeSurfer's ``.white``, ``.pial``, ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere``;
+        for tetrahedra ``.vtu``, ``.vtk``
         (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and ``.mesh`` (Medit, text). Triangle strips of a PLY
         become their triangles. Groups and objects become one mesh. All meshes of a glTF scene
         become one, in the order of the file, with a copy of a mesh for each node that shows it; the
@@ -133,16 +142,16 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         columns, as in PLY. Without names, the three columns after x, y and z are colors if all
         numbers are whole and 0 to 255, or normals if all have length 1. ``.npy``: an (N, 3) array,
         or one with more columns as in text. ``.las``. ``.laz``, which needs the extra ``las``: its
-        points may take 1,000 times the size of the file, or 64 MB if that is more. ``.e57``, which
-        needs the extra ``e57``: the points of all scans, one scan after the other, each moved to
-        its pose.
+        points may take 1,000 times the size of the file, or 64 MB if that is more. ``.pcd`` (text,
+        binary, compressed). ``.e57``, which needs the extra ``e57``: the points of all scans, one
+        scan after the other, each moved to its pose.
 
     Returns
     -------
     PointCloud
-        The points; for a mesh in a PLY file, its vertices. Points that an E57 file declares invalid
-        have no position: they are left out, and labels belong to the remaining points in their
-        order.
+        The points; for a mesh in a PLY file, its vertices. Points that an E57 file declares
+        invalid, and points of a PCD file whose coordinates are NaN, have no position: they are left
+        out, and labels belong to the remaining points in their order.
 
     Raises
     ------
@@ -310,14 +319,13 @@ def _mesh_of(arrays: Arrays) -> AnyMesh:
 
 def recognized_ending(data: Content) -> str | None:
     """Guess the ending of a file from its content; None if the format is unknown."""
-    if data[:4] in (b"ply\n", b"ply\r"):
-        return ".ply"
+    for begin, ending in _BEGINS.items():
+        if data[: len(begin)] == begin:
+            return ending
     if is_vtp(data):
         return ".vtp"
-    if data[:4] == b"glTF":
-        return ".glb"
-    if data[:4] == b"b3dm":
-        return ".b3dm"
+    if b"<GIFTI" in data[:1000]:
+        return ".gii"
     if has_binary_size(data):
         return ".stl"
     found = _FIRST_WORD.match(data)

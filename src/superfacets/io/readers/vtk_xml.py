@@ -117,16 +117,11 @@ class XmlFile:
 
     def _parse(self, text: bytes) -> None:
         parser = expat.ParserCreate()
-        parser.buffer_text = True
-        parser.buffer_size = 1 << 16
         parser.StartElementHandler = self._start
         parser.EndElementHandler = lambda _: self._path.pop()
         parser.CharacterDataHandler = self._characters
         parser.StartDoctypeDeclHandler = _refuse_doctype
-        try:
-            parser.Parse(text, True)
-        except expat.ExpatError as error:
-            raise MeshError(f"the XML is cut or damaged: {error}") from None
+        parse_xml(parser, text)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         depth = len(self._path)
@@ -220,7 +215,7 @@ class XmlFile:
         stored = np.dtype(NUMBER_TYPES[word])
         form = array.attributes.get("format", "ascii")
         if form == "ascii":
-            values = _parsed("".join(array.texts).encode(), stored)
+            values = parsed("".join(array.texts).encode(), stored)
             if len(values) != n:
                 n_found = len(values)
                 raise MeshError(f"expected {counted(n, 'number')}, got {n_found}: is the file cut?")
@@ -243,19 +238,19 @@ class XmlFile:
         """The decompressed bytes of an array; a MeshError if there are not `n_bytes`."""
         assert self._order is not None
         header, size = self._header.newbyteorder(self._order), self._header.itemsize
-        first = int(np.frombuffer(_first_bytes(data, size, is_base64), header)[0])
+        first = int(np.frombuffer(first_bytes(data, size, is_base64), header)[0])
         if not self._compressor:
             _check_size(first, n_bytes)
-            return _first_bytes(data, size + first, is_base64)[size:]
+            return first_bytes(data, size + first, is_base64)[size:]
         if not first:
             _check_size(0, n_bytes)
             return b""
         head = size * (3 + first)  # base64 encodes it apart from the blocks
-        sizes = np.frombuffer(_first_bytes(data, head, is_base64), header)[1:].tolist()
+        sizes = np.frombuffer(first_bytes(data, head, is_base64), header)[1:].tolist()
         full, last, packed = sizes[0], sizes[1] or sizes[0], sizes[2:]
         _check_size(full * (first - 1) + last, n_bytes)
         rest = data[_stored_size(head, is_base64) :]
-        blocks = memoryview(_first_bytes(rest, sum(packed), is_base64))
+        blocks = memoryview(first_bytes(rest, sum(packed), is_base64))
         content = bytearray()
         for place, n_packed in enumerate(packed):
             block, blocks = blocks[:n_packed], blocks[n_packed:]
@@ -279,11 +274,23 @@ class XmlFile:
         return content
 
 
+def parse_xml(parser: expat.XMLParserType, text: bytes) -> None:
+    """Parse a text with a parser whose handlers are set; a MeshError if it is no XML."""
+    parser.buffer_text = True
+    parser.buffer_size = 1 << 16
+    try:
+        parser.Parse(text, True)
+    except MeshError:
+        raise
+    except (expat.ExpatError, LookupError, ValueError) as error:  # also unknown encodings
+        raise MeshError(f"the XML is cut or damaged: {error}") from None
+
+
 def _stored_size(n: int, is_base64: bool) -> int:
     return 4 * -(-n // 3) if is_base64 else n
 
 
-def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
+def first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
     """The first `n` bytes; a MeshError, before memory is allocated, if there are fewer."""
     size = _stored_size(n, is_base64)
     if size > len(data):
@@ -303,7 +310,8 @@ def _refuse_doctype(*_: object) -> None:
     raise MeshError("the XML declares a document type, which files of VTK do not have")
 
 
-def _parsed(text: bytes, stored: np.dtype[Any]) -> Array:
+def parsed(text: bytes, stored: np.dtype[Any]) -> Array:
+    """The numbers of a text, as numbers of this type."""
     lines = split_lines(text)
     if stored.kind != "f":
         return as_integers(lines.parse_integers_or_floats(), "values")

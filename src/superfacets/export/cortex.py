@@ -1,0 +1,98 @@
+"""Writes labels of vertices for tools of the cortex: GIFTI, and annotations of FreeSurfer."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Iterator
+from typing import IO
+
+import numpy as np
+
+from .._types import Array, Bytes, Ints
+from ..pictures.colors import PALETTE
+
+_UNKNOWN = (25, 5, 25)
+"""FreeSurfer's color of vertices in no region."""
+
+_GIFTI = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<!DOCTYPE GIFTI SYSTEM "http://www.nitrc.org/frs/download.php/115/gifti.dtd">
+<GIFTI Version="1.0" NumberOfDataArrays="1">
+<MetaData/>
+<LabelTable>
+{table}
+</LabelTable>
+<DataArray Intent="NIFTI_INTENT_LABEL" DataType="NIFTI_TYPE_INT32" \
+ArrayIndexingOrder="RowMajorOrder" Dimensionality="1" Dim0="{n}" \
+Encoding="GZipBase64Binary" Endian="LittleEndian" ExternalFileName="" ExternalFileOffset="">
+<MetaData/>
+<Data>{data}</Data>
+</DataArray>
+</GIFTI>
+"""
+
+
+def write_cortex(file: IO[bytes], ending: str, labels: Ints, colors: Bytes | None = None) -> None:
+    """Write labels of vertices, -1 for those in no region, as ``.label.gii`` or ``.annot``.
+
+    `colors`, (K, 3), are those of the regions that occur, in the order of their labels; by default
+    those of the palette, in turn.
+    """
+    regions = np.unique(labels[labels >= 0])
+    if colors is None:
+        colors = PALETTE[np.arange(len(regions)) % len(PALETTE)]
+    write = _write_gifti if ending == ".label.gii" else _write_annot
+    write(file, labels, regions, colors)
+
+
+def _write_gifti(file: IO[bytes], labels: Ints, regions: Array, colors: Bytes) -> None:
+    """The key of a region is its label plus one; key 0 is ``???``, as usual, for no region."""
+    row = '<Label Key="{}" Red="{:.6g}" Green="{:.6g}" Blue="{:.6g}" Alpha="{}">{}</Label>'
+    rows = [row.format(0, 1, 1, 1, 0, "???")]
+    for region, color in zip(regions.tolist(), (colors / 255).tolist(), strict=True):
+        rows.append(row.format(region + 1, *color, 1, f"region_{region}"))
+    packed = zlib.compress((labels.astype("<i4") + 1).tobytes())
+    data = base64.b64encode(packed).decode("ascii")
+    file.write(_GIFTI.format(table="\n".join(rows), n=len(labels), data=data).encode("ascii"))
+
+
+def _write_annot(file: IO[bytes], labels: Ints, regions: Array, colors: Bytes) -> None:
+    """Regions are the rows of the color table from 1 on; row 0 is ``unknown``, for no region.
+
+    The file tells regions apart by their colors, so each has one of its own. Rows have no gaps,
+    which some readers do not know; the names have the labels.
+    """
+    table = np.array([_UNKNOWN, *_distinct(colors)], np.int64)
+    packed = table @ [1, 1 << 8, 1 << 16]
+    places = np.where(labels < 0, 0, np.searchsorted(regions, labels) + 1)
+    pairs = np.stack([np.arange(len(labels)), packed[places]], axis=1)
+    names = ["unknown", *(f"region_{region}" for region in regions.tolist())]
+    file.write(_integers(len(labels)) + pairs.astype(">i4").tobytes())
+    file.write(_integers(1, -2, len(names)) + _text("superfacets") + _integers(len(names)))
+    for row, (name, color) in enumerate(zip(names, table.tolist(), strict=True)):
+        file.write(_integers(row) + _text(name) + _integers(*color, 0))
+
+
+def _distinct(colors: Bytes) -> Iterator[tuple[int, ...]]:
+    """Yield the colors, with low bits changed so that all differ from each other and from black."""
+    taken, tried = {_UNKNOWN, (0, 0, 0)}, dict[tuple[int, ...], int]()
+    for color in map(tuple, colors.tolist()):
+        changed = color
+        while changed in taken:
+            tried[color] = tried.get(color, 0) + 1
+            changed = tuple(
+                channel ^ sum((tried[color] >> 3 * bit + place & 1) << bit for bit in range(8))
+                for place, channel in enumerate(color)
+            )
+        taken.add(changed)
+        yield changed
+
+
+def _integers(*numbers: int) -> bytes:
+    return np.array(numbers, ">i4").tobytes()
+
+
+def _text(text: str) -> bytes:
+    content = text.encode("ascii") + b"\0"
+    return _integers(len(content)) + content

@@ -1,0 +1,243 @@
+"""PCD of the Point Cloud Library: a header, then points as text, records or compressed columns."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ... import _core
+from ..._types import Array, Bools, Floats
+from ...errors import MeshError
+from ..attributes import is_word
+from ..guards import Content, as_doubles, counted, narrowed
+from .text import as_count, shown, split_lines
+
+_KINDS = {
+    f"{letter}{size}": f"<{letter.lower()}{size}"
+    for letter, sizes in (("I", (1, 2, 4, 8)), ("U", (1, 2, 4, 8)), ("F", (4, 8)))
+    for size in sizes
+}
+"""NumPy's type, by type and size in the header."""
+
+_DATA = re.compile(rb"^[ \t]*DATA[ \t]+(\S+)[^\n]*\n", re.MULTILINE)
+
+_PADDING = "_"
+"""Name of fields that only fill a record."""
+
+_MOST_COMPRESSED = 100
+"""LZF makes at most 264 bytes of 3."""
+
+_AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+"""The pose that programs write if they know none."""
+
+
+class _Field(NamedTuple):
+    name: str
+    dtype: np.dtype[Any]
+    length: int  # numbers per point
+
+
+class _Header(NamedTuple):
+    fields: list[_Field]
+    n_points: int
+    viewpoint: Floats | None  # (3,)
+    form: str
+    begin: int  # offset of the points
+
+    @property
+    def record_size(self) -> int:
+        """Bytes of a point."""
+        return sum(field.dtype.itemsize * field.length for field in self.fields)
+
+
+class PcdPoints(NamedTuple):
+    """The points of a file that have a position."""
+
+    columns: dict[str, Array]  # x, y, z and all other fields by name; colors as red, green, blue
+    viewpoint: Floats | None  # (3,) place of the scanner; None if it is at the origin, unturned
+    left_out: tuple[str, ...]  # contents that are not kept
+
+
+def read_pcd(data: Content) -> PcdPoints:
+    """Read all fields of the points. Points without a position (NaN) are left out.
+
+    Organized clouds, which have a point per pixel, have such points. If any is left out, the column
+    ``record`` has the index of each other point in the file.
+    """
+    header = _header_of(data)
+    read = {"ascii": _read_text, "binary": _read_records, "binary_compressed": _read_compressed}
+    if header.form not in read:
+        raise MeshError(f"expected DATA {', '.join(read)}, got {shown(header.form)}")
+    columns, left_out = {}, []
+    for field, values in zip(header.fields, read[header.form](data, header), strict=True):
+        name = field.name
+        if name == _PADDING:
+            continue
+        if name in columns or not is_word(name):
+            left_out.append(f"field {shown(name)}, whose name is taken or is no word of ASCII")
+            continue
+        columns[name] = values
+    columns = _with_positions(_with_colors(columns), left_out)
+    kept = {name: values if name in "xyz" else narrowed(values) for name, values in columns.items()}
+    return PcdPoints(kept, header.viewpoint, tuple(left_out))
+
+
+def _header_of(data: Content) -> _Header:
+    found = _DATA.search(data[: 1 << 16])
+    if found is None:
+        raise MeshError("the file has no line DATA, which ends the header of a PCD file")
+    words = {}
+    for line in data[: found.start()].decode("latin-1").splitlines():
+        key, *values = line.split("#")[0].split() or [""]
+        words[key] = values
+    names = words.get("FIELDS", words.get("COLUMNS", []))
+    sizes, kinds = words.get("SIZE", []), words.get("TYPE", [])
+    counts = words.get("COUNT", ["1"] * len(names))
+    if not len(names) == len(sizes) == len(kinds) == len(counts):
+        raise MeshError("FIELDS, SIZE, TYPE and COUNT of the header differ in length")
+    fields = [
+        _Field(name, _type_of(kind + size), as_count(count, "COUNT"))
+        for name, size, kind, count in zip(names, sizes, kinds, counts, strict=True)
+    ]
+    for axis in "xyz":
+        if [field.length for field in fields if field.name == axis] != [1]:
+            raise MeshError(f"the points of the file have no number {axis}")
+    return _Header(
+        [field for field in fields if field.length],
+        _n_points(words),
+        _viewpoint_of(words.get("VIEWPOINT", [])),
+        found[1].decode("latin-1").lower(),
+        found.end(),
+    )
+
+
+def _type_of(word: str) -> np.dtype[Any]:
+    if word not in _KINDS:
+        raise MeshError(f"expected numbers of a TYPE and SIZE like F 4, got {shown(word)}")
+    return np.dtype(_KINDS[word])
+
+
+def _n_points(words: dict[str, list[str]]) -> int:
+    """POINTS, which is WIDTH times HEIGHT; either may be missing."""
+    sides = [as_count("".join(words.get(key, ["1"])), key) for key in ("WIDTH", "HEIGHT")]
+    n_points = math.prod(sides)
+    given = as_count("".join(words["POINTS"]), "POINTS") if "POINTS" in words else n_points
+    if "WIDTH" in words and given != n_points:
+        raise MeshError(f"POINTS is {given}, but WIDTH times HEIGHT is {n_points}")
+    if not given:
+        raise MeshError("the file has no points")
+    return given
+
+
+def _viewpoint_of(words: list[str]) -> Floats | None:
+    try:
+        pose = tuple(map(float, words))
+    except ValueError:
+        raise MeshError(f"VIEWPOINT must be 7 numbers, got {shown(' '.join(words))}") from None
+    if len(pose) != 7 or pose == _AT_REST or not np.isfinite(pose).all():
+        return None
+    return np.array(pose[:3])
+
+
+def _read_text(data: Content, header: _Header) -> list[Array]:
+    lines = split_lines(data, begin=header.begin, comment=b"#")
+    width = sum(field.length for field in header.fields)
+    lines.refuse(lines.counts != width, f"expected {counted(width, 'number')}")
+    _check_points(len(lines), header)
+    table = lines[: header.n_points].parse(np.float64).reshape(-1, width)
+    ends = np.cumsum([field.length for field in header.fields])[:-1]
+    parts = np.split(table, ends, axis=1)
+    return [
+        _as_declared(part[:, 0] if field.length == 1 else part, field)
+        for field, part in zip(header.fields, parts, strict=True)
+    ]
+
+
+def _as_declared(values: Floats, field: _Field) -> Array:
+    """Convert decimals to the declared type; coordinates stay as they are."""
+    if field.name in ("x", "y", "z"):
+        return values
+    kind = field.dtype.kind
+    is_whole = np.all(values == np.floor(values))
+    # Text has packed colors as integers, whatever type the header declares.
+    if field.name in ("rgb", "rgba") and is_whole and (kind != "f" or values.max() >= 1):
+        return (values.astype(np.int64) & 0xFFFFFFFF).astype(np.uint32)
+    with np.errstate(invalid="ignore", over="ignore"):
+        declared = values.astype(field.dtype)
+    if kind != "f" and not np.array_equal(declared, values):
+        raise MeshError(
+            f"the field {field.name} must hold integers of {field.dtype.itemsize} bytes"
+        )
+    return declared
+
+
+def _read_records(data: Content, header: _Header) -> list[Array]:
+    _check_points((len(data) - header.begin) // header.record_size, header)
+    kinds = [(f"{i}", field.dtype, (field.length,)) for i, field in enumerate(header.fields)]
+    table = np.frombuffer(data, np.dtype(kinds), header.n_points, header.begin)
+    return [_flat(table[f"{i}"]) for i in range(len(kinds))]
+
+
+def _read_compressed(data: Content, header: _Header) -> list[Array]:
+    """Read columns, one after the other, that are compressed together."""
+    begin = header.begin + 8
+    sizes = np.frombuffer(data[header.begin : begin].ljust(8, b"\0"), "<u4").tolist()
+    packed = np.frombuffer(data, np.uint8, min(sizes[0], max(len(data) - begin, 0)), begin)
+    n_bytes = header.n_points * header.record_size
+    if len(packed) != sizes[0] or sizes[1] != n_bytes or n_bytes > _MOST_COMPRESSED * len(packed):
+        raise MeshError(
+            f"{counted(header.n_points, 'point')} take {n_bytes} bytes; the file declares"
+            f" {sizes[1]} in {sizes[0]} and has {len(packed)}: is it cut or damaged?"
+        )
+    content = _core.unpack_lzf(packed, n_bytes)
+    if len(content) != n_bytes:
+        raise MeshError("the compressed points are damaged")
+    columns, place = [], 0
+    for field in header.fields:
+        end = place + header.n_points * field.length * field.dtype.itemsize
+        columns.append(_flat(content[place:end].view(field.dtype).reshape(-1, field.length)))
+        place = end
+    return columns
+
+
+def _check_points(n_found: int, header: _Header) -> None:
+    """Raise a MeshError if there are fewer points than declared."""
+    if n_found < header.n_points:
+        raise MeshError(
+            f"the header declares {counted(header.n_points, 'point')} and the file holds"
+            f" {n_found}: is it cut?"
+        )
+
+
+def _flat(values: Array) -> Array:
+    """Copy columns of one number to one dimension."""
+    return np.ascontiguousarray(values[:, 0] if values.shape[1] == 1 else values)
+
+
+def _with_colors(columns: dict[str, Array]) -> dict[str, Array]:
+    """Replace packed colors by red, green and blue. The fourth byte, if any, is opacity."""
+    name = next((name for name in ("rgb", "rgba") if name in columns), None)
+    if name is None or columns[name].ndim != 1 or columns[name].itemsize != 4:
+        return columns
+    packed = columns[name].view(np.uint32)
+    colors = {
+        color: (packed >> shift & 255).astype(np.uint8)
+        for color, shift in (("red", 16), ("green", 8), ("blue", 0))
+    }
+    return {key: values for key, values in columns.items() if key != name} | colors
+
+
+def _with_positions(columns: dict[str, Array], left_out: list[str]) -> dict[str, Array]:
+    points = np.array([as_doubles(columns[axis]) for axis in "xyz"])
+    is_known: Bools = np.asarray(np.isfinite(points).all(axis=0))
+    records = np.flatnonzero(is_known).astype(np.int32)
+    if not len(records):
+        raise MeshError("no point of the file has a position")
+    if len(records) == len(is_known):
+        return columns
+    n_lost = len(is_known) - len(records)
+    left_out.append(counted(n_lost, "point") + " without a position")
+    return {name: values[records] for name, values in columns.items()} | {"record": records}

@@ -1,0 +1,230 @@
+"""GIFTI and FreeSurfer: surfaces and labels as nibabel writes and reads them; damaged files."""
+
+import random
+import struct
+
+import damage
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import (
+    MeshError,
+    face_colors,
+    read_labels,
+    read_mesh,
+    vertex_labels,
+    write_labels,
+    write_mesh,
+)
+from superfacets.io.readers.read import recognized_ending
+
+nibabel = pytest.importorskip("nibabel")
+gifti, freesurfer = nibabel.gifti, nibabel.freesurfer
+
+MESH = shapes.cube()
+SURFACE = np.float32(MESH.vertices), np.int32(MESH.faces)
+LABELS = np.arange(MESH.n_faces) // 2 * 3  # a region per side, with gaps
+
+
+def gifti_bytes(arrays, **options):
+    """A GIFTI file of arrays by intent."""
+    made = [
+        gifti.GiftiDataArray(
+            values, f"NIFTI_INTENT_{intent}", f"NIFTI_TYPE_{values.dtype.name.upper()}", **options
+        )
+        for intent, values in arrays.items()
+    ]
+    return gifti.GiftiImage(darrays=made).to_bytes()
+
+
+def surface_bytes(**options):
+    return gifti_bytes({"POINTSET": SURFACE[0], "TRIANGLE": SURFACE[1]}, **options)
+
+
+@pytest.fixture
+def freesurfer_file(tmp_path):
+    freesurfer.write_geometry(tmp_path / "lh.white", *SURFACE, create_stamp="made by a test")
+    return (tmp_path / "lh.white").read_bytes()
+
+
+@pytest.mark.parametrize("encoding", ["ASCII", "B64BIN", "B64GZ"])
+@pytest.mark.parametrize("options", [{}, {"endian": "big"}, {"ordering": "F"}])
+def test_surfaces_of_gifti(read, encoding, options):
+    if encoding == "ASCII" and "ordering" in options:
+        pytest.skip("nibabel writes text in the other order than it declares")
+    data = surface_bytes(encoding=encoding, **options)
+    mesh = read("cube.surf.gii", data)
+    assert np.array_equal(mesh.vertices, MESH.vertices)
+    assert np.array_equal(mesh.faces, MESH.faces)
+    assert recognized_ending(data) == ".gii"
+
+
+def test_surfaces_of_freesurfer(read, freesurfer_file):
+    for name in ("lh.white", "rh.pial", "LH.INFLATED"):
+        mesh = read(name, freesurfer_file)
+        assert np.array_equal(mesh.vertices, MESH.vertices)
+        assert np.array_equal(mesh.faces, MESH.faces)
+    assert recognized_ending(freesurfer_file) == ".white"
+    without_second_line = freesurfer_file.replace(b"\n\n", b"\n", 1)
+    assert np.array_equal(read("lh.orig", without_second_line).faces, MESH.faces)
+
+
+def test_labels_are_read_as_gifti_by_others(tmp_path):
+    path = tmp_path / "cube.label.gii"
+    write_mesh(path, MESH, LABELS)
+    image = nibabel.load(path)
+    of_vertices = read_labels(path)
+    assert np.array_equal(image.agg_data("NIFTI_INTENT_LABEL"), of_vertices + 1)
+    names = image.labeltable.get_labels_as_dict()
+    assert names[0] == "???"
+    assert {key: name for key, name in names.items() if key} == {
+        label + 1: f"region_{label}" for label in np.unique(of_vertices).tolist()
+    }
+    colors = {one.key: (one.red, one.green, one.blue) for one in image.labeltable.labels}
+    for label, color in zip(LABELS.tolist(), face_colors(MESH, LABELS) / 255, strict=True):
+        if label in of_vertices:
+            assert colors[label + 1] == pytest.approx(color, abs=1e-5)
+
+
+def test_labels_are_read_as_annotations_by_others(tmp_path):
+    path = tmp_path / "lh.cube.annot"
+    write_mesh(path, MESH, LABELS)
+    rows, table, names = freesurfer.read_annot(path)
+    of_vertices = vertex_labels(MESH, LABELS, method="creases")
+    assert [names[row] for row in rows] == [b"region_%d" % label for label in of_vertices]
+    assert names[0] == b"unknown"
+    assert len(np.unique(table[:, -1])) == len(names)
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers"), [("a.annot", [0, 1, 2]), ("a.label.gii", [0, 5, 7_000_000])]
+)
+def test_labels_of_vertices_come_back(tmp_path, name, numbers):
+    write_labels(tmp_path / name, [5, -1, 0, 5, 7_000_000, 0])
+    first, second, third = numbers  # annotations have no gaps
+    assert read_labels(tmp_path / name, 6).tolist() == [second, -1, first, second, third, first]
+    with pytest.raises(MeshError, match="label 16777216 is too high"):
+        write_labels(tmp_path / name, [1 << 24])
+
+
+@pytest.mark.parametrize("name", ["a.annot", "a.label.gii"])
+def test_vertices_of_faces_in_no_region_have_no_label(tmp_path, name):
+    vertices = np.concatenate([MESH.vertices, [[2, 2, 2]]])
+    labels = np.where(LABELS < 9, -1, LABELS)
+    write_mesh(tmp_path / name, (vertices, MESH.faces), labels)
+    found = read_labels(tmp_path / name, 9)
+    assert found[8] == -1
+    assert set(found[:8].tolist()) <= {-1, 9, 12, 15} | ({0, 1, 2} if "annot" in name else set())
+    assert found[:8].max() >= 0
+
+
+def test_regions_have_colors_of_their_own(tmp_path):
+    labels = np.arange(600) % 300
+    write_labels(tmp_path / "a.annot", labels)
+    rows, table, names = freesurfer.read_annot(tmp_path / "a.annot")
+    assert np.array_equal(rows, labels + 1)
+    assert len(np.unique(table[:, -1])) == len(names) == 301
+    palette = table[1:11, :3]
+    nearest = np.abs(table[11:, None, :3] - palette).max(axis=2).min(axis=1)
+    assert nearest.max() < 16  # they look like those of the palette
+
+
+def test_annotations_of_others_are_read(tmp_path):
+    table = np.array([[25, 5, 25, 0], [20, 30, 40, 0], [20, 30, 41, 0]])
+    rows, path = np.array([2, 0, 1, -1]), tmp_path / "lh.aparc.annot"
+    freesurfer.write_annot(path, rows, table, ["unknown", "a", "b"], fill_ctab=True)
+    assert read_labels(path).tolist() == [1, -1, 0, -1]
+    data = path.read_bytes()
+    begin = 4 + 8 * 4
+    parts = [data[:begin], struct.pack(">ii", 1, 3), struct.pack(">i", 1) + b"\0"]  # version 1
+    for name, color in (("unknown", table[0]), ("a", table[1]), ("b", table[2])):
+        parts += [struct.pack(">i", len(name)), name.encode(), struct.pack(">4i", *color)]
+    path.write_bytes(b"".join(parts))
+    assert read_labels(path).tolist() == [1, -1, 0, -1]
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "message"),
+    [
+        ("a.gii", lambda data: data[:-9], "the XML is cut or damaged"),
+        ("a.gii", lambda data: data.replace(b"GIFTI", b"NIFTI"), "the XML is not of GIFTI"),
+        ("a.gii", lambda data: data.replace(b"POINTSET", b"SHAPE"), "holds no surface"),
+        ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="9"'), "27 numbers, got 24"),
+        ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="7"'), "21 numbers, got 22"),
+        ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="99999999"'), "too many"),
+        ("a.gii", lambda data: data.replace(b'Dim1="3"', b'Dim1="1"'), "got 9"),
+        ("a.gii", lambda data: data.replace(b"FLOAT32", b"COMPLEX"), "got 'COMPLEX'"),
+        ("a.gii", lambda data: data.replace(b"GZipBase64", b"ExternalFile"), "save them in the"),
+        ("a.gii", lambda data: data.replace(b"<Data>", b"<Data>AAAA"), "data are damaged"),
+        (
+            "a.gii",
+            lambda data: data.replace(b'"8"', b'"24"').replace(b'Dim1="3"', b'Dim1="1"', 1),
+            "must have 3 numbers",
+        ),
+        ("a.label.gii", lambda data: data, "holds no labels of vertices"),
+    ],
+)
+def test_what_is_wrong_with_a_gifti_file_is_said(tmp_path, name, change, message):
+    path = tmp_path / name
+    path.write_bytes(change(surface_bytes()))
+    with pytest.raises(MeshError) as caught:
+        (read_labels if "label" in name else read_mesh)(path)
+    assert message in str(caught.value)
+
+
+def test_entities_are_refused(refuse):
+    entities = b'<!DOCTYPE GIFTI [<!ENTITY a "aaaaaaaaaa">]><GIFTI>&a;&a;</GIFTI>'
+    refuse("a.gii", b'<?xml version="1.0"?>' + entities, "the XML declares entities")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda data: b"\xff\xff\xfd" + data[3:], "quads of an old version"),
+        (lambda data: b"# text\n" + data, "does not begin as a surface"),
+        (lambda data: data[:30], "within 8 vertices"),
+        (lambda data: data[: 3 + 16 + 8 + 96 + 100], "within 12 faces"),
+        (lambda data: data.replace(struct.pack(">i", 8), b"\xff" * 4, 1), "within -1 vertices"),
+    ],
+)
+def test_what_is_wrong_with_a_surface_is_said(refuse, freesurfer_file, change, message):
+    refuse("lh.pial", change(freesurfer_file), message)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda data: data[:20], "within 6 vertices"),
+        (lambda data: data[: 4 + 48], "within a color table"),
+        (lambda data: data[:-8], "within a color"),
+        (
+            lambda data: data.replace(struct.pack(">ii", 1, -2), struct.pack(">ii", 2, -2)),
+            "no color",
+        ),
+        (lambda data: data.replace(struct.pack(">i", 5), struct.pack(">i", 6), 1), "one of 6"),
+        (lambda data: data.replace(b"\x00\x0csuper", b"\x7f\x0csuper"), "a name ends behind"),
+        (lambda data: data[: 4 + 48 + 28] + bytes(4), "is empty"),
+    ],
+)
+def test_what_is_wrong_with_an_annotation_is_said(tmp_path, change, message):
+    path = tmp_path / "lh.a.annot"
+    write_labels(path, [0, 1, 2, 2, 1, 0])
+    path.write_bytes(change(path.read_bytes()))
+    with pytest.raises(MeshError, match=message):
+        read_labels(path)
+
+
+def test_randomly_damaged_files_are_read_or_refused(tmp_path, freesurfer_file):
+    source, n_read = random.Random(5), 0
+    for name in ("a.annot", "a.label.gii"):
+        write_labels(tmp_path / name, [0, 1, -1, 2])
+    files = [(read_mesh, "lh.white", freesurfer_file)]
+    files += [(read_mesh, "a.gii", surface_bytes(encoding=one)) for one in ("ASCII", "B64GZ")]
+    files += [
+        (read_labels, name, (tmp_path / name).read_bytes()) for name in ("a.annot", "a.label.gii")
+    ]
+    for read, name, data in files:
+        for _ in range(200):
+            n_read += damage.check(read, tmp_path / name, damage.damaged(data, source))
+    assert 100 < n_read < 800
