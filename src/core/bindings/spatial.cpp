@@ -55,8 +55,8 @@ auto surface_seen(Points vertices, Triangles faces, const Table<double>& numbers
                  [&](ThreadTeam& team) { return see_surface(vertices, faces, views, team); });
 }
 
-// Minimum number of cells or queries per thread. Each takes about a microsecond: a cell to insert
-// it into the search tree, a query to search the tree.
+// Minimum number of cells or queries per thread. Inserting a cell into the search tree takes about
+// a microsecond, and so does a query.
 constexpr std::int64_t kMinSearched = 1 << 10;
 
 }  // namespace

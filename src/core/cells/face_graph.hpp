@@ -15,9 +15,9 @@ inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
 // Number of undirected edges of each type.
 struct EdgeCounts {
   std::int64_t edges = 0;
-  std::int64_t boundary = 0;      // one face
-  std::int64_t non_manifold = 0;  // three faces or more
-  std::int64_t inconsistent = 0;  // two faces that traverse the edge in the same direction
+  std::int64_t boundary = 0;      // edges of one face
+  std::int64_t non_manifold = 0;  // edges of at least three faces
+  std::int64_t inconsistent = 0;  // edges of two faces that run along them in the same direction
 };
 
 // Numbers of edges and arcs, summed over edges.

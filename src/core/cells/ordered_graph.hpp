@@ -49,7 +49,7 @@ struct WeightedArcs {
 // object is built before the graph, so the positions and measures of the input can be freed before
 // arcs are copied.
 struct PlacedCells {
-  PlacedCells() = default;  // of no cells
+  PlacedCells() = default;  // no cells
   PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
 
   // For cells that are already sorted, exactly or nearly: the place of a cell is its index.
@@ -69,7 +69,7 @@ struct PlacedCells {
 // Placed cells with the arcs between them. Takes 66 bytes per cell with three arcs.
 class OrderedGraph : public PlacedCells {
  public:
-  OrderedGraph() = default;  // of no cells
+  OrderedGraph() = default;  // no cells
   OrderedGraph(PlacedCells&& cells, const WeightedArcs& input, ThreadTeam& team);
 
   // Takes arcs between places, in lists sorted by target. Each arc must have a reverse arc of equal

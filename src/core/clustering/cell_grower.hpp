@@ -58,7 +58,7 @@ class CellGrower {
   const OrderedGraph& graph_;
   const Place spacing_;
   Place begin_ = 0;
-  std::size_t size_ = 0;  // of the range
+  std::size_t size_ = 0;  // number of places in the range
   std::vector<Place> centers_;
   std::vector<PackedPath> paths_;            // by index, plus one entry for all places outside
   std::vector<float> prices_;                // by index, if arcs have prices

@@ -140,8 +140,8 @@ class SeededComponents {
   const OrderedGraph& graph_;
   ThreadTeam& team_;
   const Place first_;
-  const Components components_;  // by place
-  std::vector<bool> is_seeded_;  // by component
+  const Components components_;  // of the places
+  std::vector<bool> is_seeded_;  // whether each component gets seeds
   std::vector<Cell> seeded_;     // components, the largest first
 };
 

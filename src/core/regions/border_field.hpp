@@ -170,12 +170,12 @@ class BorderField {
   Buffer<float> cotangents_;         // (3 F,) clamped cotangent of the angle at each corner
   Buffer<FaceShares> shares_;        // (F,) shares of each face after the latest cut
   Buffer<LabelMix> mixes_;           // (V,) shares of labels at each vertex
-  Buffer<LabelMix> next_mixes_;      // of near vertices
+  Buffer<LabelMix> next_mixes_;      // (V,) new shares of near vertices
   Buffer<Label> chosen_;             // (V,) kNoLabel: the border runs through the vertex
   std::vector<Vertex> near_;         // not pinned, within a few rings of a border; ascending
   std::vector<Face> near_faces_;     // with a corner that is near or pinned
-  std::vector<double> far_areas_;    // (n_labels,) of all other faces
-  std::vector<double> goals_;        // (n_labels,) areas at the beginning
+  std::vector<double> far_areas_;    // (n_labels,) area of each label in all other faces
+  std::vector<double> goals_;        // (n_labels,) initial area of each label
   std::vector<double> steps_;        // (n_labels,) change of the offset for an area of 0
   std::vector<double> offsets_;      // (n_labels,) added to shares
 };

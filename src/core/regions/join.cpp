@@ -129,7 +129,7 @@ class Groups {
   std::vector<double> areas_;     // of each group
   std::vector<Label> labels_;     // of each group: label of the region that the others joined
   std::vector<Label> joined_to_;  // of each region: the region that it joined; itself at first
-  std::vector<std::uint8_t> is_alive_;  // of each group
+  std::vector<std::uint8_t> is_alive_;  // 1: the group has not joined another
   std::vector<Neighbors> neighbors_;
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
 };

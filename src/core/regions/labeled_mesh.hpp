@@ -35,7 +35,7 @@ class FacesAround {
   Buffer<Triangle> corners_;
   Buffer<double> areas_;
   Buffer<Point> normals_;
-  Lists<Face> faces_;  // by vertex
+  Lists<Face> faces_;  // faces around each vertex
 };
 
 // Marks (1) the vertices at which borders stay in place: all corners of kept faces, vertices of

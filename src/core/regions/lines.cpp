@@ -29,7 +29,7 @@ class LineTracer {
 
  private:
   const std::span<const SegmentEnd> partners_;
-  std::vector<bool> is_traced_;  // by segment
+  std::vector<bool> is_traced_;  // whether each segment has been traced
   Lines lines_;
 };
 

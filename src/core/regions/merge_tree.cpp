@@ -159,8 +159,8 @@ class MergingGroups {
     return ward_factor(a, b) * squared;
   }
 
-  // Ward's cost of a merge per squared distance of the means: the growth of the sum of area times
-  // squared distance from the mean.
+  // The factor a b / (a + b) in Ward's cost of merging areas a and b. The cost is this factor times
+  // the squared distance of the two means.
   double ward_factor(Label a, Label b) const {
     const double area = areas_[a] + areas_[b];
     return area > 0.0 ? areas_[a] / area * areas_[b] : 0.0;

@@ -341,7 +341,7 @@ class CellTransfer {
   std::vector<Exits> exits_;    // (K,)
   // (K,) predecessor of each region in the last search; kNoLabel: not visited
   std::vector<Label> parents_;
-  std::vector<Label> queue_;  // of the last search
+  std::vector<Label> queue_;  // regions reached by the last search, in order
   // steps that no cell could take since cells last reached the end of a path
   std::vector<Leg> blocked_;
   std::vector<Cell> candidates_;

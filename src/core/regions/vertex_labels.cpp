@@ -48,7 +48,7 @@ class GrowingRegions {
         seen_(labels.size()) {}
 
   void grow_all() {
-    std::vector<std::vector<Vertex>> members(sizes_.size());  // of small regions
+    std::vector<std::vector<Vertex>> members(sizes_.size());  // vertices of each small region
     for (Vertex vertex = 0; vertex < edges_.n_vertices(); ++vertex) {
       const Label label = labels_[vertex];
       if (label != kNoLabel && is_small(label)) members[label].push_back(vertex);

@@ -79,8 +79,8 @@ class ShapeSearch {
     best = {squared, cell, place};
   }
 
-  Buffer<Cell> cells_;    // by place
-  Buffer<Shape> shapes_;  // by place
+  Buffer<Cell> cells_;    // cell at each place
+  Buffer<Shape> shapes_;  // shape at each place
   BoxTree tree_;
 };
 

@@ -23,8 +23,9 @@ inline bool operator<(const Neighbor& a, const Neighbor& b) {
   return a.squared < b.squared || (a.squared == b.squared && a.point < b.point);
 }
 
-// Points along a space-filling curve, with a tree of boxes over them. Many points on the same step
-// of the curve, as in a cloud with a far outlier, are ordered by halving their box.
+// Points along a space-filling curve, with a tree of boxes over them. If many points have the same
+// Morton code, as in a cloud with a far outlier, they are ordered by recursive halving of their
+// box.
 class NeighborSearch {
  public:
   // Builds a search of a subset of a cloud. `points` holds the indices of the subset, ascending. No
@@ -101,8 +102,8 @@ class NeighborSearch {
                    Scratch& scratch) const;
   void scan_leaf(std::size_t leaf, Place from, std::span<Neighbor> list, std::size_t& size) const;
 
-  Buffer<Cell> points_;      // by place
-  Buffer<Point> positions_;  // by place
+  Buffer<Cell> points_;      // point at each place
+  Buffer<Point> positions_;  // position at each place
   BoxTree tree_;
 };
 

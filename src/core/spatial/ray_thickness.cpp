@@ -227,7 +227,7 @@ class RayTree {
     return targets_.span().subspan(first, std::min(size, targets_.size() - first));
   }
 
-  Buffer<Target> targets_;  // by place on the curve
+  Buffer<Target> targets_;  // triangles in the order of places on the curve
   BoxTree tree_;
   std::vector<std::vector<std::unique_ptr<SlantedBox>>> slanted_;  // by level; null for most nodes
 };
