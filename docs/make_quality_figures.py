@@ -1,17 +1,21 @@
-"""Draw the pictures of quality.md: ``python docs/make_quality_figures.py psb out/runs.csv``.
+"""Draw the pictures of quality.md: ``python docs/make_quality_figures.py psb out/runs.csv meshes``.
 
-``psb`` is the folder of the Princeton benchmark, ``runs.csv`` a file of ``superfacets quality``.
+``psb`` is the folder of the Princeton benchmark, ``runs.csv`` a file of ``superfacets quality``,
+and ``meshes`` a folder with bunny.ply, horse.ply and fandisk.obj.
 """
 
 import csv
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import gallery_meshes
 import numpy as np
 from make_parts_figures import save_side_by_side
-from shrink_images import IMAGES
+from PIL import Image
+from shrink_images import IMAGES, read, save_page
 
 import superfacets as sf
 from superfacets.study.princeton import Benchmark
@@ -26,6 +30,19 @@ MODELS = {
     "mech": (325, sf.View(azimuth=30, elevation=30)),
 }
 
+SMALL = (320, 270)
+"""Size of each of the pictures on one sheet."""
+
+SHAPES: dict[str, tuple[Callable[[Path], Any], int, sf.View]] = {
+    "terrain": (lambda _: gallery_meshes.terrain(), 100, sf.View(up="z", elevation=45)),
+    "room": (lambda _: voxel_room(), 150, sf.View(up="z", azimuth=130, elevation=35)),
+    "bunny": (lambda folder: sf.read_mesh(folder / "bunny.ply"), 150, sf.View(azimuth=0)),
+    "horse": (lambda folder: sf.read_mesh(folder / "horse.ply"), 150, sf.View(azimuth=65)),
+    "fandisk": (lambda folder: sf.read_mesh(folder / "fandisk.obj"), 60, sf.View(azimuth=-50)),
+    "bracket": (lambda _: bracket(), 30, sf.View(up="z", azimuth=40, elevation=30)),
+}
+"""Function that returns the mesh, the number of regions, and the view, by name."""
+
 KS = (50, 150, 300)
 DEFAULTS = ("default, alpha 10", DEFAULT, "default, alpha 30", "default, alpha 40")
 OF_CREASES = ("creases, alpha 10", CREASES, "creases, alpha 30", "creases, alpha 40")
@@ -37,7 +54,7 @@ CURVES = {
 }
 
 
-def main(folder: Path, runs: Path) -> None:
+def main(folder: Path, runs: Path, meshes: Path) -> None:
     """Draw models with the paper's regions and by default, a plain, and the frontier."""
     benchmark = Benchmark(folder)
     for name, (number, view) in MODELS.items():
@@ -47,6 +64,7 @@ def main(folder: Path, runs: Path) -> None:
             path = IMAGES / f"quality-{name}-{state}.png"
             sf.render(mesh, labels, output=path, size=SIZE, view=view)
     save_plain()
+    save_sheet(meshes)
     with runs.open(newline="") as file:
         draw_frontier([row for row in csv.DictReader(file) if row["scale"] == "x1"])
 
@@ -59,6 +77,56 @@ def save_plain() -> None:
     labels = [sf.segment(mesh, N_SEGMENTS, **keywords).labels for keywords in variants]
     view = sf.View(up="z", azimuth=0, elevation=89)
     save_side_by_side(mesh, labels, view, "quality-grid.png")
+
+
+def save_sheet(folder: Path) -> None:
+    """Draw six shapes, each with creases alone and by default, in pairs on one sheet."""
+    width, height = SMALL
+    sheet = Image.new("RGB", (4 * width, 3 * height))
+    with TemporaryDirectory() as scratch:
+        path = Path(scratch, "one.png")
+        for i, (make, k, view) in enumerate(SHAPES.values()):
+            mesh = make(folder)
+            for j, variant in enumerate((CREASES, DEFAULT)):
+                labels = sf.segment(mesh, k, **VARIANTS[variant]).labels
+                sf.render(mesh, labels, output=path, size=SMALL, view=view)
+                sheet.paste(read(path, SMALL), ((2 * (i % 2) + j) * width, i // 2 * height))
+    save_page(sheet, IMAGES / "quality-shapes.webp")
+
+
+def voxel_room() -> Any:
+    """Floor, two walls and furniture as marching cubes give them, from distances at voxels."""
+    import pyvista
+
+    spacing = 0.04
+    x, y, z = np.meshgrid(*(np.arange(-0.2, high, spacing) for high in (4.0, 3.6, 2.0)),
+                          indexing="ij")  # fmt: skip
+    boxes = [(0.0, 0.0, -1.0, 9, 9, 1), (-1.0, -1.0, -1.0, 1, 9, 9), (-1.0, -1.0, -1.0, 9, 1, 9),
+             (1.5, 1.3, 0.65, 1.4, 0.9, 0.1), (0.3, 2.2, 0.0, 0.7, 1.0, 0.45),
+             (2.6, 0.1, 0.0, 0.9, 0.5, 1.5)]  # fmt: skip
+    boxes += [(i, j, 0.0, 0.12, 0.12, 0.7) for i in (1.55, 2.73) for j in (1.35, 2.03)]
+    field = np.full(x.shape, np.inf)
+    for low_x, low_y, low_z, *sides in boxes:
+        outside = [
+            np.abs(at - low - side / 2) - side / 2
+            for at, low, side in zip((x, y, z), (low_x, low_y, low_z), sides, strict=True)
+        ]
+        field = np.minimum(field, np.max(outside, axis=0))
+    volume = pyvista.ImageData(dimensions=field.shape, spacing=(spacing,) * 3)
+    volume["distance"] = field.ravel(order="F")
+    return volume.contour([0.0], scalars="distance").triangulate()
+
+
+def bracket() -> sf.Mesh:
+    """A thin plate with a right angle, of small and equal faces."""
+    profile = [[0, 0], [4, 0], [4, 0.25], [0.25, 0.25], [0.25, 3], [0, 3]]
+    ends = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 5], [3, 4, 5]])
+    points = np.concatenate([np.insert(np.array(profile), 1, y, axis=1) for y in (0.0, 2.5)])
+    here, after = np.arange(6), (np.arange(6) + 1) % 6
+    quads = np.stack([here, here + 6, after + 6, after], axis=1)
+    sides = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    mesh = sf.Mesh(points, np.concatenate([ends, ends[:, ::-1] + 6, sides]))
+    return sf.subdivide(mesh, 0.1).mesh
 
 
 def draw_frontier(rows: Iterable[dict[str, str]]) -> None:
@@ -85,4 +153,4 @@ def draw_frontier(rows: Iterable[dict[str, str]]) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(*map(Path, sys.argv[1:]))

@@ -375,6 +375,7 @@ class _Work:
     arcs: Any = None  # ArcLengths of the cells that are left
     graph: Any = None  # OrderedGraph of the cells that are left
     levels: Any = None  # Levels: coarser and coarser graphs
+    of_machine_part: bool = False  # whether weights are those of a machine part
     parts: PartPrices | None = None
     result: Any = None  # Segmentation, of the cells that are left until the last stage
     timings: dict[str, float] = field(default_factory=dict)
@@ -502,14 +503,14 @@ def _weigh(work: _Work) -> _Work:
     options = replace(work.options, weights=adapted)
     with work.timed("weights"):
         surface = cells.kind.surface(cells.cells, cells.graph, options.loop.n_threads)
-        weights = cells.kind.weights(
+        weights, of_machine_part = cells.kind.weights(
             surface, cells.graph, cells.found, work.plan.size.radius, options.weights
         )
         if not options.weights.has_other_unit:  # or else border costs will need all of the surface
             surface = cells.kind.bare_surface(surface, cells.cells, cells.graph, surface.n_threads)
     cells = replace(cells, found=None)
     work = replace(work, options=options, surface=surface, weights=weights, prepared=cells)
-    return work.relocating()
+    return replace(work, of_machine_part=of_machine_part).relocating()
 
 
 def _add_features(work: _Work) -> _Work:
@@ -544,6 +545,8 @@ def _order(work: _Work) -> _Work:
         graph = _core.OrderedGraph(
             placed, offsets, neighbors, lengths, n_threads, is_symmetric, straight_unit
         )
+        if work.of_machine_part:
+            graph.barrier = work.options.weights.rim_price(work.plan.size.radius) / straight_unit
     return replace(work, graph=graph)
 
 
@@ -589,7 +592,10 @@ def _cluster(work: _Work) -> _Work:
     note = sliver_note(work.sliver_share, sliver_advice(work.plan.size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=5)  # `segment` is decorated
-    join_pieces = partial(_core.join_loose_pieces, *work.arcs) if work.has_parts else None
+    join_pieces = None
+    if work.has_parts:
+        arcs = (*work.arcs, work.graph.barrier)
+        join_pieces = partial(_core.join_loose_pieces, *arcs)
     balancer = None
     if work.sizes is not None:
         balancer = Balancer.of(work.sizes, work.levels.coarse, work.plan, options.loop)

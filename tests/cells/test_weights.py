@@ -21,7 +21,7 @@ from superfacets import (
 )
 from superfacets.cells import weights as weights_module
 from superfacets.cells.surface import Surface
-from superfacets.cells.weights import WEIGHTS, WeightName, WeightOptions, arc_weights
+from superfacets.cells.weights import WEIGHTS, Weighed, WeightName, WeightOptions, arc_weights
 from superfacets.cli.segment import segment_command
 
 
@@ -368,7 +368,7 @@ def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, rat
                 graph,
                 0.3,
                 WeightOptions.checked(weights, alpha, 1.0),
-            )
+            ).weights
             for alpha in (0.0, 100.0)
         ]
         prices.append(np.max(chosen[1] - chosen[0]))
@@ -415,7 +415,9 @@ def test_one_entry_of_the_table_makes_a_weight_known_everywhere(monkeypatch):
     for name, weight in WEIGHTS.items():
         assert f"- ``{name!r}``: {weight.about.split()[0]}" in segment.__doc__
     paper = WEIGHTS["superfacets"]
-    doubled = dataclasses.replace(paper, compute=lambda *given: 2 * paper.compute(*given))
+    doubled = dataclasses.replace(
+        paper, compute=lambda *given: Weighed(2 * paper.compute(*given).weights)
+    )
     monkeypatch.setattr(weights_module, "WEIGHTS", {**WEIGHTS, "doubled": doubled})
     mesh = shapes.bumpy_sheet()
     result = segment(mesh, 3, weights="doubled")

@@ -8,10 +8,10 @@ import superfacets as sf
 from superfacets import _core
 
 
-def joined(graph, labels, centers, lengths=None):
-    lengths = graph.lengths if lengths is None else np.asarray(lengths, np.float32)
+def joined(graph, labels, centers, barrier=np.inf):
     labels, centers = np.asarray(labels, np.int32), np.asarray(centers, np.int32)
-    found = _core.join_loose_pieces(graph.offsets, graph.neighbors, lengths, labels, centers)
+    arcs = (graph.offsets, graph.neighbors, graph.lengths)
+    found = _core.join_loose_pieces(*arcs, barrier, labels, centers)
     return found.tolist()
 
 
@@ -32,6 +32,17 @@ def test_the_shorter_arc_wins_and_the_lower_label_among_equals():
     for steps, expected in ((alike, 0), (shorter, 1)):
         line = shapes.line_graph([*steps, 1.0])  # cells 0 to 3; cell 1 is a piece of region 2
         assert joined(line, [0, 2, 1, 2], [0, 2, 3]) == [0, expected, 1, 2]
+
+
+def test_arcs_behind_the_barrier_wait_for_all_others():
+    """Cells 2 and 3 are a loose piece; only cell 3 has a short way out, in two rounds."""
+    line = shapes.line_graph([1.0, 9.0, 1.0, 1.0, 1.0])
+    labels, centers = [0, 0, 1, 1, 2, 1], [0, 5, 4]
+    between = (line.lengths[2] + line.lengths[1]) / 2
+    assert joined(line, labels, centers) == [0, 0, 0, 2, 2, 1]
+    assert joined(line, labels, centers, between) == [0, 0, 2, 2, 2, 1]
+    assert joined(line, [0, 0, 1, 2], [0, 3, 2], between)[:2] == [0, 0]
+    assert joined(shapes.line_graph([1.0, 9.0]), [0, 1, 0], [0, 1], 0.0) == [0, 1, 1]
 
 
 def test_pieces_pass_through_other_loose_pieces():
@@ -74,7 +85,7 @@ def random_case(seed):
     return graph, labels.astype(np.int32), centers.astype(np.int32)
 
 
-def twin(graph, labels, centers):
+def twin(graph, labels, centers, barrier):
     """Round after round, as the contract says."""
     arcs = list(zip(graph.sources.tolist(), graph.neighbors.tolist(), graph.lengths.tolist(),
                     strict=True))  # fmt: skip
@@ -88,10 +99,13 @@ def twin(graph, labels, centers):
         offers = {}
         for a, b, length in arcs:
             if found[a] >= 0 and a not in settled and b in settled:
-                offers[a] = min(offers.get(a, (np.inf, 0)), (length, found[b]))
+                offer = (length >= barrier, length, found[b])
+                offers[a] = min(offers.get(a, (True, np.inf, 0)), offer)
         if not offers:
             return found
-        for cell, (_, label) in offers.items():
+        if not all(waits for waits, *_ in offers.values()):
+            offers = {cell: offer for cell, offer in offers.items() if not offer[0]}
+        for cell, (*_, label) in offers.items():
             found[cell] = label
         settled |= offers.keys()
 
@@ -99,8 +113,9 @@ def twin(graph, labels, centers):
 @pytest.mark.parametrize("seed", range(40))
 def test_results_equal_the_twin_and_regions_are_one_piece_where_they_can_be(seed):
     graph, labels, centers = random_case(seed)
-    found = np.array(joined(graph, labels, centers))
-    assert found.tolist() == twin(graph, labels, centers)
+    barrier = np.inf if seed % 4 < 2 else np.median(graph.lengths)
+    found = np.array(joined(graph, labels, centers, barrier))
+    assert found.tolist() == twin(graph, labels, centers, barrier)
     assert np.array_equal(found < 0, labels < 0)
     assert np.array_equal(found[centers], np.arange(len(centers)))
     pieces, _ = _core.find_components(graph.offsets, graph.neighbors, labels)

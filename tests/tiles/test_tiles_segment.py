@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import pytest
 from cut_mesh import cut_mesh, run_serially
-from shapes import bowl, bumpy_sheet, gears, soup, together
+from shapes import bowl, bumpy_sheet, drilled_block, gears, soup, together
 from tiled_checks import check, check_number_of_tiles, compare, in_memory
 from tiled_meshes import as_ply, random_polygons
 
@@ -272,6 +272,18 @@ def test_soup_that_is_not_welded(bear, tmp_path):
 
 def test_ridges_of_parts(tmp_path):
     check(sf.subdivide(gears(2), max_edge=0.1).mesh, 20, tmp_path, tile_sizes=(4096,))
+
+
+@pytest.mark.parametrize("n_segments", [20, 300])
+def test_coarse_cells_end_at_rims_of_parts(n_segments, tmp_path):
+    """With 300 regions, all faces are in memory, and pieces of regions that got loose are not."""
+    block = drilled_block()
+    arrays = (block.vertices * (1, 1, 0.1), block.faces)
+    for _ in range(3):
+        arrays = split_in_four(*arrays)
+    result = check(Mesh(*arrays), n_segments, tmp_path, tile_sizes=(4096,))
+    upwards = np.repeat((block.vertices[block.faces, 2] > 0).all(axis=1), 64)
+    assert not set(result.labels[upwards]) & set(result.labels[~upwards])
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -265,6 +265,7 @@ void bind_graphs(nb::module_& module) {
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
       .def_ro("straight_unit", &OrderedGraph::straight_unit)
+      .def_rw("barrier", &OrderedGraph::barrier)
       .def("add_part_prices", threaded(&price_arcs), "vectors"_a.noconvert(), "factor"_a,
            "n_threads"_a)
       .def("add_far_arcs", threaded(&add_far_arcs), "n_threads"_a)

@@ -85,13 +85,13 @@ auto spread_without_offsets(const CoarseGraph& coarse, Lengths lengths, Integers
 }
 
 Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats lengths,
-                                   Integers labels, Integers centers) {
-  return join_loose_pieces({offsets, neighbors}, lengths, labels, centers);
+                                   double barrier, Integers labels, Integers centers) {
+  return join_loose_pieces({offsets, neighbors}, lengths, labels, centers, barrier);
 }
 
 Buffer<Label> without_loose_cells(Offsets offsets, Integers neighbors, Floats lengths,
-                                  Integers labels, Integers loose) {
-  return join_loose_cells({offsets, neighbors}, lengths, labels, loose);
+                                  double barrier, Integers labels, Integers loose) {
+  return join_loose_cells({offsets, neighbors}, lengths, labels, loose, barrier);
 }
 
 // Positions are read only if steps are straight, with a straight_unit above 0.
@@ -170,9 +170,9 @@ void bind_clustering_stages(nb::module_& module) {
                        ThreadTeam& team) { return coarse.refine(labels, centers, team); }),
            "labels"_a, "centers"_a, "n_threads"_a);
   module.def("join_loose_pieces", serial(&without_loose_pieces), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "labels"_a, "centers"_a);
+             "lengths"_a, "barrier"_a, "labels"_a, "centers"_a);
   module.def("join_loose_cells", serial(&without_loose_cells), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "labels"_a, "loose"_a);
+             "lengths"_a, "barrier"_a, "labels"_a, "loose"_a);
   module.def("join_islands", threaded(&join_islands), "graph"_a, "labels"_a, "groups"_a,
              "n_threads"_a);
   module.def("divide_tile", threaded(&divide_tile), "tile"_a, "n_own"_a, "cell_size"_a,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -108,6 +109,8 @@ class OrderedGraph : public PlacedCells {
   // straight_unit is the size of one length unit in the unit of the positions. 0: arcs have any
   // lengths.
   double straight_unit = 0.0;
+  // Coarse cells do not extend across arcs with this price or a higher one.
+  double barrier = HUGE_VAL;
 
  private:
   std::size_t first_arc(Place place) const {

@@ -89,11 +89,12 @@ void CellGrower::expand(std::size_t index, const Push& push) {
     const PackedPath longer = path + (length << kRangeBits);
     const std::size_t to = index_of(arc.to);
     if (longer >= paths_[to]) continue;
-    paths_[to] = longer;
     if (has_prices) {
       const double price = graph_.price(begin_ + static_cast<Place>(index), arc);
+      if (price >= graph_.barrier) continue;
       prices_[to] = prices_[index] + static_cast<float>(price);
     }
+    paths_[to] = longer;
     push(to);
   }
 }

@@ -31,6 +31,7 @@ CoarseGraph::CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& 
   team.for_each(std::ssize(parts),
                 [&](std::int64_t range, int) { connect(range, crossing, parts[range]); });
   graph_ = joined(parts, std::move(positions), team);
+  graph_.barrier = fine.barrier;
 }
 
 std::pair<Place, Place> CoarseGraph::places(std::int64_t range) const {

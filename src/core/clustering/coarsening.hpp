@@ -29,7 +29,8 @@ struct SpreadPaths {
 // If steps of the fine graph are straight, coarse steps are straight, too: an arc is as long as the
 // straight line between the positions of its coarse cells, plus the lowest price of a path from
 // center to center that crosses their border once. Then shortest paths have about equal lengths in
-// all directions, whatever the pattern of the fine cells.
+// all directions, whatever the pattern of the fine cells. No coarse cell extends across an arc with
+// a price of fine.barrier or more.
 class CoarseGraph {
  public:
   // Makes coarse cells of about `cell_size` fine cells. The fine graph must be symmetric, and must

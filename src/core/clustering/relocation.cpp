@@ -1,6 +1,7 @@
 #include "clustering/relocation.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <numeric>
@@ -13,6 +14,10 @@ namespace {
 
 // Fraction of a region's distortion that a second center is expected to remove.
 constexpr double kGain = 0.5;
+
+// The same where the graph has barriers: the sides of a machine part, which are regions, matter
+// more than equal regions.
+constexpr double kGainWithBarriers = 0.25;
 
 struct Need {
   double removal_cost = 0.0;  // infinite if no other center reaches some place
@@ -76,6 +81,7 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
 
   std::vector<Place> moved(centers.begin(), centers.end());
   std::vector<Role> roles(centers.size(), Role::kNone);
+  const double gain = std::isinf(graph.barrier) ? kGain : kGainWithBarriers;
   auto next = receiving.begin();
   for (const Label label : leaving) {
     if (roles[label] != Role::kNone) continue;
@@ -84,7 +90,7 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
     });
     if (next == receiving.end()) break;
     const Need& most = needs[*next];
-    if (!(needs[label].removal_cost < kGain * most.distortion)) break;
+    if (!(needs[label].removal_cost < gain * most.distortion)) break;
     moved[label] = most.farthest;
     roles[label] = Role::kLeaves;
     roles[*next] = Role::kReceives;

@@ -16,8 +16,8 @@ namespace superfacets {
 // measure of a place, and d1 and d2 are its path lengths to the nearest and the second-nearest
 // center. The distortion of a region is the sum of A d1^2. Up to n_moves centers with the lowest
 // removal costs move to the farthest places of the regions with the largest distortion. A center
-// moves only if its removal costs less than half the distortion of the region that it will divide.
-// Ties go to the lowest label or cell.
+// moves only if its removal costs less than half the distortion of the region that it will divide
+// (a quarter, if the graph has barriers). Ties go to the lowest label or cell.
 //
 // Every place keeps a path to a center. Therefore a center stays if any place of its region has no
 // second-nearest center, or if it is a second-nearest center for a region whose center moves. A

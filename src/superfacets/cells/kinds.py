@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from .._types import ArcLists, Bools, Floats, Ints, Longs
@@ -44,7 +43,7 @@ from .size import sliver_share
 from .sorting import is_scattered, sorted_corners
 from .surface import Surface
 from .tet_graph import TetGraph, build_tet_graph, tet_surface
-from .weights import WeightOptions, arc_weights, step_weights
+from .weights import Weighed, WeightOptions, arc_weights, step_weights
 
 Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 
@@ -124,7 +123,7 @@ class Kind:
 
     def weights(
         self, surface: Surface, graph: Any, found: Any, radius: float, options: WeightOptions
-    ) -> npt.ArrayLike:
+    ) -> Weighed:
         """Return one weight per arc, the same in both directions."""
         return step_weights(surface, options, self.plural)
 
@@ -199,7 +198,7 @@ class _Faces(Kind):
     def weights(
         self, surface: Surface, graph: Any, found: FaceShapes, radius: float,
         options: WeightOptions,
-    ) -> npt.ArrayLike:  # fmt: skip
+    ) -> Weighed:  # fmt: skip
         return arc_weights(surface, graph, radius, options, found.normals)
 
     def sliver_share(
@@ -305,7 +304,7 @@ class _Points(Kind):
 
     def weights(
         self, surface: Surface, graph: Any, found: Any, radius: float, options: WeightOptions
-    ) -> npt.ArrayLike:
+    ) -> Weighed:
         return arc_weights(surface, graph, radius, options)
 
     def positions(self, cells: PointCloud) -> Floats:

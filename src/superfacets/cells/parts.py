@@ -240,7 +240,7 @@ def spectral_embedding(
     radius = radius_of(graph.measures, n_regions, threads, kind.dimension)
     options = WeightOptions.checked("parts", None, None)
     weights = kind.weights(surface, graph, shapes, radius, options)
-    lengths, unit = graph.quantized(weights, threads)
+    lengths, unit = graph.quantized(weights.weights, threads)
     placed = _core.PlacedCells(graph.positions, graph.measures, threads)
     unit *= surface.weight_unit
     ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, threads, True, unit)

@@ -59,6 +59,14 @@ MOST_SOFT = 2
 """Largest ratio of soft edges (10 to 40 degrees) to sharp edges in machine parts. Machine parts of
 the benchmark have up to 1.3; models of other categories that have sharp edges have 3.4 or more."""
 
+RIM_FACTOR = 2.0
+"""What ridges count in multiples of `ridges` on machine parts. With 1, borders leave up to 2 % of
+the rims at some numbers of regions."""
+
+RIM_TURN = 60 / 180
+"""Turn, in multiples of pi, of the ridges that coarse cells of machine parts do not extend across.
+Otherwise faces that are narrower than a coarse cell would get no region of their own."""
+
 ALL_COUNT = np.empty(0, np.uint8)
 """Argument for the core: all arcs count."""
 
@@ -90,6 +98,10 @@ class EdgeFactors(NamedTuple):
         """Return factors with the radius in place of edge lengths; if it is 0, creases are free."""
         return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
 
+    def of_machine_part(self) -> EdgeFactors:
+        """Return the factors for a shape on which all sharp convex edges are ridges."""
+        return self._replace(all_sharp=True, ridges=RIM_FACTOR * self.ridges)
+
 
 class EdgeSums(NamedTuple):
     """Sums over edges."""
@@ -112,6 +124,13 @@ class EdgeSums(NamedTuple):
 
 
 NO_SUMS = EdgeSums(0, 0, 0, 0)
+
+
+class Weighed(NamedTuple):
+    """One weight per arc, and whether they are those of a machine part."""
+
+    weights: npt.ArrayLike
+    of_machine_part: bool = False
 
 
 def superfacet_weights(
@@ -283,7 +302,9 @@ def crease_weights(
     )
     surface = Surface.of_faces(mesh, graph, threads)
     cells = (graph.positions, graph.measures, NO_NORMALS)
-    return (_adapted_weights if hollows else weights_of)(surface, cells, factors)
+    if not hollows:
+        return weights_of(surface, cells, factors)
+    return np.asarray(_adapted_weights(surface, cells, factors).weights)
 
 
 def stk02_weights(
@@ -353,7 +374,7 @@ class Weight:
     """For the documentation of `segment`."""
     defaults: Mapping[str, float]
     """Parameters by the names of arguments of `segment`; there is always an alpha."""
-    compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], Floats]
+    compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], Weighed]
     """Takes the surface, its cells, the expected radius of regions, and the parameters."""
     shares: tuple[str, ...] = ()
     """Parameters that are 0 to 1; all others are >= 0."""
@@ -385,16 +406,16 @@ WEIGHTS: Mapping[WeightName, Weight] = {
     "superfacets": Weight(
         about="`superfacet_weights`: those of the paper",
         defaults={"alpha": 200.0, "eta_convex": 0.2},
-        compute=lambda surface, cells, _, params: weights_of(
-            surface, cells, EdgeFactors(params["alpha"], params["eta_convex"], 0.0)
+        compute=lambda surface, cells, _, params: Weighed(
+            weights_of(surface, cells, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
         ),
         has_other_unit=True,
     ),
     "stk02": Weight(
         about="`stk02_weights`: those that the paper compares with",
         defaults={"alpha": 0.5},
-        compute=lambda surface, cells, _, params: _stk02_of(
-            surface.handle, cells[0], params["alpha"], surface.n_threads
+        compute=lambda surface, cells, _, params: Weighed(
+            _stk02_of(surface.handle, cells[0], params["alpha"], surface.n_threads)
         ),
         shares=("alpha",),
         has_other_unit=True,
@@ -462,6 +483,11 @@ class WeightOptions:
         price: float = self.params["alpha"] * radius
         return price
 
+    def rim_price(self, radius: float) -> float:
+        """Return what a ridge of `RIM_TURN` adds to a step on machine parts."""
+        ridges: float = self.params["ridges"]
+        return RIM_TURN * RIM_FACTOR * ridges * self.crease_price(radius)
+
 
 def arc_weights(
     surface: Surface,
@@ -469,26 +495,26 @@ def arc_weights(
     radius: float,
     options: WeightOptions,
     normals: Floats | None = None,
-) -> npt.ArrayLike:
+) -> Weighed:
     """Return one weight per arc for regions of this radius; missing normals are computed."""
     if options.given is not None:
-        return options.given
+        return Weighed(options.given)
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     assert options.weight is not None
     return options.weight.compute(surface, cells, radius, options.params)
 
 
-def step_weights(surface: Surface, options: WeightOptions, plural: str) -> npt.ArrayLike:
+def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weighed:
     """Return one weight per arc of cells without angles: given weights, or lengths of steps."""
     if options.given is not None:
-        return options.given
+        return Weighed(options.given)
     if options.has_other_unit:
         name = options.params["weights"]
         raise ValueError(
             f"weights={name!r} needs faces and their angles: leave it out for {plural}"
         )
     assert surface.weights is not None
-    return surface.weights
+    return Weighed(surface.weights)
 
 
 def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
@@ -518,12 +544,13 @@ def creases_and_sums(
 ) -> tuple[Floats, EdgeSums]:
     """Return weights ``"creases"`` or ``"parts"`` of a part of a mesh, and sums over its edges.
 
-    `shape` has `evened` and `all_sharp` of `EdgeFactors`.
+    `shape` has `evened` of `EdgeFactors`, and whether it is a machine part.
     """
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     factors = _crease_factors(radius, options.params)
-    evened, all_sharp = shape
-    factors = factors._replace(is_straight=options.has_parts, evened=evened, all_sharp=all_sharp)
+    evened, of_machine_part = shape
+    factors = factors._replace(is_straight=options.has_parts, evened=evened)
+    factors = factors.of_machine_part() if of_machine_part else factors
     return weights_and_sums(surface, cells, factors, counted)
 
 
@@ -549,22 +576,25 @@ def weights_and_sums(
     return found[0], EdgeSums(*found[1:])
 
 
-def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
+def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Weighed:
     """Return `weights_of`, adapted to the shape.
 
     On hollow shapes, the costs of smooth edges are evened. With straight steps, all sharp edges of
     machine parts are ridges.
     """
     if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
-        return weights_of(surface, cells, factors)
+        return Weighed(weights_of(surface, cells, factors))
     is_closed = surface.volume > 0.0
     weights, sums = weights_and_sums(surface, cells, factors, ALL_COUNT if is_closed else None)
-    adapted = factors._replace(all_sharp=factors.is_straight and sums.are_of_machine_part)
+    of_part = factors.is_straight and sums.are_of_machine_part
+    adapted = factors.of_machine_part() if of_part else factors
     if is_closed:
         area = _core.sum_of(cells[1], surface.n_threads)
         evened = evened_share(sums.turn, surface.volume, area, surface.diagonal)
         adapted = adapted._replace(evened=evened)
-    return weights if adapted == factors else weights_and_sums(surface, cells, adapted, None)[0]
+    if adapted != factors:
+        weights, _ = weights_and_sums(surface, cells, adapted, None)
+    return Weighed(weights, of_part)
 
 
 def _stk02_of(handle: _core.Surface, positions: Floats, alpha: float, n_threads: int) -> Floats:

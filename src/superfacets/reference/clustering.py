@@ -132,10 +132,12 @@ def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]
 
 
 def relocate_centers(
-    graph: CellGraph, order: Sequence[int], centers: Sequence[int], n_moves: int
-) -> list[int]:
+    graph: CellGraph, order: Sequence[int], centers: Sequence[int], n_moves: int,
+    has_barriers: bool = False,
+) -> list[int]:  # fmt: skip
     """The centers after at most `n_moves` have moved; sums run over the cells in `order`."""
     paths = second_nearest(graph, centers)
+    gain = 0.25 if has_barriers else 0.5
     costs = [0.0] * len(centers)
     distortions = [0.0] * len(centers)
     regions: list[list[int]] = [[] for _ in centers]
@@ -162,7 +164,7 @@ def relocate_centers(
             continue
         while receiving and (receiving[0] == label or receiving[0] in have_left):
             receiving.pop(0)
-        if not receiving or not costs[label] < 0.5 * distortions[receiving[0]]:
+        if not receiving or not costs[label] < gain * distortions[receiving[0]]:
             break
         target = receiving.pop(0)
         moved[label] = min(regions[target], key=lambda cell: (-paths[cell][0][0], cell))

@@ -318,6 +318,9 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
         warnings.warn(note, SliverWarning, stacklevel=4)
     if has_parts:
         graph = replace(graph, straight_unit=facts.unit * diagonal)
+    if facts.of_machine_part:
+        barrier = options.weights.rim_price(size.radius) / graph.straight_unit
+        graph = replace(graph, barrier=barrier)
     result, borders = _cluster(graph, plan, options, timings)
     warn_of_islands(result, 5)
     if options.cleanup.smooth:

@@ -45,7 +45,7 @@ class WeightRule:
     spare: float = 1.0  # unit of lengths, in multiples of the usual one
     is_turned: bool = False  # whether normals point inwards, and must be flipped
     evened: float = 0.0  # see `evened_share`
-    all_sharp: bool = False  # whether all sharp convex edges are ridges
+    of_machine_part: bool = False  # whether the weights are those of a machine part
 
     @property
     def has_hollows(self) -> bool:
@@ -55,11 +55,12 @@ class WeightRule:
 
 
 class ArcFacts(NamedTuple):
-    """Facts about all arcs: the units of lengths and of border lengths, and the sliver area."""
+    """Facts about all arcs: units of lengths and of border lengths, sliver area, kind of shape."""
 
     unit: float
     border_unit: float
     sliver_area: float
+    of_machine_part: bool
 
 
 @dataclass(frozen=True)
@@ -101,12 +102,13 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
             evened = evened_share(turn, inside, store.total_measure, diagonal)
             adapted = replace(rule, evened=evened)
     if rule.options.has_parts and EdgeSums.total(some.edges for some in sums).are_of_machine_part:
-        adapted = replace(adapted, all_sharp=True)
+        adapted = replace(adapted, of_machine_part=True)
     sums = weighed(adapted) if adapted != rule else sums
     unit = rule.spare * _core.unit_of_lengths(sum(some.weights for some in sums))
     border_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
     run.all(_round_tile, store, store.n_tiles, (unit, border_unit), rule.n_threads)
-    return ArcFacts(unit, border_unit, sum(some.sliver_area for some in sums))
+    sliver_area = sum(some.sliver_area for some in sums)
+    return ArcFacts(unit, border_unit, sliver_area, adapted.of_machine_part)
 
 
 def _centroid(store: TileStore, run: Run) -> Origin:
@@ -137,11 +139,11 @@ def _weigh_faces(
     if rule.has_hollows:
         weights, edges = creases_and_sums(
             surface, graph, rule.radius, rule.options, None if shapes is None else shapes.normals,
-            (rule.evened, rule.all_sharp),
+            (rule.evened, rule.of_machine_part),
             store.is_in(tile, faces.columns["places"]).view(np.uint8),
         )  # fmt: skip
     else:
-        weights = kind.weights(surface, graph, shapes, rule.radius, rule.options)
+        weights = kind.weights(surface, graph, shapes, rule.radius, rule.options).weights
     offsets, arcs = _write_arcs(store, tile, faces, surface.arcs)
     store.write(tile, "arcs/sides", graph.sides[arcs])
     sums = _write_weights(store, tile, surface, (np.asarray(weights), arcs), rule)
@@ -162,7 +164,7 @@ def _weigh_points(
     """Write the arcs of the points of a tile, and their weights."""
     points = in_order_of_cells(points_with_halo(store, tile))
     surface = surface_of(store, points, rule.n_threads)
-    weights = np.asarray(arc_weights(surface, surface, rule.radius, rule.options))
+    weights = np.asarray(arc_weights(surface, surface, rule.radius, rule.options).weights)
     arcs = _write_arcs(store, tile, points, surface.arcs)[1]
     return _write_weights(store, tile, surface, (weights, arcs), rule)
 

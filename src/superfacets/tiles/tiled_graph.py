@@ -24,6 +24,7 @@ class TiledGraph:
     n_threads: int  # of the core per tile; the argument of methods is for other work
     is_parallel: bool = False  # whether several tiles are worked on at the same time
     straight_unit: float = 0.0  # as in `_core.OrderedGraph`
+    barrier: float = np.inf  # the same
 
     is_symmetric = True
     """Both arcs of a pair of neighbors have the same weight."""
@@ -36,7 +37,8 @@ class TiledGraph:
     def coarsened(self, cell_size: int, n_threads: int) -> TiledCoarseGraph:
         """Write the coarse cell of each place, and return the graph of coarse cells."""
         store, run, unit = self.store, self.run, self.straight_unit
-        found = run.all(_divide, store, store.n_tiles, cell_size, unit, self.n_threads)
+        steps = (unit, self.barrier)
+        found = run.all(_divide, store, store.n_tiles, cell_size, steps, self.n_threads)
         positions, measures = map(list, zip(*found, strict=True))
         firsts = np.append(0, np.cumsum([len(some) for some in measures]))
         found = run.all(_connect, store, store.n_tiles, firsts, unit, self.n_threads)
@@ -50,6 +52,7 @@ class TiledGraph:
             unit,
             n_threads,
         )
+        graph.barrier = self.barrier
         return TiledCoarseGraph(graph, self, firsts)
 
     def regions(
@@ -110,7 +113,7 @@ class TiledGraph:
         neighbors = order[np.searchsorted(cells, entries["neighbors"], sorter=order)]
         offsets = np.append(arcs.lists["arcs"].offsets, np.full(len(around), len(neighbors)))
         joined = _core.join_loose_cells(
-            offsets, neighbors.astype(np.int32), entries["lengths"], labels[cells],
+            offsets, neighbors.astype(np.int32), entries["lengths"], self.barrier, labels[cells],
             np.arange(len(loose), dtype=np.int32),
         )  # fmt: skip
         labels = labels.copy()
@@ -136,9 +139,11 @@ class TiledGraph:
             neighbors[at] = around[store.read(tile, "arcs/targets")]
             lengths[at] = store.read(tile, "arcs/lengths")
         placed = _core.PlacedCells(positions, measures, n_threads)
-        return _core.OrderedGraph(
+        graph = _core.OrderedGraph(
             placed, offsets, neighbors, lengths, n_threads, True, self.straight_unit
         )
+        graph.barrier = self.barrier
+        return graph
 
 
 @dataclass(eq=False)
@@ -202,12 +207,14 @@ def _in_a_row(parts: list[Array]) -> Array:
 
 
 def _divide(
-    store: TileStore, tile: int, cell_size: int, straight_unit: float, n_threads: int
+    store: TileStore, tile: int, cell_size: int, steps: tuple[float, float], n_threads: int
 ) -> tuple[Floats, Floats]:
     """Write the coarse cells of a tile; return their positions and measures.
 
-    Ghosts follow the cells in the graph; they have no arcs and no positions.
+    `steps` has `straight_unit` and `barrier` of `TiledGraph`. Ghosts follow the cells in the graph;
+    they have no arcs and no positions.
     """
+    straight_unit, barrier = steps
     n_ghosts = len(store.read(tile, "ghosts"))
     offsets = store.read(tile, "arcs/offsets")
     graph = _core.graph_in_place(
@@ -219,6 +226,7 @@ def _divide(
         straight_unit,
         n_threads,
     )
+    graph.barrier = barrier
     centers, positions, measures, coarse, lengths = _core.divide_tile(
         graph, store.size(tile), cell_size, n_threads
     )

@@ -101,7 +101,7 @@ def read_face_cells(
     with timed(timings, "weights"):
         radius = radius_of(faces.measures, n_segments, n_threads)
         weights = arc_weights(Surface.of_faces(surface, faces, n_threads), faces, radius, chosen)
-        graph = faces.with_weights(weights, n_threads=n_threads)
+        graph = faces.with_weights(weights.weights, n_threads=n_threads)
         if chosen.given is not None:
             graph = replace(graph, weights=_means_of_pairs(graph))
     params = {"n_segments": n_segments, "weld": weld, **chosen.params}
