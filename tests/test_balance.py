@@ -257,7 +257,7 @@ def test_islands_that_are_too_small_are_told():
         ({"max_measure": 1.0, "min_measure": 2.0}, "more than max_measure"),
         ({"max_measure": 20.0, "n_segments": 3}, "at least 40 are needed"),
         ({"min_measure": 300.0, "n_segments": 3}, "at most 2 are possible"),
-        ({"max_measure": 0.1, "n_segments": 3}, "but a cell has 0.5"),
+        ({"max_measure": 0.1, "n_segments": 3}, "but the largest cell has measure 0.5"),
         ({"cell_weights": np.ones(1600)}, "cell_weights need balance"),
         ({"balance": 1.0, "cell_weights": np.ones(7)}, r"cell_weights must have shape \(1600,\)"),
         ({"balance": 1.0, "cell_weights": -np.ones(1600)}, r"cell_weights\[0\] is -1.0"),
@@ -380,7 +380,7 @@ def test_patches_need_cells_and_leave_masked_cells_out():
     mask = np.arange(mesh.n_faces) % 7 > 0
     result = sf.segment(mesh, 5, mask=mask, islands="nearest")
     assert sorted(result.patches[result.patches >= 0].tolist()) == np.flatnonzero(mask).tolist()
-    with pytest.raises(ValueError, match="does not know its cells"):
+    with pytest.raises(ValueError, match="does not store its cells"):
         sf.Segmentation(result.labels, result.centers, 1, "converged", {}, {}).patches  # noqa: B018
 
 
@@ -573,5 +573,5 @@ def test_bounds_that_components_need_more_regions_for_are_told():
 @pytest.mark.parametrize("weight", [1e308, 5e-324])
 def test_sizes_that_overflow_are_refused(weight):
     mesh = shapes.bumpy_sheet(8)
-    with pytest.raises(sf.MeshError, match=r"sizes of cells add up to .*: scale cell_weights"):
+    with pytest.raises(sf.MeshError, match=r"the sum of cell sizes is .*: scale cell_weights"):
         sf.segment(mesh, 4, balance=1.0, cell_weights=np.full(mesh.n_faces, weight))

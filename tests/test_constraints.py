@@ -251,7 +251,7 @@ def test_edges_are_welded_as_the_mesh_is():
     places = {tuple(p): i for i, p in enumerate(mesh.vertices.tolist())}  # any of several
     named = [[places[tuple(joined.vertices[v].tolist())] for v in edge] for edge in wall]
     assert run(mesh, 1, barriers=named).n_segments == 2
-    with pytest.raises(ValueError, match="which is no edge"):
+    with pytest.raises(ValueError, match="which is not an edge"):
         segment(mesh, 1, barriers=named, weld=False)
 
 
@@ -383,7 +383,7 @@ def test_constrained_labels_do_not_depend_on_threads():
     [
         ({"mask": [1, 0]}, TypeError, "mask must be bools, got int64"),
         ({"mask": [True]}, ValueError, r"mask must have shape \(4,\), got \(1,\)"),
-        ({"mask": [False] * 4}, ValueError, "the mask excludes all cells: it is False everywhere"),
+        ({"mask": [False] * 4}, ValueError, "mask is False everywhere: no cell is left"),
         (
             {"mask": np.ma.array([True] * 4, mask=[0, 0, 0, 1])},
             ValueError,
@@ -405,7 +405,7 @@ def test_constrained_labels_do_not_depend_on_threads():
         (
             {"barriers": [[0, 1], [0, 5]]},
             ValueError,
-            r"barriers\[1\] is \[0, 5\], which is no edge",
+            r"barriers\[1\] is \[0, 5\], which is not an edge",
         ),
         ({"barriers": [[0.0, 1.0]]}, TypeError, "barriers must be integers, got float64"),
         (

@@ -132,7 +132,7 @@ def test_a_graph_that_was_tampered_with_is_refused():
     for change, message in [
         ({"neighbors": graph.neighbors + 12}, "neighbors must be cells, 0 to 11"),
         ({"sides": graph.sides + np.uint16(3)}, "sides must be 0, 1 or 2"),
-        ({"sides": graph.sides[1:]}, "sides and same_turn must be one per arc"),
+        ({"sides": graph.sides[1:]}, "sides and same_turn must have one entry per arc"),
     ]:
         with pytest.raises(ValueError, match=message):
             dataclasses.replace(graph, **change)

@@ -253,14 +253,18 @@ def test_a_graph_of_another_mesh_is_refused():
     sheet, other = grid(2, 3), grid(3, 2)
     assert face_surface(sheet, build_face_graph(sheet), 1).n_cells == 6
     triangles = shapes.strip(6)
-    with pytest.raises(ValueError, match="the graph is of triangles but the mesh has polygons"):
+    with pytest.raises(
+        ValueError, match="the graph was built for triangles, but the mesh has polygons"
+    ):
         sf.superfacet_weights(sheet, build_face_graph(triangles))
-    with pytest.raises(ValueError, match="the graph is of polygons but the mesh has triangles"):
+    with pytest.raises(
+        ValueError, match="the graph was built for polygons, but the mesh has triangles"
+    ):
         sf.superfacet_weights(triangles, build_face_graph(sheet))
     fans = PolygonMesh.of_faces(sheet.vertices, [[0, 1, 2]] * 5 + [[3, 4, 5]])
-    with pytest.raises(ValueError, match="a side is none of its face"):
+    with pytest.raises(ValueError, match="a face lacks one of its sides"):
         sf.stk02_weights(fans, build_face_graph(other))
-    with pytest.raises(ValueError, match="the graph has 6 cells but the mesh 4 faces"):
+    with pytest.raises(ValueError, match="the graph has 6 cells but the mesh has 4 faces"):
         sf.arc_measures(grid(2, 2), build_face_graph(other))
 
 

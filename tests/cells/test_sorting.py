@@ -293,5 +293,5 @@ def test_errors_tell_numbers_of_the_input():
     mask[17] = False
     with pytest.raises(ValueError, match=r"init\[1\] is 17, which the mask excludes"):
         sf.segment(BEAR, init=[3, 17, 5], mask=mask)
-    with pytest.raises(ValueError, match=r"barriers\[0\] is \[5, 5\], which is no edge"):
+    with pytest.raises(ValueError, match=r"barriers\[0\] is \[5, 5\], which is not an edge"):
         sf.segment(BEAR, 9, barriers=[[5, 5]])

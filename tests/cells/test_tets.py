@@ -168,7 +168,7 @@ def test_tetrahedra_given_twice_are_neighbors_over_all_triangles():
     assert graph.neighbors.tolist() == [1] * 4 + [0] * 4
     assert graph.triangle_counts == (4, 0, 0)
     assert sf.segment(twice, 1).labels.tolist() == [0, 0]
-    with pytest.raises(MeshError, match="there is no outside"):
+    with pytest.raises(MeshError, match="the mesh has no boundary"):
         twice.boundary()
     thrice = TetMesh(TIP.vertices, [[0, 1, 2, 3]] * 3)
     assert build_tet_graph(thrice).triangle_counts == (4, 0, 4)
@@ -223,9 +223,9 @@ def test_invalid_arrays_are_refused(tets, message):
 
 
 def test_what_is_for_faces_says_so():
-    with pytest.raises(MeshError, match="this needs a surface, and the mesh has tetrahedra"):
+    with pytest.raises(MeshError, match="this needs a surface, but the mesh has tetrahedra"):
         sf.build_face_graph(TIP)
-    with pytest.raises(MeshError, match="this needs tetrahedra, and a Mesh has none"):
+    with pytest.raises(MeshError, match="this needs tetrahedra, but a Mesh has none"):
         build_tet_graph(shapes.cube())
     for weights in ("superfacets", "stk02"):
         with pytest.raises(ValueError, match=f"weights='{weights}' needs faces"):

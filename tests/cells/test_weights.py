@@ -203,7 +203,7 @@ def test_negative_or_missing_factors_are_refused(options):
 
 
 def test_a_graph_of_another_mesh_is_refused():
-    with pytest.raises(ValueError, match="the graph has 12 cells but the mesh 4 faces"):
+    with pytest.raises(ValueError, match="the graph has 12 cells but the mesh has 4 faces"):
         superfacet_weights(shapes.strip(4), build_face_graph(shapes.cube()))
 
 
@@ -293,7 +293,7 @@ def test_stk02_refuses_wrong_shares_and_graphs():
     mesh = shapes.fold(60)
     with pytest.raises(ValueError, match=r"alpha must be 0 to 1, got 1\.01"):
         stk02_weights(mesh, build_face_graph(mesh), alpha=1.01)
-    with pytest.raises(ValueError, match="the graph has 2 cells but the mesh 12 faces"):
+    with pytest.raises(ValueError, match="the graph has 2 cells but the mesh has 12 faces"):
         stk02_weights(shapes.cube(), build_face_graph(mesh))
 
 

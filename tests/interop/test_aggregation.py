@@ -80,7 +80,7 @@ def test_files_that_do_not_belong_together_are_refused(scene):
     with pytest.raises(MeshError, match="has no segGroups"):
         regroup_segments(groups, new, output)
     write_json(groups, {"segGroups": []})
-    with pytest.raises(MeshError, match="names no segmentsFile"):
+    with pytest.raises(MeshError, match="has no segmentsFile entry"):
         regroup_segments(groups, new, output)
     assert not output.exists()
 

@@ -46,7 +46,7 @@ def test_stacks_of_masks_are_read_and_the_smallest_counts(tmp_path):
 
 
 def test_what_is_wrong_with_masks_is_said_in_a_line(tmp_path):
-    with pytest.raises(sf.MeshError, match="holds no masks"):
+    with pytest.raises(sf.MeshError, match="contains no masks"):
         sf.read_masks(tmp_path)
     with pytest.raises(FileNotFoundError):
         sf.read_masks(tmp_path / "none")
@@ -57,7 +57,7 @@ def test_what_is_wrong_with_masks_is_said_in_a_line(tmp_path):
     Image.fromarray(np.zeros((90, 90), np.uint8)).save(path)
     for content in (path.read_bytes()[:60], b"not a picture", b""):
         path.write_bytes(content)
-        with pytest.raises(sf.MeshError, match=r"a\.png: is no complete PNG"):
+        with pytest.raises(sf.MeshError, match=r"a\.png: not a complete PNG"):
             sf.read_masks(tmp_path)
     path.unlink()
     np.save(tmp_path / "a.npy", np.zeros((2, 3)))
@@ -65,7 +65,7 @@ def test_what_is_wrong_with_masks_is_said_in_a_line(tmp_path):
         sf.read_masks(tmp_path)
     np.save(tmp_path / "a.npy", IDS)
     Image.fromarray(np.zeros((2, 3), np.uint8)).save(path)
-    with pytest.raises(sf.MeshError, match="two files of masks for image a"):
+    with pytest.raises(sf.MeshError, match="image a has two files of masks"):
         sf.read_masks(tmp_path)
     path.unlink()
     folder = tmp_path / "b"

@@ -260,7 +260,7 @@ def test_points_of_a_mesh_are_counted_as_the_mesh(monkeypatch):
         (2, {"segMinVerts": 0}, ValueError, "segMinVerts must be at least 1"),
         (2, {"n_segments": 3}, ValueError, "n_segments is 3 but there are only 2 faces"),
         (3, {"n_segments": 12}, ValueError, "n_segments is 12 but there are only 11 points"),
-        (3, {"edges": [[0, 11]]}, sf.MeshError, "edges must be points, 0 to 10"),
+        (3, {"edges": [[0, 11]]}, sf.MeshError, "edges must be indices of points, 0 to 10"),
         (3, {"edges": [0, 1]}, ValueError, r"edges must have shape \(E, 2\), got \(2,\)"),
         (3, {"edges": [[0.5, 1]]}, TypeError, "edges must be integers, got float64"),
     ],

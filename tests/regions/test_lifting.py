@@ -208,8 +208,8 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
 @pytest.mark.parametrize(
     ("change", "error", "words"),
     [
-        ({"masks": [np.ones((4, 5), int)]}, sf.MeshError, "5 x 4 pixels, and the camera 4 x 4"),
-        ({"masks": [np.ones((2, 5, 4), bool)]}, sf.MeshError, "4 x 5 pixels, and the camera 4"),
+        ({"masks": [np.ones((4, 5), int)]}, sf.MeshError, "5 x 4 pixels, but the camera has 4 x 4"),
+        ({"masks": [np.ones((2, 5, 4), bool)]}, sf.MeshError, "4 x 5 pixels, but the camera has 4"),
         ({"masks": [np.ones((4, 4, 3), np.uint8)]}, sf.MeshError, "uint8 of shape"),
         ({"masks": [np.ones((4, 4))]}, sf.MeshError, "integers or bools, got float64"),
         ({"masks": [np.full((4, 4), 2**31)]}, sf.MeshError, r"below 2\*\*31"),
@@ -223,7 +223,7 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
         (
             {"mesh": SQUARE.vertices, "regions": [0, 1, 1, 1]},
             TypeError,
-            "points have no surface for cameras",
+            "points have no surface that cameras",
         ),
         ({"regions": [0, 2]}, ValueError, "label"),
         ({"agreement": 0}, ValueError, "above 0"),

@@ -186,7 +186,7 @@ def test_unpool_fills_what_is_in_no_region():
     for values, fill in [([1, 2], np.nan), ([1, 2], 0.5), (np.uint8([1, 2]), None),
                          ([True, False], None), (np.int8([1, 2]), 300), (["wood", "a"], "other"),
                          (["a", "b"], None), (np.array([1, 2], "M8[D]"), None)]:  # fmt: skip
-        with pytest.raises(ValueError, match=r"cells are labeled -1, and \S+ cannot represent"):
+        with pytest.raises(ValueError, match=r"cells are labeled -1, and \S+ cannot hold"):
             sf.unpool(values, [0, -1], fill)
 
 
@@ -245,7 +245,7 @@ def test_what_does_not_fit_is_refused():
         (lambda: sf.pool([1, 2], [0, 0], measures=[1, -1]), r"measures\[1\] is -1"),
         (lambda: sf.pool([1, 2, 3], [0, 0, 0], cells=mesh, measures=[1, 1, 1]), "not both"),
         (lambda: sf.pool(np.ma.masked_less([1, 2], 2), [0, 0]), "values has masked entries"),
-        (lambda: sf.unpool(3, [0, 0]), "values must have one value or row per region"),
+        (lambda: sf.unpool(3, [0, 0]), "values must hold one value or row per region"),
         (lambda: sf.unpool([1, 2], [0, 2]), r"labels\[1\] is 2 but there are 2 values"),
         (lambda: sf.unpool([1, 2], [0, -2]), r"labels\[1\] is -2"),
         (lambda: sf.snap([1, 2], [0, 2]), r"regions\[1\] is 2; labels are -1..K-1"),

@@ -173,7 +173,7 @@ def test_files_that_are_not_there_or_hold_nothing_are_named(scratch, tmp_path):
 def test_tetrahedra_are_refused(scratch, tmp_path):
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     sf.write_mesh(tmp_path / "a.vtu", sf.TetMesh(points, [[0, 1, 2, 3]]))
-    with pytest.raises(MeshError, match=r"a\.vtu: tiles are of faces or points, and"):
+    with pytest.raises(MeshError, match=r"a\.vtu: only faces or points can be processed in tiles"):
         open_pieces(tmp_path / "a.vtu", scratch, for_workers=False)
 
 

@@ -10,7 +10,7 @@ namespace superfacets {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The smallest box around the points included so far.
+// Bounding box of the points included so far.
 struct Box {
   Point low{kInfinity, kInfinity, kInfinity};
   Point high{-kInfinity, -kInfinity, -kInfinity};
@@ -23,14 +23,14 @@ struct Box {
   }
   void include(Point p) { include({p, p}); }
 
-  // The nearest point of the box.
+  // The point of the box that is nearest to p.
   Point clamped(Point p) const {
     return {std::clamp(p.x, low.x, high.x), std::clamp(p.y, low.y, high.y),
             std::clamp(p.z, low.z, high.z)};
   }
 
-  // A lower bound of the squared distance from a point to any point in the box. It holds in
-  // floating point, too: rounding is monotone, and the terms are added in the order of
+  // A lower bound of the squared distance from a point to any point in the box. The bound also
+  // holds in floating point, because rounding is monotone and the terms are added in the order of
   // squared_norm.
   double squared_distance(Point p) const {
     auto gap = [](double from, double to, double value) {

@@ -17,9 +17,9 @@ namespace {
 constexpr std::size_t kPage = 1 << 16;      // bytes: a multiple of the page size of every system
 constexpr std::size_t kHugePage = 1 << 21;  // bytes: size of a huge page on most systems
 
-// The pool keeps returned memory up to kAlwaysKept bytes, as much as a mesh of some hundred
-// thousand faces needs, or up to 1 / kKeptPart of the memory in use, if that is more. Keeping more
-// would raise the peak.
+// Limit of the unused memory that the pool keeps: kAlwaysKept bytes, which suffices for a mesh of
+// some hundred thousand faces, or 1 / kKeptPart of the memory in use if that is more. Keeping more
+// would raise the peak of memory.
 constexpr std::size_t kAlwaysKept = 64 << 20;
 constexpr std::size_t kKeptPart = 8;
 
@@ -46,7 +46,7 @@ class Pool {
   }
 
   void give(void* memory, std::size_t n_bytes) {
-    n_used_ -= std::min(n_used_, n_bytes);  // not exact, see n_used_
+    n_used_ -= std::min(n_used_, n_bytes);  // clamped at 0, because n_used_ is not exact
     add(static_cast<std::byte*>(memory), n_bytes);
     shrink(std::max(kAlwaysKept, n_used_ / kKeptPart));
   }
@@ -120,7 +120,7 @@ class Pool {
 
   Ranges ranges_;
   std::size_t n_free_ = 0;
-  std::size_t n_used_ = 0;  // bytes; omits calls that found the pool locked
+  std::size_t n_used_ = 0;  // bytes in use; calls that found the pool locked are not counted
 };
 
 std::mutex pool_mutex;
@@ -150,7 +150,7 @@ void return_memory(void* memory, std::size_t n_bytes) noexcept {
   }
   try {
     pool().give(memory, n_returned);
-  } catch (const std::bad_alloc&) {  // no memory to record a range
+  } catch (const std::bad_alloc&) {  // no memory left to record the range
     ::munmap(memory, n_returned);
   }
 }

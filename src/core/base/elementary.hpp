@@ -1,4 +1,5 @@
-// Elementary functions without the C library: the same bits everywhere.
+// Elementary functions that do not use the C library, so that results have the same bits on every
+// platform.
 #pragma once
 
 #include <array>

@@ -17,8 +17,9 @@ namespace superfacets {
 #if defined(__GLIBC__)
 namespace {
 
-// The largest mmap threshold that glibc accepts, in bytes. The adaptive rules of glibc reach it in
-// a process that has freed arrays of that size, and then set the trim threshold to twice as much.
+// Largest mmap threshold that glibc accepts, in bytes. glibc adapts its thresholds: in a process
+// that has freed arrays of this size, the mmap threshold reaches this value, and the trim threshold
+// is twice the value.
 constexpr int kLargestFromHeap = 32 << 20;
 constexpr int kUsuallyKept = 2 * kLargestFromHeap;
 

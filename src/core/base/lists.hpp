@@ -1,4 +1,5 @@
-// Lists stored one after the other, and the ways to make them: by counting sort, or on all threads.
+// Lists stored one after the other, and functions that build them, by counting sort or on all
+// threads.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +20,7 @@ namespace superfacets {
 // List i has the entries offsets[i] .. offsets[i + 1] - 1.
 template <typename Entry>
 struct Lists {
-  Buffer<std::int64_t> offsets;  // (number of lists + 1,)
+  Buffer<std::int64_t> offsets;  // (number of lists + 1,) offsets of the lists in `entries`
   Buffer<Entry> entries;
 
   std::int64_t n_lists() const { return std::ssize(offsets) - 1; }
@@ -39,15 +40,15 @@ Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
   std::exclusive_scan(offsets.begin(), offsets.end(), offsets.begin(), std::int64_t{0});
   lists.entries = Buffer<Entry>(offsets[n_lists]);
   for_each([&](std::int64_t list, const Entry& entry) { lists.entries[offsets[list]++] = entry; });
-  // The offset of each list is now its end, which is the offset of the next one.
+  // Each write cursor is now at the end of its list, which is the offset of the next list.
   std::shift_right(offsets.begin(), offsets.end(), 1);
   offsets[0] = 0;
   return lists;
 }
 
-// The same on all threads, for few lists: for_each(begin, end, add) does it for elements
-// begin..end-1 of n. Parts of the elements have write cursors of their own, so that the result does
-// not depend on the number of threads.
+// Counting sort on all threads, for few lists. for_each(begin, end, add) calls add(list, entry) for
+// elements begin..end-1 of n. Each part of the elements has its own write cursors, so the result
+// does not depend on the number of threads.
 template <typename Entry, typename ForEach>
 Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each,
                    ThreadTeam& team) {
@@ -77,7 +78,7 @@ Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each
   return lists;
 }
 
-// Sorts each list, and removes duplicates.
+// Sorts each list and removes its duplicates.
 template <typename Entry>
 void sort_unique(Lists<Entry>& lists, ThreadTeam& team) {
   team.for_each_index(lists.n_lists(), [&](std::int64_t list) {
@@ -97,8 +98,8 @@ void sort_unique(Lists<Entry>& lists, ThreadTeam& team) {
   lists.entries = std::move(kept);
 }
 
-// Selects the lists with the indices `chosen`, in that order: the entries of the result are the
-// indices of the entries to copy. Time O(chosen lists + their entries).
+// Selects the lists with the indices `chosen`, in that order. The entries of the result are indices
+// into the entries of the given lists. Time O(chosen lists + their entries).
 inline Lists<std::int64_t> choose_lists(std::span<const std::int64_t> offsets,
                                         std::span<const std::int64_t> chosen) {
   SUPERFACETS_ASSERT(all_below(chosen, std::ssize(offsets) - 1));
@@ -127,14 +128,15 @@ Buffer<Entry> concatenated(std::span<const std::vector<Entry>> lists) {
   return all;
 }
 
-// All entries that append(cell, list) appends to a list for cells 0..n-1, in the order of the
-// cells. The cells of a block have one list.
+// Collects the entries that append(cell, list) appends for cells 0..n-1, in the order of cells.
+// Each block of cells has a list of its own.
 template <typename Entry, typename Append>
 Buffer<Entry> gather(std::int64_t n, const Append& append, ThreadTeam& team) {
   constexpr std::int64_t kBlock = 1 << 14;
   std::vector<std::vector<Entry>> lists((n + kBlock - 1) / kBlock);
   const auto append_range = [&](std::int64_t begin, std::int64_t end) {
-    std::vector<Entry> list;  // not in the array: its header would be on a line of others
+    // local: in the array, its header would share a cache line with other headers
+    std::vector<Entry> list;
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) append(cell, list);
     lists[begin / kBlock] = std::move(list);
   };

@@ -11,7 +11,8 @@
 namespace superfacets {
 
 // Sorts entries by their member `key`, an unsigned integer of 64 bits; entries with equal keys stay
-// in order. Digits that are the same in all keys are skipped. Memory: as much again.
+// in order. Digits that are equal in all keys are skipped. Uses a second array of the size of the
+// first.
 template <typename Entry>
 void radix_sort(Buffer<Entry>& entries) {
   constexpr int kDigitBits = 11;  // the write cursors of one digit fit into the first-level cache

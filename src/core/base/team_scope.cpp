@@ -18,7 +18,7 @@ long process_id() {
 #endif
 }
 
-// State of one thread: how many scopes exist on it, and the idle team that they keep.
+// State of one thread: the number of its scopes, and the idle team that the scopes keep.
 struct Kept {
   int n_scopes = 0;
   std::unique_ptr<ThreadTeam> team;

@@ -7,15 +7,15 @@
 
 namespace superfacets {
 
-// While a TeamScope exists, the kernels that its thread calls share one team of threads, which the
-// first of them starts. Objects that outlive a call, such as a Clustering, have their own team.
-// Starting threads takes as long as most kernels on ten thousand faces.
+// While a TeamScope exists, all kernels called on its thread share one team of threads. The first
+// kernel starts the team. This saves time, because starting threads takes as long as most kernels
+// on ten thousand faces. Objects that outlive a call, such as a Clustering, have their own team.
 class TeamScope {
  public:
   TeamScope();
   TeamScope(const TeamScope&) = delete;
   TeamScope& operator=(const TeamScope&) = delete;
-  ~TeamScope();  // on the thread of the constructor
+  ~TeamScope();  // must run on the thread of the constructor
 };
 
 // The team of one kernel call: the team of the scope, or a new one. A kernel that is called while

@@ -16,8 +16,8 @@
 
 namespace superfacets {
 
-// Minimum number of elements per thread: with fewer, starting the thread takes longer than the
-// work.
+// Minimum number of elements per thread. For fewer elements, starting the thread takes longer than
+// the work.
 inline constexpr std::int64_t kMinPerThread = 1 << 14;
 
 // The number of threads, at most n_threads, that are worth starting for n elements.
@@ -27,8 +27,8 @@ inline int useful_threads(std::int64_t n, int n_threads,
   return static_cast<int>(std::clamp<std::int64_t>(n / min_per_thread, 1, n_threads));
 }
 
-// A thread that is joined before it goes out of scope, in place of std::jthread, which libc++
-// (macOS) offers only from version 20 on.
+// A thread that is joined by its destructor. Replaces std::jthread, which libc++ (macOS) lacks
+// before version 20.
 class JoiningThread {
  public:
   template <typename Work, typename... Arguments>
@@ -44,7 +44,8 @@ class JoiningThread {
   std::thread thread_;
 };
 
-// The calling thread and n_threads - 1 helpers; fewer where threads cannot be started.
+// A team consists of the calling thread and n_threads - 1 helpers, or fewer if threads cannot be
+// started.
 class ThreadTeam {
  public:
   explicit ThreadTeam(int n_threads) {
@@ -66,7 +67,7 @@ class ThreadTeam {
   // Number of threads that take part in loops.
   int size() const { return n_active_ + 1; }
   int most() const { return static_cast<int>(helpers_.size()) + 1; }
-  // Limits later loops to n_threads, at most most().
+  // Limits later loops to n_threads <= most() threads.
   void resize(int n_threads) {
     SUPERFACETS_ASSERT(n_threads >= 1 && n_threads <= most() && n_busy_ == 0);
     n_active_ = n_threads - 1;
@@ -131,11 +132,13 @@ class ThreadTeam {
   // Elements per task: about ten microseconds of simple work.
   static constexpr std::int64_t kBlock = 1 << 14;
 
-  static constexpr std::uint32_t kGeneration = 1 << 13;  // factor of the loop number in generation_
-  static constexpr std::uint32_t kClosing = kGeneration - 1;  // tells helpers to end
+  // generation_ is (loop number) * kGeneration + (number of helpers)
+  static constexpr std::uint32_t kGeneration = 1 << 13;
+  // number of helpers that tells all helpers to end
+  static constexpr std::uint32_t kClosing = kGeneration - 1;
 
-  // How often a thread polls before it sleeps. Loops follow each other within microseconds, and
-  // waking a sleeping thread takes about fifty microseconds, as long as polling this often.
+  // Number of polls before a thread sleeps. They take about fifty microseconds, as long as waking a
+  // sleeping thread. Loops usually follow each other within microseconds.
   static constexpr int kLooksBeforeSleep = 20'000;
 
   template <typename Value, typename Condition>
@@ -148,8 +151,8 @@ class ThreadTeam {
     return seen;
   }
 
-  // Announces a loop by one atomic number, which also holds the number of helpers that take part.
-  // Helpers that do not take part read nothing else, so the next loop can be prepared at any time.
+  // Announces a loop by one atomic number, which also contains the number of helpers that take
+  // part. Other helpers read nothing but this number, so the next loop can be prepared at any time.
   //
   // notify_all checks for sleepers before it wakes them. The store must be visible before that
   // check, which needs seq_cst: with a weaker order, a helper that falls asleep in between would
@@ -192,14 +195,15 @@ class ThreadTeam {
   int n_active_ = 0;
 
   std::atomic<std::int64_t> next_task_ = 0;
-  std::atomic<std::uint32_t> generation_ = 0;  // loop number, and number of helpers that take part
+  std::atomic<std::uint32_t> generation_ = 0;  // loop number and number of helpers; see kGeneration
   std::atomic<int> n_busy_ = 0;                // helpers that have not finished this loop
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
-  std::vector<JoiningThread> helpers_;  // last member: destroyed, and so joined, before the others
+  // last member: destroyed first, which joins the threads before other members are destroyed
+  std::vector<JoiningThread> helpers_;
 };
 
-// An object for each thread of a team, made when it is first needed.
+// One object per thread of a team, created on first use.
 template <typename T>
 class PerThread {
  public:
@@ -215,7 +219,7 @@ class PerThread {
   std::vector<std::optional<T>> objects_;
 };
 
-// Number of terms of a partial sum. It does not depend on the number of threads.
+// Number of terms of a partial sum. It is fixed, so sums do not depend on the number of threads.
 inline constexpr std::int64_t kSumBlock = 4096;
 
 // Returns the total of sum(begin, end) over blocks of 0..n-1, added in the order of the blocks.

@@ -30,7 +30,7 @@ struct Triangle {
 };
 static_assert(sizeof(Triangle) == 3 * sizeof(Vertex), "triangles are rows of an (F, 3) array");
 
-// Corners of a triangle around it: side s leads from corner s to the next one.
+// The next corner of a triangle, in cyclic order. Side s runs from corner s to the next corner.
 constexpr int next_corner(int corner) {
   return corner == 2 ? 0 : corner + 1;
 }

@@ -4,7 +4,7 @@ namespace superfacets {
 
 InstructionSet best_instruction_set() {
 #if SUPERFACETS_HAS_VERSIONS
-  // Cached: asking the processor takes as long as computing a few numbers.
+  // Cached, because querying the processor takes as long as computing a few numbers.
   static const bool has_avx512 = __builtin_cpu_supports("avx512f") &&
                                  __builtin_cpu_supports("avx512dq") &&
                                  __builtin_cpu_supports("avx512vl");

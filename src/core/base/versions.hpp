@@ -1,5 +1,5 @@
-// Loops over many numbers, compiled several times: for the baseline instruction set, and for newer
-// ones.
+// Loops over many numbers that are compiled once for the baseline instruction set and once for each
+// newer one.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 #define SUPERFACETS_ALWAYS_INLINE inline
 #endif
 
-// best_instruction_set selects the version. The loader could do so (ifunc), but this works with the
-// GNU C library only, not with musl, and runs before a sanitizer is ready.
+// best_instruction_set selects the version at run time. Selection by the loader (ifunc) would
+// require the GNU C library, not musl, and would run before a sanitizer is ready.
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__)
 #define SUPERFACETS_HAS_VERSIONS 1
 #else
@@ -21,10 +21,10 @@
 
 namespace superfacets {
 
-// Instruction sets that a loop may be compiled for; later ones include earlier ones.
+// Instruction sets for which loops are compiled. Each one includes the previous ones.
 enum class InstructionSet : std::uint8_t { kBaseline, kAvx2, kAvx512 };
 
-// The newest instruction set that loops are compiled for and this processor supports.
+// The newest of these instruction sets that this processor supports.
 InstructionSet best_instruction_set();
 
 #if SUPERFACETS_HAS_VERSIONS
@@ -40,9 +40,9 @@ template <typename Loop, typename... Arguments>
 }
 #endif
 
-// Calls loop(arguments...) as compiled for the instruction set `with`, which this processor must
-// support. The call operator must be const and SUPERFACETS_ALWAYS_INLINE. All versions give the
-// same bits, because no operations are fused or reordered.
+// Calls the version of loop(arguments...) that is compiled for the instruction set `with`. The
+// processor must support it. The call operator must be const and SUPERFACETS_ALWAYS_INLINE. All
+// versions give the same bits, because no operations are fused or reordered.
 template <typename Loop, typename... Arguments>
 void run_version(InstructionSet with, const Loop& loop, const Arguments&... arguments) {
 #if SUPERFACETS_HAS_VERSIONS

@@ -1,5 +1,5 @@
-// Bindings of the base layer: selection of lists, scopes that keep threads and heap memory and, for
-// tests, properties of the build. Elementary functions of arrays.
+// Bindings of the base layer: selection of lists; scopes that keep threads and heap memory;
+// elementary functions of arrays; properties of the build, for tests.
 #include <algorithm>
 #include <optional>
 

@@ -56,7 +56,7 @@ struct ArrayOf<Tet> {
 
 }  // namespace superfacets
 
-// Accepts only an array of the exact type: a conversion would be a silent copy. The
+// Accepts only an array of the exact type, because a conversion would make a silent copy. The
 // caster holds on to the array until the call returns.
 template <typename T>
 struct nanobind::detail::type_caster<std::span<const T>> {
@@ -119,7 +119,7 @@ auto to_numpy(List&& list) {
   }
 }
 
-// Converts to any type. It is never evaluated, and serves to count the members of a struct.
+// Converts to any type in unevaluated code that counts the members of a struct.
 struct Anything {
   template <typename T>
   operator T() const;  // NOLINT(google-explicit-constructor)

@@ -97,7 +97,7 @@ void make_placed_cells(PlacedCells* self, Points positions, Doubles measures, in
           [&](ThreadTeam& team) { new (self) PlacedCells(positions, measures, team); });
 }
 
-// By cell.
+// Measures in the order of cells; the graph stores them by place.
 std::vector<double> measures_of(const OrderedGraph& graph) {
   std::vector<double> measures(graph.n_cells());
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
@@ -119,7 +119,7 @@ auto positions_of(const OrderedGraph& graph, Integers cells) {
   return positions;
 }
 
-// Builds a graph of cells and arcs that are already sorted along the curve.
+// Builds a graph from cells and arcs that are already sorted along the curve.
 OrderedGraph graph_in_place(Points positions, Doubles measures, Offsets offsets, Integers targets,
                             Floats lengths, double straight_unit, ThreadTeam& team) {
   Buffer<Arc> arcs(targets.size());
@@ -201,7 +201,8 @@ void join_alike_in(TurnedSets& sets, const Table<Place>& rows, Integers places, 
 auto pairs_apart_in(TurnedSets& sets, const Table<Place>& rows, Integers places, Integers cells,
                     Points normals) {
   std::vector<double> costs;
-  std::vector<Cell> numbers;  // per pair: lower and higher number, source, target
+  // (P, 4) lower and higher index of the points, source and target place of each pair
+  std::vector<Cell> numbers;
   std::vector<std::uint8_t> opposite;
   for (const NormalPair& pair : pairs_apart(sets, normal_tile(rows, places, cells, normals))) {
     costs.push_back(pair.cost);

@@ -17,8 +17,8 @@ SortedMesh mesh_in_curve_order(Points vertices, Integers representative, Integer
   return sort_mesh(vertices, representative, {corners, offsets, size}, team);
 }
 
-// The number of threads is chosen as if the rays from one start took as long as building the tree
-// for a hundred faces.
+// For the number of threads, the rays of one start count as much work as the tree of a hundred
+// faces.
 auto thickness(Points vertices, Triangles faces, Points starts, Points axes, int n_rays,
                double least_distance, bool inside_out, int n_threads) {
   const RayOptions options{n_rays, least_distance, inside_out};
@@ -36,7 +36,8 @@ Buffer<Cell> ordered_within_steps(Points positions, std::span<const std::uint32_
   return order_within_steps(positions, codes, BoxTree::kLeaf, team);
 }
 
-// A row of numbers per view: the projection, then the product of focal lengths; and its sizes.
+// `numbers` has a row per view: the projection, then the product of the focal lengths. The sizes of
+// its image are separate.
 auto surface_seen(Points vertices, Triangles faces, const Table<double>& numbers, Integers sizes,
                   int n_threads) {
   std::vector<View> views(numbers.shape(0));
@@ -54,8 +55,8 @@ auto surface_seen(Points vertices, Triangles faces, const Table<double>& numbers
                  [&](ThreadTeam& team) { return see_surface(vertices, faces, views, team); });
 }
 
-// Minimum number of cells or queries per thread. Each takes about a microsecond: a cell to insert
-// it into the search tree, a query to search the tree.
+// Minimum number of cells or queries per thread. Inserting a cell into the search tree takes about
+// a microsecond, and so does a query.
 constexpr std::int64_t kMinSearched = 1 << 10;
 
 }  // namespace

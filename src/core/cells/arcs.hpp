@@ -8,7 +8,7 @@
 
 namespace superfacets {
 
-// An arc that leaves a cell: its index among all arcs, and the cell it leads to.
+// An arc that leaves a cell: its index among all arcs, and its target.
 struct Step {
   std::int64_t arc;
   Cell to;
@@ -17,7 +17,7 @@ struct Step {
 // The arcs that leave cell i are offsets[i] .. offsets[i + 1] - 1.
 struct Arcs {
   std::span<const std::int64_t> offsets;  // (N + 1,)
-  std::span<const Cell> targets;          // (M,) the cell each arc leads to
+  std::span<const Cell> targets;          // (M,) target cell of each arc
 
   class Steps {
    public:
@@ -72,7 +72,7 @@ struct Arcs {
                                [&](Cell neighbor) { return labels[neighbor] != labels[cell]; });
   }
 
-  // Whether offsets rise from 0 to the number of arcs, and all arcs lead to cells.
+  // Whether offsets rise from 0 to the number of arcs, and all targets are valid cells.
   bool are_valid() const {
     return !offsets.empty() && offsets.front() == 0 && offsets.back() == n_arcs() &&
            std::ranges::is_sorted(offsets) && all_below(targets, n_cells());

@@ -9,8 +9,8 @@
 namespace superfacets {
 namespace {
 
-// Regularization of a fit to neighbors on a line, as a fraction of their spread: the surface counts
-// as flat in the unknown direction.
+// Regularization of the fit, as a fraction of the spread of the neighbors. If the neighbors are on
+// a line, it makes the surface flat in the undetermined direction.
 constexpr double kStiffness = 1e-9;
 
 // Two orthogonal directions in the tangent plane.
@@ -26,7 +26,7 @@ struct Tangents {
   }
 };
 
-// A symmetric 2 x 2 matrix, in tangents.
+// A symmetric 2 x 2 matrix, in the basis of two tangents.
 struct Flat {
   double uu, uv, vv;
 
@@ -39,7 +39,7 @@ struct Flat {
             entry(&Point::y, &Point::y), entry(&Point::y, &Point::z), entry(&Point::z, &Point::z)};
   }
 
-  // The same with negative eigenvalues set to 0.
+  // This matrix with negative eigenvalues set to 0.
   Flat positive_part() const {
     const double mean = 0.5 * (uu + vv);
     const double half = 0.5 * (uu - vv);
@@ -53,9 +53,9 @@ struct Flat {
   }
 };
 
-// The matrix S that fits S dx = -dn best (least squares), over the steps dx to neighbors and the
-// changes dn of the normal, both projected to the tangent plane: the normal equations by Cramer's
-// rule.
+// Least-squares fit of the matrix S in S dx = -dn, where dx is the step to a neighbor and dn the
+// change of the normal, both projected to the tangent plane. Solves the normal equations by
+// Cramer's rule.
 Flat fit(std::span<const Point> positions, std::span<const Point> normals,
          std::span<const Cell> neighbors, Cell point, const Tangents& t) {
   double xx = 0.0, xy = 0.0, yy = 0.0;

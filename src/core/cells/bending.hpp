@@ -12,7 +12,7 @@ namespace superfacets {
 struct Bend {
   float xx, xy, xz, yy, yz, zz;
 
-  // Angle by which the normal turns over a small step.
+  // Angle by which the normal turns along a small step.
   double turn(const Point& step) const {
     return norm({xx * step.x + xy * step.y + xz * step.z, xy * step.x + yy * step.y + yz * step.z,
                  xz * step.x + yz * step.y + zz * step.z});
@@ -20,15 +20,17 @@ struct Bend {
 };
 
 struct Bends {
-  Buffer<Bend> concave;  // (N,) where the surface rises above its tangent plane
-  Buffer<Bend> convex;   // (N,) where it falls below, counted positive
+  // (N,) curvature in directions in which the surface rises above its tangent plane
+  Buffer<Bend> concave;
+  Buffer<Bend> convex;  // (N,) curvature in directions in which it falls below, as positive numbers
 };
 
 // Fits a shape operator to the normals around each point, averages it with the operators of the
-// neighbors, and splits it into a concave and a convex part. Zero if a point has no normal. Unlike
-// the angle between two normals, it has a sign for each direction: on a saddle, a step along the
-// ridge is convex although the normal also turns a little sideways. Without `wants_convex`, the
-// convex part is left empty. Points are visited in `order`; a spatial order is faster.
+// neighbors, and splits it into a concave and a convex part. The operator is zero at a point
+// without a normal. Unlike the angle between two normals, it has a sign for each direction: on a
+// saddle, a step along the ridge is convex although the normal also turns a little sideways.
+// Without `wants_convex`, the convex part is left empty. Points are visited in `order`; a spatial
+// order is faster.
 Bends find_bends(std::span<const Point> positions, std::span<const Point> normals, const Arcs& arcs,
                  std::span<const Cell> order, bool wants_convex, ThreadTeam& team);
 

@@ -1,4 +1,4 @@
-// Connected components, of a graph or of each region in it.
+// Connected components of a graph, or of each region in a graph.
 #pragma once
 
 #include <numeric>
@@ -19,7 +19,7 @@ struct Components {
 // Disjoint sets of cells (union-find). The root of a set is its lowest cell.
 class DisjointSets {
  public:
-  // Each cell is alone.
+  // Initially each cell is a set by itself.
   explicit DisjointSets(std::size_t n_cells) : parents_(n_cells) {
     std::iota(parents_.begin(), parents_.end(), 0);
   }
@@ -44,7 +44,7 @@ class DisjointSets {
   Components number() && {
     Cell n_sets = 0;
     for (std::size_t cell = 0; cell < parents_.size(); ++cell) {
-      // Parents are lower than their children, so their entries are numbers already.
+      // A parent is lower than its child, so its entry has already been replaced by its number.
       const auto parent = static_cast<std::size_t>(parents_[cell]);
       parents_[cell] = parent == cell ? n_sets++ : parents_[parent];
     }
@@ -55,11 +55,11 @@ class DisjointSets {
   Buffer<Cell> parents_;
 };
 
-// Two cells are in one component if they have the same label and a chain of arcs between cells of
-// that label joins them, in whichever direction each arc leads (weakly connected). If all labels
-// are equal, these are the components of the graph. Labels are any integers.
-// for_each_neighbor(cell, take) calls take(neighbor) for each arc that leaves a cell. Time
-// O((N + M) log N) at worst, O(N + M) in practice; memory: the result.
+// Weakly connected components of the regions: two cells are in one component if a chain of arcs,
+// each in either direction, joins them through cells with their label. If all labels are equal,
+// these are the components of the graph. Labels are any integers. for_each_neighbor(cell, take)
+// calls take(neighbor) for each arc that leaves a cell. Time O((N + M) log N) at worst, O(N + M) in
+// practice; memory: the result.
 template <typename ForEachNeighbor>
 Components components_of(std::span<const Label> labels, const ForEachNeighbor& for_each_neighbor) {
   DisjointSets sets(labels.size());

@@ -17,9 +17,9 @@ namespace {
 // Prefetch distance, in faces, for corners.
 constexpr std::size_t kAhead = 16;
 
-// Vertices are split into parts of at least 2^kMinPartBits, so that the edges of a part are matched
-// within the second-level cache. The number of parts is limited because a core writes to only so
-// many streams efficiently.
+// Vertices are split into parts of at least 2^kMinPartBits vertices. The edges of a part are
+// matched within the second-level cache. The number of parts is limited, because a core writes
+// efficiently to a limited number of streams only.
 constexpr int kMinPartBits = 12;
 constexpr std::int64_t kMaxParts = 1024;
 
@@ -46,7 +46,8 @@ class WeldedCorners {
   }
 
  private:
-  // Whether each entry is a vertex that is not higher and represents itself.
+  // Whether each entry is a vertex that represents itself and is not higher than the index of the
+  // entry.
   static bool are_representatives(std::span<const Vertex> representative) {
     for (std::size_t v = 0; v < representative.size(); ++v) {
       const Vertex lowest = representative[v];
@@ -55,7 +56,8 @@ class WeldedCorners {
     return true;
   }
 
-  // Most meshes are welded already, which saves a memory access per corner.
+  // Whether every vertex represents itself, as in most meshes. Then each corner needs one memory
+  // access less.
   static bool is_identity(std::span<const Vertex> representative, ThreadTeam& team) {
     std::atomic<bool> is_same = true;
     const auto n = static_cast<std::int64_t>(representative.size());
@@ -100,14 +102,14 @@ void for_each_filing(const WeldedCorners& corners, std::int64_t begin, std::int6
 
 // The kind of link from a side of a face to the other faces on its edge.
 enum class Link : std::uint8_t {
-  kNone,     // a boundary, or no edge at all
-  kOpposed,  // one other face, with the opposite direction along the edge
-  kAlike,    // one other face, with the same direction along the edge
-  kRing,     // two other faces or more
+  kNone,     // a boundary edge, or a side that is no edge
+  kOpposed,  // one other face, which runs along the edge in the opposite direction
+  kAlike,    // one other face, which runs along the edge in the same direction
+  kRing,     // at least two other faces
 };
 
-// The faces on each edge as a ring, in ascending order: next[3 * face + side] is the next face
-// around the edge. For an edge of one face, only the link is set, to kNone.
+// The faces on each edge, linked to a ring in ascending order: next[3 * face + side] is the next
+// face of the edge. For an edge with one face, `next` is not set, and the link is kNone.
 struct Rings {
   Buffer<Face> next;
   Buffer<Link> links;
@@ -164,8 +166,8 @@ class SidesOfPart {
   std::span<const Side> sides(std::size_t vertex) const {
     return sides_.span().subspan(starts_[vertex], starts_[vertex + 1] - starts_[vertex]);
   }
-  // The higher vertices of those sides, padded so that kReadable numbers can be read from any
-  // start.
+  // The higher vertex of each side of a lower vertex. The array is padded, so that kReadable
+  // numbers can be read from any start.
   const Vertex* highs(std::size_t vertex) const { return highs_.data() + starts_[vertex]; }
   static constexpr std::size_t kReadable = 16;
 
@@ -182,9 +184,9 @@ class SidesOfPart {
   Buffer<Side> sides_;
 };
 
-// For n <= kMost sides with one lower vertex: the number of sides with the same higher vertex, and
-// the sum of their indices. Compares all pairs with vector instructions, without branches or
-// sorting.
+// For each of n <= kMost sides with the same lower vertex: the number of sides that also have the
+// same higher vertex, and the sum of their indices. All pairs are compared by vector instructions,
+// without branches or sorting.
 template <std::size_t kMost>
 struct Matches {
   // Reads kMost numbers; those past the first n are ignored.
@@ -237,18 +239,19 @@ class Linker {
   }
 
  private:
-  // Sides with one lower vertex: six on average.
+  // Number of sides at a lower vertex that is handled without sorting. The average is six.
   static constexpr std::size_t kFew = 8;
   static constexpr std::size_t kMany = SidesOfPart::kReadable;
 
-  // Links the sides with one lower vertex if there are no more than kMost, of different faces, with
-  // at most two on an edge. Returns whether it did.
+  // Tries to link the sides with the same lower vertex. Returns false, and links nothing, if there
+  // are more than kMost sides, two sides of one face, or more than two sides on an edge.
   template <std::size_t kMost>
   bool link_pairs(std::span<const Side> sides, const Vertex* highs) {
     const std::size_t n = sides.size();
     if (n > kMost) return false;
     const Matches<kMost> matches(highs, n);
-    std::array<Side, kMost> others;  // itself if a side is alone on its edge
+    // the other side on the edge of each side; the side itself if it is alone
+    std::array<Side, kMost> others;
     bool is_simple = true;
     for (std::size_t i = 0; i < n; ++i) {
       const bool is_paired = matches.counts[i] == 2;
@@ -276,7 +279,8 @@ class Linker {
 
   static Link pair_link(bool is_alike) { return is_alike ? Link::kAlike : Link::kOpposed; }
 
-  // Links any number of sides with one lower vertex, sorted by the higher one.
+  // Links any number of sides with the same lower vertex, after sorting them by their higher
+  // vertex.
   void link_edges(std::span<const Side> sides, const Vertex* highs) {
     constexpr int kPlaceBits = 33;  // enough for three sides of 2^31 faces
     order_.resize(sides.size());
@@ -298,7 +302,7 @@ class Linker {
     }
   }
 
-  // Links the sides on one edge, which are of different faces in ascending order.
+  // Links the sides on one edge. They belong to different faces, in ascending order.
   void link_edge(std::span<const Side> sides) {
     const std::size_t n = sides.size();
     Link link = n == 1 ? Link::kNone : Link::kRing;
@@ -322,10 +326,10 @@ class Linker {
 
 EdgeTally link_faces(const WeldedCorners& corners, std::int64_t n_vertices, ThreadTeam& team,
                      Rings& rings) {
-  int part_bits = kMinPartBits;  // a vertex shifted right by this is its part
+  int part_bits = kMinPartBits;  // the part of a vertex is the vertex shifted right by part_bits
   while ((n_vertices >> part_bits) >= kMaxParts) ++part_bits;
-  // Faces by the parts of the lower vertices of their sides. A face is in two parts at most, since
-  // its highest vertex is never a lower one, and usually in one.
+  // Faces grouped by the parts of the lower vertices of their sides. A face is usually in one part,
+  // and in at most two, because its highest vertex is no lower vertex of any side.
   const Lists<Face> parts = group<Face>(
       corners.n_faces(), (n_vertices >> part_bits) + 1,
       [&](std::int64_t begin, std::int64_t end, const auto& add) {
@@ -386,7 +390,8 @@ class ArcReader {
     }
   }
 
-  // The first side that joins the two vertices, which is kept if there are two.
+  // The first side that joins the two vertices. A second side of the face on this edge has been
+  // dropped.
   int side_along(Face face, Vertex a, Vertex b) const {
     for (int side = 0; side < 2; ++side) {
       const Vertex from = corners_(face, side);
@@ -456,7 +461,8 @@ void collect_arcs(const ArcReader& reader, std::int64_t n_faces, ThreadTeam& tea
       kBlock);
 }
 
-// If each side of each face has exactly one arc, the rings are the lists of arcs.
+// Moves the rings into the graph without a copy. Requires exactly one arc per side of each face:
+// then the rings are the lists of arcs.
 void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, FaceGraph& graph) {
   graph.offsets = Buffer<std::int64_t>(n_faces + 1);
   graph.offsets[n_faces] = 3 * n_faces;

@@ -1,4 +1,4 @@
-// Stage 1: which faces share an edge.
+// Stage 1: the graph of faces that share an edge.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -7,27 +7,27 @@
 
 namespace superfacets {
 
-// The largest number of arcs that is built: 2^24 (half a gigabyte), or 16 per face if that is more.
-// So a large mesh is accepted, but not a small one with thousands of faces on a few edges.
+// Limit of the number of arcs: 2^24 (half a gigabyte), or 16 per face if that is more. The limit
+// accepts any ordinary large mesh, and rejects a small mesh with thousands of faces on a few edges.
 inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
 inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
 
-// Undirected edges by the number of faces on them.
+// Number of undirected edges of each type.
 struct EdgeCounts {
   std::int64_t edges = 0;
-  std::int64_t boundary = 0;      // one face
-  std::int64_t non_manifold = 0;  // three faces or more
-  std::int64_t inconsistent = 0;  // two faces that traverse the edge in the same direction
+  std::int64_t boundary = 0;      // edges of one face
+  std::int64_t non_manifold = 0;  // edges of at least three faces
+  std::int64_t inconsistent = 0;  // edges of two faces that run along them in the same direction
 };
 
-// Sums over edges.
+// Numbers of edges and arcs, summed over edges.
 struct EdgeTally {
   EdgeCounts edges;
-  std::uint64_t arcs = 0;       // n (n - 1) for each edge of n faces; no overflow, as n < 2^31
+  std::uint64_t arcs = 0;  // n (n - 1) for each edge of n faces; cannot overflow, because n < 2^31
   std::int64_t most_faces = 0;  // on one edge
 
   void add(const EdgeTally& other);
-  // Adds an edge.
+  // Adds an edge with n_faces faces.
   void count(std::size_t n_faces, bool is_inconsistent);
 };
 
@@ -36,18 +36,19 @@ void check_number_of_arcs(const EdgeTally& tally, std::int64_t n_faces);
 
 struct FaceGraph {
   Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
-  Buffer<Face> neighbors;          // (M,) the face an arc leads to
-  Buffer<std::uint8_t> sides;      // (M,) the side 0, 1, 2 of the face that the arc leaves by
-  Buffer<std::uint8_t> same_turn;  // (M,) 1 if both faces have the same direction along the edge
+  Buffer<Face> neighbors;          // (M,) target face of each arc
+  Buffer<std::uint8_t> sides;      // (M,) side, 0, 1 or 2, by which each arc leaves its face
+  Buffer<std::uint8_t> same_turn;  // (M,) 1 if both faces run along the edge in the same direction
   EdgeCounts counts;
 };
 
 // Builds one arc per shared edge and direction. Side s of a face joins its corners s and s + 1;
 // corners are compared by representative[vertex] (see weld_vertices). All pairs of faces around a
-// non-manifold edge are neighbors; a boundary edge has no arc; a side whose two ends are one vertex
-// is no edge; a face is never its own neighbor; of two sides of a face on one edge, the first
-// counts; faces that share two edges have two arcs. The arcs of a face are sorted by side, then by
-// neighbor. At most 2^31 - 1 faces and vertices; sides and arcs are counted in 64 bits.
+// non-manifold edge are neighbors. A boundary edge has no arc. A side whose two ends are the same
+// vertex is no edge. A face is never its own neighbor: if two of its sides are on one edge, only
+// the first counts. Faces that share two edges are joined by two arcs in each direction. The arcs
+// of a face are sorted by side, then by neighbor. At most 2^31 - 1 faces and vertices; sides and
+// arcs are counted in 64 bits.
 //
 // Time O(F + V + M), and O(n log n) at a vertex with n edges; memory beside the result: at most
 // about 36 bytes per face. Throws std::length_error before it allocates arcs, if there are too many

@@ -11,7 +11,8 @@
 namespace superfacets {
 namespace {
 
-// Walks do not pass cells with more arcs, so that their number is linear.
+// Walks do not pass through cells with more arcs, so the number of walks is linear in the number of
+// cells.
 constexpr std::size_t kMostArcs = 24;
 
 constexpr std::int64_t kBlock = 1 << 10;  // places

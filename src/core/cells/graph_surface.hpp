@@ -1,4 +1,5 @@
-// Cells whose measures of arcs are given: of a graph that the caller made, and tetrahedra.
+// Cells with precomputed measures of arcs: the cells of a graph that the caller provides, and
+// tetrahedra.
 #pragma once
 
 #include "base/assert.hpp"
@@ -6,15 +7,15 @@
 
 namespace superfacets {
 
-// The arrays given for the cells of a graph. An empty array stands for the default in its comment.
+// Arrays with the measures of cells and arcs. An empty array stands for the default in its comment.
 struct GivenMeasures {
   std::span<const Point> positions;        // (N,)
   std::span<const double> measures;        // (N,)
   std::span<const double> border_lengths;  // (M,)
-  std::span<const double> step_lengths;    // (M,) or the distances between positions
-  std::span<const double> angles;          // (M,) or 0
-  std::span<const std::int32_t> sides;     // (M,) or each arc has a side of its own
-  std::span<const double> open_lengths;    // (N,) or 0
+  std::span<const double> step_lengths;    // (M,) default: distances between positions
+  std::span<const double> angles;          // (M,) default: 0
+  std::span<const std::int32_t> sides;     // (M,) default: each arc has a side of its own
+  std::span<const double> open_lengths;    // (N,) default: 0
 };
 
 // Corners are unknown: a graph does not order the cells around a corner.
@@ -42,7 +43,7 @@ class GraphSurface : public Surface {
   }
 
  private:
-  // Whether sizes of arrays agree, and arcs are sorted by side.
+  // Whether the sizes of the arrays agree, and arcs are sorted by side.
   bool is_valid() const {
     const auto n = static_cast<std::size_t>(n_cells());
     const std::size_t n_arcs = arcs().targets.size();
@@ -58,7 +59,7 @@ class GraphSurface : public Surface {
   const GivenMeasures given_;
 };
 
-// Tetrahedra: vertices are known, too. Arcs have reverse arcs, and corners are unknown.
+// Tetrahedra. Their vertices are known, and all arcs have reverse arcs. Corners are unknown.
 class TetSurface final : public GraphSurface {
  public:
   TetSurface(std::span<const Point> vertices, std::span<const Tet> tets, const Arcs& arcs,

@@ -10,7 +10,8 @@ namespace superfacets {
 namespace {
 
 struct Member {
-  std::uint64_t key;  // group, then label + 1 without sign: kNoLabel is 0
+  // sort key: group in the upper bits, label + 1 in the lower bits (0 for kNoLabel)
+  std::uint64_t key;
   double weight;
 
   Member(Cell group, Label label, double w)
@@ -41,7 +42,7 @@ Majority weighted_majority(std::span<const Cell> groups, std::span<const Label> 
                            std::span<const double> weights, Cell n_groups) {
   SUPERFACETS_ASSERT(groups.size() == labels.size() && groups.size() == weights.size() &&
                      all_below(groups, n_groups));
-  // Groups of one label need no sums.
+  // Groups with a single label need no sums.
   Majority majority{Buffer<Label>(n_groups), Buffer<std::uint8_t>(n_groups)};
   std::ranges::fill(majority.winners, kNoLabel);
   std::ranges::fill(majority.is_divided, 0);

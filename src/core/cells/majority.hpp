@@ -1,4 +1,4 @@
-// The label that most of the weight of each group has.
+// Weighted majority of the labels in each group.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 namespace superfacets {
 
 struct Majority {
-  Buffer<Label> winners;            // of each group; kNoLabel if it has no members
-  Buffer<std::uint8_t> is_divided;  // whether members of each group have different labels
+  Buffer<Label> winners;            // winning label of each group; kNoLabel if it has no members
+  Buffer<std::uint8_t> is_divided;  // 1 if the members of the group have different labels
 };
 
-// The label with the largest sum of weights among the members of each group, the lowest of equals.
-// Member i is in groups[i], and has labels[i], which is kNoLabel (a label like others) or higher,
-// and weights[i] >= 0. Time O(members + n_groups).
+// For each group, finds the label with the largest sum of weights among its members. Ties go to the
+// lowest label. Member i belongs to groups[i], and has labels[i] and weights[i] >= 0. kNoLabel is
+// the lowest label, and is treated like any other. Time O(members + n_groups).
 Majority weighted_majority(std::span<const Cell> groups, std::span<const Label> labels,
                            std::span<const double> weights, Cell n_groups);
 

@@ -12,12 +12,12 @@
 namespace superfacets {
 namespace {
 
-// Prefetch distances, in places: cells are at random positions in the input. The arcs of a cell are
-// prefetched when their offsets have arrived.
+// Prefetch distance, in places. Prefetching hides cache misses, because cells are in random order
+// in the input. The arcs of a cell are prefetched once their offsets are in the cache.
 constexpr std::int64_t kAhead = 32;
 constexpr std::int64_t kFarAhead = 64;
 
-// The order of arcs in a list, for binary search.
+// Sort order of the arcs of a cell, for binary search.
 bool is_before(const Arc& a, const Arc& b) {
   return std::tie(a.to, a.length) < std::tie(b.to, b.length);
 }
@@ -30,7 +30,7 @@ bool fits_rows(const WeightedArcs& input, ThreadTeam& team) {
   return fits;
 }
 
-// Whether lengths are results of quantize_weights, so that sums of paths are exact.
+// Whether lengths are whole numbers, as from quantize_weights, so that path lengths are exact.
 bool are_quantized(std::span<const float> lengths) {
   const auto is_whole = [](float length) { return length >= 1.0F && length == std::floor(length); };
   return std::ranges::all_of(lengths, is_whole) &&
@@ -143,7 +143,8 @@ void OrderedGraph::prefetch_arcs(const WeightedArcs& input, std::int64_t place) 
   if (place + kFarAhead >= n_cells()) return;
   prefetch(&input.arcs.offsets[cells[place + kFarAhead]]);
   const std::int64_t first = input.arcs.offsets[cells[place + kAhead]];
-  prefetch(input.arcs.targets.data() + first);  // by address, not by index: there may be no arc
+  // an address, because index `first` is invalid if the cell has no arc
+  prefetch(input.arcs.targets.data() + first);
   prefetch(input.lengths.data() + first);
 }
 

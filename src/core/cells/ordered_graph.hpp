@@ -17,66 +17,69 @@
 
 namespace superfacets {
 
-// An arc as it is relaxed: its target and its length are adjacent in memory.
+// An arc in the layout for relaxation: target and length are adjacent in memory.
 struct Arc {
   Place to;
   float length;  // whole units >= 1
 };
 
-// Larger than every path length. Shortest paths are below 2^kTotalBits; paths lengthened by a
-// detour are below twice that. A path through a coarse cell consists of paths of finer cells to and
-// from its center, so each of the few levels doubles it at most.
+// Strict upper bound of path lengths. Shortest paths are shorter than 2^kTotalBits, and paths
+// lengthened by a detour are shorter than twice that. A path through a coarse cell consists of
+// paths of finer cells to and from its center, so each of the few levels at most doubles path
+// lengths.
 inline constexpr PathLength kLongest = PathLength{1} << 60;
 
-// The length of a path that is continued by an arc.
+// Length of a path extended by an arc.
 inline PathLength longer_by(PathLength length, const Arc& arc) {
   SUPERFACETS_ASSERT(length < kLongest);
-  // Converted through a signed integer, for which processors have an instruction.
+  // Converts via a signed integer, because processors have an instruction for that.
   return length + static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
 }
 
 // Arcs of the input.
 struct WeightedArcs {
   Arcs arcs;
-  std::span<const float> lengths;   // (M,) whole units >= 1, from quantize_weights
-  bool is_known_symmetric = false;  // each arc has a reverse arc of the same length: not checked
-  double straight_unit = 0.0;       // see OrderedGraph
+  std::span<const float> lengths;  // (M,) whole units >= 1, from quantize_weights
+  // true: each arc has a reverse arc of equal length, which is not checked
+  bool is_known_symmetric = false;
+  double straight_unit = 0.0;  // see OrderedGraph
 };
 
-// Cells sorted along a space-filling curve, so that neighbors are mostly on the same few pages of
-// memory, whatever their order in the input. All arrays are indexed by place, the position on the
-// curve. Made before the graph, so that the positions and measures of the input can be freed before
+// Cells sorted along a space-filling curve, so neighbors are near in memory whatever the order of
+// the input. The place of a cell is its index on the curve; all arrays are indexed by place. This
+// object is built before the graph, so the positions and measures of the input can be freed before
 // arcs are copied.
 struct PlacedCells {
-  PlacedCells() = default;  // of no cells
+  PlacedCells() = default;  // no cells
   PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
 
-  // For cells that are sorted already, or nearly: the place of each cell is its number.
+  // For cells that are already sorted, exactly or nearly: the place of a cell is its index.
   PlacedCells(Buffer<Point> positions, Buffer<double> measures, ThreadTeam& team);
 
   Cell n_cells() const { return static_cast<Cell>(cells.size()); }
 
-  Box bounds;                // of the positions
+  Box bounds;                // bounding box of the positions
   double total_measure = 0;  // summed in fixed blocks, the same for any number of threads
   Buffer<Cell> cells;        // (N,) the cell at each place
-  Buffer<Place> place_of;    // (N,) by cell: its place
+  Buffer<Place> place_of;    // (N,) place of each cell
   Buffer<Point> positions;   // (N,)
   Buffer<double> measures;   // (N,)
-  BoxTree tree;              // over the places
+  BoxTree tree;              // bounding boxes over the places
 };
 
-// Placed cells with the arcs between them, 66 bytes a cell with three arcs.
+// Placed cells with the arcs between them. Takes 66 bytes per cell with three arcs.
 class OrderedGraph : public PlacedCells {
  public:
-  OrderedGraph() = default;  // of no cells
+  OrderedGraph() = default;  // no cells
   OrderedGraph(PlacedCells&& cells, const WeightedArcs& input, ThreadTeam& team);
 
-  // From arcs between places, in lists sorted by target; each has a reverse arc of the same length.
+  // Takes arcs between places, in lists sorted by target. Each arc must have a reverse arc of equal
+  // length.
   OrderedGraph(PlacedCells&& cells, Buffer<std::int64_t> offsets, Buffer<Arc> arcs,
                double straight_unit = 0.0);
 
-  // The arcs that leave a place. If no cell has more than kRow arcs, they are rows of kRow, padded
-  // with arcs to the place itself, which never improve a path.
+  // The arcs that leave a place. If no cell has more than kRow arcs, arcs are stored in rows of
+  // kRow entries. Padding arcs lead to the place itself, and never improve a path.
   static constexpr int kRow = 3;
   bool has_rows() const { return offsets.size() == 0; }
   std::span<const Arc> arcs_of(Place place) const {
@@ -85,13 +88,14 @@ class OrderedGraph : public PlacedCells {
     return arcs.span().subspan(first_arc(place), offsets[place + 1] - offsets[place]);
   }
 
-  // The part of an arc's length beyond the straight line between its ends, in units.
+  // The price of an arc: its length minus the straight distance of its ends, in units.
   double price(Place from, const Arc& arc) const {
     const double straight = norm(positions[arc.to] - positions[from]) / straight_unit;
     return std::max(0.0, static_cast<double>(arc.length) - straight);
   }
 
-  // Adds the price of the step between parts to each arc; the rows of the vectors are by cell.
+  // Adds the price of the step between parts to each arc (see add_part_prices). `vectors` has one
+  // row per cell.
   void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team);
 
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
@@ -99,10 +103,11 @@ class OrderedGraph : public PlacedCells {
 
   Buffer<std::int64_t> offsets;  // (N + 1,) into arcs; empty if arcs are in rows
   Buffer<Arc> arcs;
-  std::int64_t n_arcs = 0;    // without padding
-  bool is_symmetric = false;  // each arc has one back of the same length
-  // If positive, arcs are as long as the straight line between their ends plus a price, and this is
-  // the length of their unit in the unit of the positions. 0: arcs have any lengths.
+  std::int64_t n_arcs = 0;    // number of arcs without padding
+  bool is_symmetric = false;  // each arc has a reverse arc of equal length
+  // If positive, the length of an arc is the straight distance of its ends plus a price, and
+  // straight_unit is the size of one length unit in the unit of the positions. 0: arcs have any
+  // lengths.
   double straight_unit = 0.0;
   // Coarse cells do not extend across arcs with this price or a higher one.
   double barrier = HUGE_VAL;
@@ -119,10 +124,10 @@ class OrderedGraph : public PlacedCells {
   bool all_lead_back(ThreadTeam& team) const;
 };
 
-// Keeps the place nearest to a point among all offered places; the lowest cell among equals.
+// Search for the place nearest to a point. Ties go to the lowest cell.
 class NearestPlace {
  public:
-  // Starts with a given place. The nearer it is, the faster the search.
+  // Starts with a given place. A near place makes the search fast.
   NearestPlace(const OrderedGraph& graph, Point target, Place place)
       : graph_(&graph),
         target_(target),
@@ -136,8 +141,8 @@ class NearestPlace {
     if (is_nearer(place, squared)) set(place, squared);
   }
 
-  // Offers all places that may be nearer and fulfill `is_wanted`. Visits at most n_visits nodes of
-  // the tree; returns false if more would be needed.
+  // Searches all places for which is_wanted holds. Visits at most n_visits nodes of the tree, and
+  // returns false if more would be needed.
   template <typename IsWanted>
   bool search(const IsWanted& is_wanted, std::int64_t n_visits) {
     // A box at exactly this distance may still hold a lower cell.

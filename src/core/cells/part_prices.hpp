@@ -22,8 +22,9 @@ struct PartVectors {
 // An arc length plus factor |psi_i - psi_j|, rounded to a whole number.
 float with_price(float length, double factor, double distance);
 
-// Adds factor |psi_i - psi_j| to the length of each arc, for the groups i and j of its two cells,
-// and rounds. group_of is by cell; empty: each cell is a group. Symmetric in the two, bit for bit.
+// Adds factor |psi_i - psi_j| to the length of each arc, where i and j are the groups of its two
+// cells, and rounds. group_of holds the group of each cell; if it is empty, each cell is a group.
+// An arc and its reverse arc get the same bits.
 Buffer<float> add_part_prices(const Arcs& arcs, std::span<const float> lengths,
                               std::span<const Cell> group_of, const PartVectors& vectors,
                               double factor, ThreadTeam& team);

@@ -18,16 +18,17 @@ namespace {
 
 constexpr std::int64_t kPlacesPerTask = 1 << 12;
 
-// Neighbors, areas and normals of the points at different positions, by place along the curve.
+// Neighbors, areas and normals of the P representatives (the lowest point at each position), by
+// place along the curve.
 struct Found {
-  Buffer<Place> rows;     // (P * n_neighbors,) nearest neighbors; kNoPlace if dropped
+  Buffer<Place> rows;     // (P * n_neighbors,) nearest neighbors of each point; kNoPlace if dropped
   Buffer<double> areas;   // (P,)
   Buffer<Point> normals;  // (P,) or empty
 };
 
-// The mean area per point from squared distances of the nearest neighbors, in ascending order. For
-// random points on a plane, the k-th has a mean of k / (pi density), so their average is (n + 1) /
-// 2 times 1 / (pi density).
+// Area per point, estimated from the sum of the squared distances of the n nearest neighbors. For
+// random points on a plane, the expected squared distance of the k-th neighbor is k / (pi density),
+// so the mean over n neighbors is (n + 1) / (2 pi density).
 double area_around(double sum_of_squares, std::size_t n) {
   if (n == 0) return 0.0;
   const auto count = static_cast<double>(n);
@@ -66,7 +67,7 @@ Found find_neighbors(const NeighborSearch& search, const PointGraphOptions& opti
   return found;
 }
 
-// Drops neighbors that are too far away, and computes areas without them.
+// Drops neighbors beyond the cutoff, and recomputes areas without them.
 void cut_off(const NeighborSearch& search, const PointGraphOptions& options, Found& found,
              ThreadTeam& team) {
   const std::size_t n_columns = options.n_neighbors;
@@ -93,10 +94,11 @@ void cut_off(const NeighborSearch& search, const PointGraphOptions& options, Fou
   found.areas = std::move(areas);
 }
 
-// Duplicates: points at the position of a lower one. Their places follow those of all others.
+// Duplicates: points at the position of a lower point. Their places come after the places of all
+// representatives.
 struct Copies {
   std::vector<Cell> points;   // ascending
-  std::vector<Place> places;  // of the lowest points at their positions
+  std::vector<Place> places;  // place of the representative of each duplicate
 };
 
 Copies find_copies(const NeighborSearch& search, std::span<const Vertex> representative) {
@@ -124,7 +126,7 @@ Buffer<T> with_copies(Buffer<T> values, std::span<const T> of_copies) {
   return all;
 }
 
-// The same, where duplicates have the value of their representative.
+// Values by place, followed by a copy of the representative's value for each duplicate.
 template <typename T>
 Buffer<T> with_same(Buffer<T> values, const Copies& copies) {
   std::vector<T> same;
@@ -133,7 +135,7 @@ Buffer<T> with_same(Buffer<T> values, const Copies& copies) {
   return with_copies<T>(std::move(values), same);
 }
 
-// Points at one position share its area.
+// Divides the area of each position equally among the points there.
 Buffer<double> shared_areas(Buffer<double> areas, const Copies& copies) {
   if (copies.points.empty()) return areas;
   std::vector<Cell> n_together(areas.size(), 1);
@@ -152,7 +154,7 @@ class ArcBuilder {
     const auto n_places = n_apart() + std::ssize(places_of_copies_);
     graph.offsets = Buffer<std::int64_t>(n_places + 1);
     team_.fill(graph.offsets.span(), std::int64_t{0});
-    // Passes meet arcs in any order, so arcs are counted, written and then sorted.
+    // Threads visit pairs in any order. Arcs are counted, written to their lists, and then sorted.
     for_each_pair([&](Place a, Place b) {
       add_one(graph.offsets[a + 1]);
       add_one(graph.offsets[b + 1]);
@@ -172,17 +174,18 @@ class ArcBuilder {
   }
 
  private:
-  // Places of points at different positions.
+  // Number of representatives; their places come first.
   std::int64_t n_apart() const {
     return static_cast<std::int64_t>(rows_.places.size() / rows_.n_columns);
   }
 
   std::int64_t add_one(std::int64_t& number) const {
-    if (team_.size() == 1) return number++;  // takes a third of the time of an atomic
+    // a plain increment takes a third of the time of an atomic one
+    if (team_.size() == 1) return number++;
     return std::atomic_ref(number).fetch_add(1, std::memory_order_relaxed);
   }
 
-  // Calls take(a, b) once for each pair of places that arcs join, from any thread.
+  // Calls take(a, b) once for each pair of places that are joined by arcs, on any thread.
   template <typename Take>
   void for_each_pair(const Take& take) const {
     const auto pairs_of_places = [&](std::int64_t begin, std::int64_t end) {

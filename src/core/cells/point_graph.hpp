@@ -8,11 +8,14 @@
 namespace superfacets {
 
 struct PointGraphOptions {
-  std::size_t n_neighbors = 6;  // nearest neighbors that a point has arcs to, and from; >= 1
-  std::size_t n_around = 12;    // nearest neighbors that a normal is estimated from; >= n_neighbors
-  double cutoff = 4.0;          // longest arc, in square roots of the smaller area at its ends; > 0
-  bool has_normals = false;     // normals are known: none are estimated
-  // Normals of unknown sign, (N,) or empty. Normals are those that the axes around are closest to.
+  std::size_t n_neighbors = 6;  // number of nearest neighbors to which each point is joined, >= 1
+  // number of nearest neighbors from which a normal is estimated, >= n_neighbors
+  std::size_t n_around = 12;
+  // length limit of an arc, as a multiple of the square root of the smaller area at its ends; > 0
+  double cutoff = 4.0;
+  bool has_normals = false;  // normals are given, so none are estimated
+  // Known axes: normals of unknown sign, (N,) or empty. If given, a normal is the common axis of
+  // the axes around the point.
   std::span<const Point> axes;
 };
 
@@ -21,28 +24,29 @@ struct PointGraph {
   Buffer<std::int64_t> offsets;  // (N + 1,)
   Buffer<Cell> neighbors;        // (M,) ascending for each cell; each arc has a reverse arc
   Buffer<double> measures;       // (N,) area around each cell
-  Buffer<Point> normals;         // (N,) of length 1, or 0 if undefined; empty if given
-  Buffer<Cell> points;           // (N,) the number in the input; empty in the order of the input
-  Buffer<Point> positions;       // (N,); empty in the order of the input
+  Buffer<Point> normals;  // (N,) unit normals, zero where undefined; empty if normals are given
+  Buffer<Cell> points;    // (N,) index of each cell in the input; empty if cells are in input order
+  Buffer<Point> positions;  // (N,); empty if cells are in input order
 };
 
 // Sorts points along a space-filling curve, so that neighbors are near in memory in all later
-// stages, and joins each to its nearest neighbors in both directions; the lowest indices win ties.
-// Duplicates, all points at a position but the lowest, are joined to that one, and share its area.
+// stages, and joins each point to its nearest neighbors by arcs in both directions. Ties go to the
+// lowest index. The lowest point at a position is the representative; all other points there are
+// duplicates. Duplicates are joined to their representative only, and share its area.
 //
-// With the squared distances d^2 of the n nearest neighbors, the area is 2 pi mean(d^2) / (n + 1):
-// the expected area per point if points are spread on a plane at random. Arcs longer than the
-// cutoff are dropped, and then neither count in the area; a point without arcs has none.
+// The area of a point is 2 pi mean(d^2) / (n + 1), with the squared distances d^2 of its n nearest
+// neighbors: the expected area per point of random points on a plane. Arcs longer than the cutoff
+// are dropped, and do not count in the area. A point without arcs has area 0.
 //
-// A normal is the direction in which the neighbors around a point vary least. Normals are flipped
-// to agree along a minimum spanning tree of each component, by 1 - |n_i . n_j| (Hoppe et al. 1992),
-// so that the volume that they enclose is positive, seen from the mean of the component. Positions
-// are finite. Duplicates are last in the order. Time O(N log N) in practice; memory 150 bytes per
-// point beside the input.
+// A normal is the direction of least variance of the neighbors of a point. Normals are flipped to
+// agree along a minimum spanning tree of each component, by 1 - |n_i . n_j| (Hoppe et al. 1992),
+// and then so that the enclosed volume is positive, measured from the mean position of the
+// component. Positions must be finite. Duplicates come last in the order. Time O(N log N) in
+// practice; memory 150 bytes per point beside the input.
 PointGraph build_point_graph(std::span<const Point> positions, const PointGraphOptions& options,
                              ThreadTeam& team);
 
-// The same graph, of points in the order of the input.
+// Renumbers the graph to the order of the input.
 PointGraph in_input_order(const PointGraph& sorted, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -12,26 +12,30 @@
 namespace superfacets {
 namespace {
 
-// Least turn per arc on a ridge, in radians. Estimated normals spread an edge over about five arcs:
-// the sharpest of these turns by more, even where the whole edge turns by just kSharpAngle.
+// Minimum turn per arc on a ridge, in radians. Estimated normals spread an edge over about five
+// arcs. The sharpest of these arcs exceeds this minimum even if the whole edge turns by just
+// kSharpAngle.
 constexpr double kLeastTurn = 0.06;
 
-// Distance to the two sides, in mean lengths of arcs: half the width over which estimated normals
-// and averaged bends spread an edge. Walks that end before kReached of it found no side.
+// Distance from a ridge to its two sides, in mean arc lengths: half the width over which estimated
+// normals and averaged bends spread an edge. A walk that ends before the fraction kReached of this
+// distance has found no side.
 constexpr double kAway = 4.5;
 constexpr double kReached = 0.8 * kAway;
 
-// A side is flat if it bends by at most this fraction of the ridge, as beside ridges of meshes.
+// A side is flat if it bends by at most this fraction of the bend of the ridge (see kFlatShare for
+// meshes).
 constexpr double kFlatter = 0.3;
 
-// Hops of a walk, of up to two arcs each. A hop covers about 1.5 mean lengths of an arc.
+// Maximum number of hops of a walk. A hop is one or two arcs long, and covers about 1.5 mean arc
+// lengths.
 constexpr int kMaxHops = 4;
 
 // Cost of a step sideways, compared with the gain of a step forward.
 constexpr double kSideways = 0.25;
 
-// The largest eigenvalue of a bend whose eigenvalues along the normal and below are zero or more,
-// from its trace and the sum of its squared entries.
+// The largest eigenvalue of a bend, computed from its trace and the sum of its squared entries. No
+// eigenvalue may be negative; the eigenvalue along the normal is 0.
 double largest_turn(const Bend& bend, double* other = nullptr) {
   const double trace = double{bend.xx} + bend.yy + bend.zz;
   const double squares =
@@ -42,8 +46,9 @@ double largest_turn(const Bend& bend, double* other = nullptr) {
   return 0.5 * (trace + apart);
 }
 
-// The tangent direction in which a bend is largest: the rows of the bend minus its smaller
-// eigenvalue times the tangent projection are multiples of it. Zero if it is the same in all.
+// The tangent direction of the largest bend; zero if the bend is equal in all directions.
+// Subtracting (smaller eigenvalue) x (tangent projection) from the bend leaves a matrix whose rows
+// are all multiples of this direction.
 Point direction_of(const Bend& bend, const Point& normal, double smaller) {
   const auto row = [&](double x, double y, double z, double along, double at_x, double at_y,
                        double at_z) {
@@ -66,7 +71,7 @@ class RidgeFinder {
 
   bool is_on_ridge(Cell point) const {
     const auto neighbors = arcs_.neighbors(point);
-    if (neighbors.size() < 2) return false;  // the end of a thread, or a duplicate
+    if (neighbors.size() < 2) return false;  // the end of a line of points, or a duplicate
     double sum = 0.0;
     for (const Cell neighbor : neighbors) sum += norm(positions_[neighbor] - positions_[point]);
     const double spacing = sum / static_cast<double>(neighbors.size());
@@ -83,8 +88,8 @@ class RidgeFinder {
   }
 
  private:
-  // Walks kAway spacings in a direction, and returns the point reached. Nothing if the walk ends
-  // before, or if the surface bends by more than `most` at that point.
+  // Walks kAway spacings in a direction and returns the point reached; nothing if the walk ends too
+  // early, or if the surface bends by more than `most` at that point.
   std::optional<Cell> flat_side(Cell from, Point along, double spacing, double most) const {
     Cell at = from;
     double walked = 0.0;
@@ -103,7 +108,8 @@ class RidgeFinder {
     return bend <= most ? std::optional(at) : std::nullopt;
   }
 
-  // Of the points within two arcs the one that is farthest ahead; the point itself if none is.
+  // The point within two arcs that is farthest ahead in the direction `along`; the point itself if
+  // none is ahead.
   Cell farthest(Cell from, const Point& along) const {
     const Point side = cross(normals_[from], along);
     Cell best = from;
@@ -144,7 +150,8 @@ Buffer<std::uint8_t> find_point_ridges(std::span<const Point> positions,
       is_on[point] = static_cast<std::uint8_t>(finder.is_on_ridge(point));
     }
   });
-  // Noise leaves gaps in a ridge, through which regions would leak: neighbors close them.
+  // Noise leaves gaps in a ridge, and regions would leak through them. Marking neighbors closes the
+  // gaps.
   Buffer<std::uint8_t> is_near(positions.size());
   team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
     for (const Cell point : order.subspan(begin, end - begin)) {

@@ -11,12 +11,12 @@
 
 namespace superfacets {
 
-// A cloud and the arcs of its graph, in both directions. Corners are unknown: the neighbors around
-// a point are not ordered.
+// A cloud and its graph, with arcs in both directions. Corners are unknown, because the neighbors
+// around a point are not ordered.
 class PointSurface final : public Surface {
  public:
-  // Normals are of length 1, zero where undefined, or empty if not needed. `order` holds all points
-  // in a spatial order.
+  // Normals have length 1, or are zero where undefined; the array is empty if they are not needed.
+  // `order` lists all points in a spatial order.
   PointSurface(std::span<const Point> positions, std::span<const double> areas,
                std::span<const Point> normals, std::span<const Cell> order, const Arcs& arcs)
       : Surface(arcs), positions_(positions), areas_(areas), normals_(normals), order_(order) {
@@ -46,16 +46,16 @@ class PointSurface final : public Surface {
     return find_point_ridges(positions_, normals_, arcs(), order_, bends, radius, team);
   }
 
-  // The mean of pi a / (sum of arc lengths) at both points, with the area a around a point: the
-  // borders of the arcs that cross a line then add up to the length of the line, averaged over its
-  // directions (Cauchy and Crofton).
+  // The mean of pi a / (sum of arc lengths) over both points, where a is the area of a point. With
+  // this definition, the border lengths of all arcs that cross a line sum up to the length of the
+  // line, on average over its directions (Cauchy-Crofton formula).
   double border_length(Cell from, std::int64_t arc) const override;
 
   double angle(Cell from, std::int64_t arc) const override;
 
  private:
-  // pi a / (sum of arc lengths) of a point; see border_length. Cached for points with many arcs:
-  // each arc needs it, and a point with a million duplicates has a million arcs.
+  // pi a / (sum of arc lengths) of a point; see border_length. Cached for points with many arcs,
+  // because each arc needs it, and a point with a million duplicates has a million arcs.
   static constexpr std::size_t kMostInARow = 32;
   double border_per_arc(Cell point) const {
     const bool is_crowded = arcs().neighbors(point).size() > kMostInARow;
@@ -70,9 +70,10 @@ class PointSurface final : public Surface {
   std::unordered_map<Cell, double> border_of_crowded_;  // points with more than kMostInARow arcs
 };
 
-// Weights by eq. 1-3 (weights.hpp). The distance of the points is eq. 1; theta in eq. 2 is the turn
-// of the surface by its curvature, at the end where that is smaller. Convex turns count more on
-// ridges (point_ridges.hpp). Symmetric in the two points, bit for bit.
+// Weights by eq. 1-3 (weights.hpp). Eq. 1 is the distance of the points. In eq. 2, theta is the
+// turn of the surface along the step by its curvature (see Bend), the smaller of the turns at both
+// ends. Convex turns count more on ridges (point_ridges.hpp). Symmetric in the two points, bit for
+// bit.
 void point_weights(const PointSurface& surface, const WeightOptions& options, ThreadTeam& team,
                    std::span<double> weights);
 

@@ -15,7 +15,7 @@ struct PolygonSides {
   std::int64_t n_vertices() const { return std::ssize(representative); }
   std::int64_t first_place(Face face) const { return faces.offsets[face]; }
 
-  // Sides that join two different vertices.
+  // Visits the sides that join two different vertices.
   template <typename Visit>
   void for_each_side(Face face, const Visit& visit) const {
     const std::span<const Vertex> corners = faces[face];

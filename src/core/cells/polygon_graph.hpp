@@ -1,4 +1,4 @@
-// Stage 1: which polygons share an edge.
+// Stage 1: the graph of polygons that share an edge.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -11,15 +11,15 @@ namespace superfacets {
 // Like FaceGraph, with wider side numbers.
 struct PolygonGraph {
   Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
-  Buffer<Face> neighbors;          // (M,) the face an arc leads to
-  Buffer<std::int32_t> sides;      // (M,) the side of the face that the arc leaves by
-  Buffer<std::uint8_t> same_turn;  // (M,) 1 if both faces have the same direction along the edge
+  Buffer<Face> neighbors;          // (M,) target face of each arc
+  Buffer<std::int32_t> sides;      // (M,) side by which each arc leaves its face
+  Buffer<std::uint8_t> same_turn;  // (M,) 1 if both faces run along the edge in the same direction
   EdgeCounts counts;
 };
 
-// Builds one arc per shared edge and direction, by the rules of build_face_graph, with the same
-// arcs for triangles. Side s of a face joins its corners s and s + 1; the last side joins the last
-// and the first.
+// Builds one arc per shared edge and direction, by the rules of build_face_graph; for triangles,
+// both functions build the same arcs. Side s of a face joins its corners s and s + 1; the last side
+// joins the last corner and the first.
 //
 // Time O(C + V + M), and O(n log n) at a vertex with n edges; memory beside the result about 30
 // bytes per corner. Throws std::length_error before it allocates arcs, if there are too many.

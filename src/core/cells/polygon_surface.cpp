@@ -20,10 +20,10 @@ PolygonSurface::PolygonSurface(std::span<const Point> vertices, const Polygons& 
   sort_large_faces();
 }
 
-// The second moment of the fan of triangles (0, i, i + 1), as for areas and centroids: of each
-// triangle, a twelfth of the sum over its corners and over the sum of these. Flipped triangles
-// count as negative. Without a normal there is no fan, and the face counts as a point at its
-// centroid.
+// The second moment of a polygon is computed over the same fan of triangles (0, i, i + 1) as its
+// area and centroid; flipped triangles count as negative. The second moment of a triangle is 1/12
+// of (the sum of c c^T over its corners c, plus s s^T with the sum s of the corners). A face
+// without a normal has no fan, and counts as a point at its centroid.
 CellShape PolygonSurface::shape(Cell face) const {
   const Point& center = shapes_.centroids[face];
   CellShape shape{center, shapes_.areas[face], shapes_.areas[face] * shapes_.normals[face], {}, {}};
@@ -42,7 +42,7 @@ CellShape PolygonSurface::shape(Cell face) const {
   return shape;
 }
 
-// Whether sizes of arrays agree, and indices are in range.
+// Whether the sizes of the arrays agree, and indices are in range.
 bool PolygonSurface::is_valid() const {
   const std::size_t n_arcs = arcs().targets.size();
   if (!arcs().are_valid() || !faces_.are_valid() || faces_.n_faces() != n_cells()) return false;
@@ -117,7 +117,7 @@ Cell PolygonSurface::next_around(Corner center, Cell before, Cell here) const {
   return next;
 }
 
-// Range [first, last) of the arcs that leave a face by a side; arcs are sorted by side.
+// Range [first, last) of the arcs that leave a face by a side.
 std::pair<std::int64_t, std::int64_t> PolygonSurface::arcs_of_side(Face face, int side) const {
   const std::int64_t begin = arcs().offsets[face];
   const std::int64_t end = arcs().offsets[face + 1];
@@ -126,7 +126,8 @@ std::pair<std::int64_t, std::int64_t> PolygonSurface::arcs_of_side(Face face, in
   return {begin + (first - sides.begin()), begin + (last - sides.begin())};
 }
 
-// The first corner of a face at a vertex, or at its position; -1 if there is none.
+// The first corner of a face at a vertex or, if there is none, at the position of the vertex; else
+// -1.
 int PolygonSurface::corner_at(Face face, Vertex vertex) const {
   const auto corners = faces_[face];
   if (corners.size() > kMostInARow) return corner_of_large(face, vertex);

@@ -14,8 +14,8 @@
 namespace superfacets {
 
 // A polygon mesh and the arcs of its graph; see build_polygon_graph for sides. For triangles, the
-// same results as TriangleSurface. Stores 56 bytes per face: centroids, areas and normals, which
-// need a loop around the polygon.
+// results equal those of TriangleSurface. Stores centroids, areas and normals (56 bytes per face),
+// because computing them needs a loop around the polygon.
 class PolygonSurface final : public Surface {
  public:
   // inside_out: normals point inwards, so concave and convex swap.
@@ -35,8 +35,8 @@ class PolygonSurface final : public Surface {
   int side(Cell, std::int64_t arc) const override { return sides_[arc]; }
   double open_length(Cell face) const override;
 
-  // Corners are vertices. If faces meet at several vertices of one position, any of these may stand
-  // for the corner.
+  // Corners are vertices. If faces meet at a position that has several vertices, a corner may be
+  // any of these vertices.
   bool has_corners() const override { return true; }
   int n_sides(Cell face) const override { return faces_.n_sides(face); }
   Corner corner_between(Cell face, int first_side, int second_side) const override;

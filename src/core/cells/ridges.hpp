@@ -1,5 +1,5 @@
-// Ridges: convex edges on which a surface bends at once, as on machine parts. Rounded limbs bend a
-// little at each of many edges.
+// Ridges: sharp convex edges between flat faces, as on machine parts. Rounded limbs have none,
+// because they bend a little at each of many edges.
 #pragma once
 
 #include <algorithm>
@@ -25,8 +25,9 @@ inline constexpr double kFlatShare = 0.3;
 // Of two similar edges, the duller bends by at least this fraction of the sharper.
 inline constexpr double kAlikeShare = 0.7;
 
-// Compare the angle `bend` of an edge with the angle `turn` of a ridge. An edge that is none of the
-// three is about as sharp as the ridge, like the edges at the corner of a box.
+// These three functions compare the angle `bend` of an edge with the angle `turn` of a ridge. If
+// all three are false, the edge is about as sharp as the ridge, like the edges at the corner of a
+// box.
 inline bool is_flat(double bend, double turn) {
   return bend < kFlatShare * turn;
 }
@@ -37,8 +38,8 @@ inline bool is_sharper(double bend, double turn) {
   return turn < kAlikeShare * bend;
 }
 
-// Search index for the arcs of faces with many neighbors. Without it, work at such a face would be
-// quadratic in its number of arcs: each arc looks at all others.
+// Search index for the arcs of faces with many neighbors. Without it, the time at such a face would
+// be quadratic in its number of arcs, because each arc examines all others.
 class CrowdedFaces {
  public:
   struct ArcTo {
@@ -58,7 +59,8 @@ class CrowdedFaces {
       return {first, last};
     }
 
-    // The number of angles that fail a condition. All angles after the first that fails must fail.
+    // The number of angles for which a condition is false. If it is false for an angle, it must be
+    // false for all later angles.
     template <typename Holds>
     std::int64_t n_after(const Holds& holds) const {
       return bends.end() - std::partition_point(bends.begin(), bends.end(), holds);
@@ -110,12 +112,13 @@ CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOpt
   return {arcs, [&](Face face, std::int64_t arc, Face to) { return bends.angle(face, arc, to); }};
 }
 
-// Finds the ridges of a surface of faces: convex edges that bend by kSharpAngle or more between two
-// faces that are flat otherwise, and that continue: at both ends they meet another such edge, or
-// the boundary of the surface. Two faces that share several edges have no ridge.
+// Finds the ridges of a surface of faces. A ridge is a convex edge that bends by at least
+// kSharpAngle between two faces whose other edges are flat, and that continues: at both ends it
+// meets another such edge or the boundary of the surface. Two faces that share several edges have
+// no ridge.
 //
-// Where all sharp edges are ridges (`all_sharp`), any convex edge that bends by kSharpAngle or more
-// is one, if it is the only one that its two faces share.
+// With the option `all_sharp`, every convex edge that bends by at least kSharpAngle is a ridge, if
+// it is the only edge that its two faces share.
 //
 // Bends provide two functions: bends.angle(face, arc, to) is the angle at an arc, concave or
 // convex, 0 to pi; bends.is_convex(face, arc, to).
@@ -125,7 +128,7 @@ class Ridges {
   Ridges(const AnySurface& surface, const Bends& bends, const CrowdedFaces& crowded, bool all_sharp)
       : surface_(surface), bends_(bends), crowded_(crowded), all_sharp_(all_sharp) {}
 
-  // Whether an arc crosses a ridge. The same for both arcs of a pair.
+  // Whether an arc crosses a ridge. An arc and its reverse arc give the same result.
   bool crosses(Face from, std::int64_t arc) const {
     const Face to = surface_.arcs().targets[arc];
     if (all_sharp_) return is_sharp(from, arc, to);
@@ -136,15 +139,15 @@ class Ridges {
   }
 
  private:
-  static constexpr int kLongestFan = 64;  // most faces visited around a corner
+  static constexpr int kLongestFan = 64;  // maximum number of faces visited around a corner
 
-  // Whether an arc crosses a sharp convex edge, the only one of its two faces.
+  // Whether an arc crosses a sharp convex edge that is the only edge shared by its two faces.
   bool is_sharp(Face from, std::int64_t arc, Face to) const {
     return bends_.angle(from, arc, to) >= kSharpAngle && bends_.is_convex(from, arc, to) &&
            arc_between(from, to) >= 0;
   }
 
-  // The arc from one face to another, or -1 if there is none, or more than one.
+  // The only arc from one face to another, or -1 if there is none or more than one.
   std::int64_t arc_between(Face from, Face to) const {
     if (const CrowdedFaces::Crowd* crowd = crowded_.find(surface_.arcs(), from)) {
       const auto between = crowd->arcs_to(to);
@@ -165,9 +168,10 @@ class Ridges {
            is_flat_beside(to, from, turn);
   }
 
-  // Whether all other edges of a face are flat beside one that bends by `turn`, except for
-  // similarly sharp edges, as at the corner of a box. A triangle must have a flat edge then, or all
-  // edges of a coarse ball would be ridges; a polygon is flat inside.
+  // Whether a face is flat beside an edge that bends by `turn`: all of its other edges must be
+  // flat, or similarly sharp as at the corner of a box. A triangle must also have at least one flat
+  // edge, because otherwise all edges of a coarse ball would be ridges. A polygon needs none,
+  // because it is flat inside.
   bool is_flat_beside(Face face, Face other, double turn) const {
     if (const CrowdedFaces::Crowd* crowd = crowded_.find(surface_.arcs(), face)) {
       return is_flat_in_crowd(*crowd, face, other, turn);
@@ -183,7 +187,7 @@ class Ridges {
     return true;
   }
 
-  // As above, for a face with many arcs.
+  // is_flat_beside for a face with many arcs.
   bool is_flat_in_crowd(const CrowdedFaces::Crowd& crowd, Face face, Face other,
                         double turn) const {
     std::int64_t n_bent = crowd.n_bent(turn);
@@ -209,8 +213,8 @@ class Ridges {
     return leads_to_another(corner, from, to) || leads_to_another(corner, to, from);
   }
 
-  // Whether a walk around a corner, to `here` after `before`, crosses another such edge, or reaches
-  // the boundary or a non-manifold edge.
+  // Whether a walk around a corner, from `before` to `here` and on, crosses another sharp edge, or
+  // reaches the boundary or a non-manifold edge.
   bool leads_to_another(Corner corner, Face before, Face here) const {
     const Face start = before;
     for (int n_steps = 0; n_steps < kLongestFan && here != start; ++n_steps) {

@@ -14,7 +14,7 @@
 
 namespace superfacets {
 
-// The vertices of a side except the lowest, packed into one number.
+// Sort key of a side: its vertices, except the lowest, packed into one number.
 using SideKey = std::uint64_t;
 
 // One side of one cell, listed at the lowest of its vertices.
@@ -22,7 +22,7 @@ struct ListedSide {
   SideKey key;
   Cell cell;
   std::int32_t side;
-  bool ascending;  // one of the two directions in which a cell may traverse a side
+  bool ascending;  // direction in which the cell runs along the side: one of two
 };
 
 // The sides of all cells, grouped by their lowest vertex, and sorted by key, cell and side.
@@ -31,10 +31,10 @@ struct SideList {
   Buffer<ListedSide> sides;
 };
 
-// The cells on each side of each cell, as ranges of the sorted list.
+// For each side of each cell, the cells on this side: a range of the sorted list.
 struct SharedSides {
   Buffer<std::int64_t> firsts;  // by place of a side: the start of its range
-  Buffer<std::int32_t> sizes;   // number of cells; 0 if it is not a side
+  Buffer<std::int32_t> sizes;   // number of cells on the side; 0 if the side is dropped
 };
 
 // Cells provide n_cells() and n_vertices(). first_place(cell) is the index of the first side of a
@@ -101,7 +101,7 @@ template <typename Cells>
 EdgeTally share_sides(const Cells& cells, SideList& list, ThreadTeam& team, SharedSides& shared) {
   team.fill(shared.sizes.span(), 0);
   EdgeTally total;
-  std::mutex mutex;  // of total
+  std::mutex mutex;  // guards total
   team.for_each_block(cells.n_vertices(), [&](std::int64_t begin, std::int64_t end) {
     EdgeTally tally;
     for (auto vertex = static_cast<Vertex>(begin); vertex < end; ++vertex) {
@@ -135,7 +135,7 @@ void write_arcs(const Cells& cells, const SideList& list, const SharedSides& sha
 }
 
 // Builds one arc per shared side and direction, sorted by side, then by neighbor. All pairs of
-// cells on a side are neighbors, and no cell is its own. Throws std::length_error before it
+// cells on a side are neighbors. No cell is its own neighbor. Throws std::length_error before it
 // allocates arcs, if there are too many (see check_number_of_arcs).
 template <typename Cells>
 PolygonGraph build_side_graph(const Cells& cells, ThreadTeam& team) {

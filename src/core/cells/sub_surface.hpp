@@ -10,17 +10,17 @@
 
 namespace superfacets {
 
-// The kept cells and arcs of the whole, both ascending.
+// The kept cells and arcs, as ascending indices in the whole surface.
 struct KeptParts {
-  std::span<const Cell> cells;         // (n_cells,) of the whole
-  std::span<const std::int64_t> arcs;  // (n_arcs,) of the whole, in the order of the part
+  std::span<const Cell> cells;         // (n_cells,) index in the whole of each kept cell
+  std::span<const std::int64_t> arcs;  // (n_arcs,) index in the whole of each kept arc
 };
 
-// Measures are those of the whole. The side of a dropped arc counts as open, and no walk around a
-// corner crosses it.
+// Measures are taken from the whole surface. The side of a dropped arc counts as open, and no walk
+// around a corner crosses it.
 class SubSurface final : public Surface {
  public:
-  // `arcs` join kept cells by their new numbers; every kept cell has all of its kept arcs.
+  // `arcs` joins kept cells, by their new indices, and contains every kept arc.
   SubSurface(const Surface& whole, const Arcs& arcs, const KeptParts& kept)
       : Surface(arcs), whole_(whole), kept_(kept), new_cells_(whole.n_cells(), kNoCell) {
     SUPERFACETS_ASSERT(arcs.are_valid() && std::cmp_equal(kept.cells.size(), arcs.n_cells()));
@@ -46,7 +46,7 @@ class SubSurface final : public Surface {
     return whole_.side(kept_.cells[from], kept_.arcs[arc]);
   }
 
-  // The open length in the whole, plus the borders of sides without kept arcs.
+  // The open length in the whole, plus the border lengths of sides without kept arcs.
   double open_length(Cell cell) const override {
     const Cell old = kept_.cells[cell];
     double length = whole_.open_length(old);
@@ -82,7 +82,8 @@ class SubSurface final : public Surface {
 
   const Surface& whole_;
   const KeptParts kept_;
-  std::vector<Cell> new_cells_;  // by cell of the whole; kNoCell if it is dropped
+  // new index of each cell of the whole; kNoCell if the cell is dropped
+  std::vector<Cell> new_cells_;
 };
 
 }  // namespace superfacets

@@ -1,4 +1,4 @@
-// The interface of cells for stages 2 and 5 to 7: arcs, and measures of the borders that they
+// The interface of cells for stages 2 and 5 to 7: arcs, and measures of the borders that arcs
 // cross.
 #pragma once
 
@@ -40,13 +40,13 @@ struct CellShape {
   Point position;
   double measure;
   Point area_vector{0.0, 0.0, 0.0};  // area times unit normal; zero where there is no normal
-  SecondMoment spread;               // of its points about the position; 0 for a point
-  Box box;                           // around its vertices
+  SecondMoment spread;               // second moment about the position; 0 for a point
+  Box box;                           // bounding box of the vertices
 };
 
-// Implemented by each kind of cell. Measures are computed on request: few arcs are near a border
-// between regions, and arrays for all arcs would take more memory than everything else. Lengths are
-// in the unit of the positions.
+// Each kind of cell implements this interface. Measures are computed on request, because few arcs
+// are near a border between regions, and arrays for all arcs would take more memory than everything
+// else. Lengths are in the unit of the positions.
 class Surface {
  public:
   explicit Surface(const Arcs& arcs) : arcs_(arcs) {}
@@ -72,7 +72,7 @@ class Surface {
     return norm(position(arcs_.targets[arc]) - position(from));
   }
 
-  // Length of the border that an arc crosses: an edge, between faces.
+  // Length of the border that an arc crosses. Between faces, the border is an edge.
   virtual double border_length(Cell from, std::int64_t arc) const = 0;
 
   // Both lengths for several consecutive arcs of a cell, from `arc` on.
@@ -87,9 +87,9 @@ class Surface {
   // positive where it is concave; 0 if a cell has no normal.
   virtual double angle(Cell from, std::int64_t arc) const = 0;
 
-  // The side that an arc leaves its cell by, >= 0. The arcs of a cell are sorted by side; if
-  // several cells meet at one border, the arcs to all of them leave by the same side. By default,
-  // each arc has a side of its own.
+  // The side by which an arc leaves its cell, >= 0. The arcs of a cell are sorted by side. If
+  // several cells meet at one border, the arcs to all of these cells leave by the same side. By
+  // default, each arc has a side of its own.
   virtual int side(Cell from, std::int64_t arc) const {
     return static_cast<int>(arc - arcs_.offsets[from]);
   }
@@ -97,7 +97,8 @@ class Surface {
   // Length of the border of a cell that no arc crosses: the boundary of an open mesh.
   virtual double open_length(Cell) const { return 0.0; }
 
-  // Prefetches the data of a cell that functions of this class read, with arcs from `arc` on.
+  // Prefetches the data of a cell, and of its arcs from `arc` on, that functions of this class
+  // read.
   virtual void prefetch_cell(Cell, std::int64_t /*arc*/) const {}
 
   // Whether some arc may have no reverse arc.
@@ -116,8 +117,8 @@ class Surface {
   // one.
   virtual Cell next_around(Corner, Cell /*before*/, Cell /*here*/) const { return kNoCell; }
 
-  // Whether a walk around a corner, to `here` after `before`, reaches a goal through cells with the
-  // label of `here` other than `before`. It stops where the next cell is ambiguous.
+  // Whether a walk around a corner reaches the cell `goal`. The walk steps from `before` to `here`
+  // and on, through cells with the label of `here`. It fails where the next cell is ambiguous.
   virtual bool leads_around(Corner corner, Cell before, Cell here, Cell goal,
                             std::span<const Label> labels) const {
     return walk_around(*this, corner, before, here, goal, labels);
@@ -151,7 +152,8 @@ class Surface {
   }
 
  private:
-  // The longest walk around a corner. On real meshes about 6 faces meet at a corner.
+  // Maximum number of steps of a walk around a corner. On real meshes about 6 faces meet at a
+  // corner.
   static constexpr int kLongestFan = 64;
 
   const Arcs arcs_;

@@ -1,4 +1,5 @@
-// Stage 1 for tetrahedra: the graph of those that share a triangle, and measures of its arcs.
+// Stage 1 for tetrahedra: the graph of tetrahedra that share a triangle, and the measures of its
+// arcs.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -10,9 +11,10 @@ namespace superfacets {
 struct TetMeasures {
   Buffer<Point> centroids;      // (N,)
   Buffer<double> volumes;       // (N,) >= 0 for either orientation
-  Buffer<double> border_areas;  // (M,) of the triangle that an arc crosses
-  Buffer<double> step_lengths;  // (M,) from centroid to centroid over the centroid of the triangle
-  Buffer<double> open_areas;    // (N,) of the triangles that no arc crosses
+  Buffer<double> border_areas;  // (M,) area of the triangle that each arc crosses
+  // (M,) length of the path between the two centroids via the centroid of the triangle
+  Buffer<double> step_lengths;
+  Buffer<double> open_areas;  // (N,) area of the triangles of each tetrahedron that no arc crosses
 };
 
 // Builds one arc per shared triangle and direction, by the rules of build_polygon_graph. Side s of
@@ -21,7 +23,7 @@ struct TetMeasures {
 PolygonGraph build_tet_graph(std::span<const Tet> tets, std::span<const Vertex> representative,
                              ThreadTeam& team);
 
-// Both arcs of a pair get the same bits.
+// An arc and its reverse arc get the same bits.
 TetMeasures measure_tets(std::span<const Point> vertices, std::span<const Tet> tets,
                          const PolygonGraph& graph, ThreadTeam& team);
 

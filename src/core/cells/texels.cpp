@@ -14,11 +14,14 @@
 namespace superfacets {
 namespace {
 
-constexpr double kMaxTiles = 1 << 20;     // farther away, doubles no longer tell texels apart
-constexpr double kMaxTexels = 1 << 14;    // of a triangle; more would change its mean by little
-constexpr double kMaxRows = 1 << 14;      // and columns of a triangle that are visited
-constexpr int kMaxSplits = 16;            // of the sides of a triangle that covers no center
-constexpr double kMaxPaintedTiles = 4.0;  // per direction
+// limit of coordinates; beyond it, doubles cannot resolve texels
+constexpr double kMaxTiles = 1 << 20;
+// texels sampled per triangle; more would barely change the mean
+constexpr double kMaxTexels = 1 << 14;
+// maximum number of sampled rows, and of sampled columns, per triangle
+constexpr double kMaxRows = 1 << 14;
+constexpr int kMaxSplits = 16;                  // of the sides of a triangle that covers no center
+constexpr double kMaxPaintedTiles = 4.0;        // per direction
 constexpr std::int64_t kTrianglesAtOnce = 256;  // their sizes differ, so units of work are small
 constexpr std::int64_t kTile = 128;             // texels; a tile of an image fits in the cache
 constexpr double kWhite = 65535.0;
@@ -47,7 +50,7 @@ void move_near(double& a, double& b, double& c, Wrap wrap) {
   c -= shift;
 }
 
-// The corners of a triangle in texels; nothing if a coordinate is missing or too far away.
+// The corners of a triangle in texels; nullopt if a coordinate is missing or beyond kMaxTiles.
 std::optional<Corners> corners_of(const TexelGrid& grid, const TexturedTriangles& triangles,
                                   std::int64_t triangle) {
   std::array<double, 3> u;
@@ -57,7 +60,8 @@ std::optional<Corners> corners_of(const TexelGrid& grid, const TexturedTriangles
     if (corner < 0) return std::nullopt;
     u[i] = triangles.coordinates[2 * corner];
     v[i] = 1.0 - triangles.coordinates[2 * corner + 1];
-    const bool is_near = std::abs(u[i]) <= kMaxTiles && std::abs(v[i]) <= kMaxTiles;  // not NaN
+    // false for NaN
+    const bool is_near = std::abs(u[i]) <= kMaxTiles && std::abs(v[i]) <= kMaxTiles;
     if (!is_near) return std::nullopt;
   }
   move_near(u[0], u[1], u[2], grid.wrap_u);
@@ -73,14 +77,15 @@ double area_of(const Corners& corners) {
   return 0.5 * std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
 }
 
-// The part of a triangle on a line y, from left to right; empty (left > right) beside it.
+// The interval [left, right] in which the horizontal line at y crosses a triangle; left > right if
+// it does not.
 std::pair<double, double> cut_at(const Corners& corners, double y) {
   double left = std::numeric_limits<double>::infinity();
   double right = -left;
   for (std::size_t i = 0; i < 3; ++i) {
     Place a = corners[i];
     Place b = corners[(i + 1) % 3];
-    if (b.y < a.y) std::swap(a, b);  // both triangles at a side find the same place
+    if (b.y < a.y) std::swap(a, b);  // both triangles of an edge compute the same crossing
     if (a.y == b.y || y < a.y || y > b.y) continue;
     const double x = a.x + (y - a.y) * ((b.x - a.x) / (b.y - a.y));
     left = std::min(left, x);
@@ -111,8 +116,8 @@ void for_each_row(const Corners& corners, std::int64_t step, const Visit& visit)
   }
 }
 
-// Distance of the rows and columns that are visited: 1 for most triangles. It is odd, as the
-// periods of patterns rarely are.
+// Step between sampled rows and columns: 1 for most triangles. It is odd, because patterns mostly
+// have even periods.
 std::int64_t step_of(const Corners& corners) {
   const auto& [a, b, c] = corners;
   const double height = std::max({a.y, b.y, c.y}) - std::min({a.y, b.y, c.y});
@@ -152,7 +157,7 @@ class Image {
     sums = run;
   }
 
-  // The light between four texels.
+  // Bilinear interpolation of the light of four texels.
   Color between(const Place& place) const {
     const double left = std::floor(place.x - 0.5);
     const double upper = std::floor(place.y - 0.5);
@@ -187,7 +192,7 @@ class Image {
     ++run.count;
   }
 
-  // Exact where both are equal.
+  // Linear interpolation; exact where both values are equal.
   template <typename Number>
   static Color mix(const std::array<Number, 3>& a, const std::array<Number, 3>& b, double share) {
     Color mixed;
@@ -208,7 +213,7 @@ struct Found {
   double spread;
 };
 
-// Mean and spread from sums of differences to `first`, and of their squares.
+// Mean and standard deviation, from the sums of differences to `first` and of their squares.
 Found found_of(const Color& first, const Color& sums, double squares, double count) {
   Color mean;
   double variance = squares / count;
@@ -235,7 +240,7 @@ double longest_side(const Corners& corners) {
   return longest;
 }
 
-// Samples a triangle in the middle of each of n^2 equal parts.
+// Samples a triangle at the middle of each of n^2 equal parts.
 Found sampled(const Image& image, const Corners& corners) {
   const auto& [a, b, c] = corners;
   const double sides = std::ceil(std::clamp(longest_side(corners), 1.0, double{kMaxSplits}));
@@ -275,7 +280,7 @@ Found color_of(const Image& image, const Corners& corners) {
                   static_cast<double>(sums.count));
 }
 
-// Keeps at most kMaxPaintedTiles of the grid.
+// Clamps a triangle to at most kMaxPaintedTiles repetitions of the image per direction.
 Corners cut_to_tiles(const TexelGrid& grid, Corners corners) {
   const auto& [a, b, c] = corners;
   const double left = std::min({a.x, b.x, c.x});
@@ -307,7 +312,7 @@ class IdPainter {
     }
   }
 
-  // Gives each free texel the id of its first neighbor that has one.
+  // Gives each free texel the id of the first neighbor with an id.
   void grow(ThreadTeam& team) {
     Buffer<std::int32_t> grown(ids_.size());
     team.for_each_index(grid_.height, [&](std::int64_t y) {
@@ -344,8 +349,8 @@ class IdPainter {
   Buffer<std::int32_t> ids_;
 };
 
-// The triangles, sorted by the tile of the image in which their first corner is: in an arbitrary
-// order, nearly every row of texels would be read from memory anew.
+// The triangles, sorted by the image tile of their first corner. In an arbitrary order, nearly
+// every row of texels would be read from memory again.
 std::vector<std::int32_t> order_by_tile(const TexelGrid& grid, const TexturedTriangles& triangles) {
   const std::int64_t n_columns = (grid.width + kTile - 1) / kTile;
   const std::int64_t n_rows = (grid.height + kTile - 1) / kTile;
@@ -354,7 +359,7 @@ std::vector<std::int32_t> order_by_tile(const TexelGrid& grid, const TexturedTri
   std::vector<std::int64_t> begins(n_rows * n_columns + 1, 0);
   for (std::size_t triangle = 0; triangle < n; ++triangle) {
     const auto corners = corners_of(grid, triangles, static_cast<std::int64_t>(triangle));
-    if (!corners) continue;  // in any tile
+    if (!corners) continue;  // the tile does not matter
     const auto& [x, y] = corners->front();
     const std::int64_t column = wrapped(static_cast<std::int64_t>(x), grid.width, grid.wrap_u);
     const std::int64_t row = wrapped(static_cast<std::int64_t>(y), grid.height, grid.wrap_v);

@@ -10,8 +10,8 @@
 namespace superfacets {
 namespace {
 
-// Areas with a smaller relative difference count as equal, so that rounding does not distinguish
-// mirror images.
+// Relative tolerance of comparing areas. With it, rounding does not make the result differ between
+// a mesh and its mirror image.
 constexpr double kAreaNoise = 1e-9;
 
 }  // namespace
@@ -52,7 +52,7 @@ CellShape TriangleSurface::shape(Cell face) const {
   return shape;
 }
 
-// Whether sizes of arrays agree, and indices are in range.
+// Whether the sizes of the arrays agree, and indices are in range.
 bool TriangleSurface::is_valid() const {
   const std::size_t n_arcs = arcs().targets.size();
   const bool has_turns = same_turn_.empty() || same_turn_.size() == n_arcs;
@@ -112,7 +112,7 @@ bool TriangleSurface::leads_around(Corner corner, Cell before, Cell here, Cell g
   return walk_around(*this, corner, before, here, goal, labels);
 }
 
-// The corner of a face at a vertex, or at its position; -1 if there is none.
+// The corner of a face at a vertex or, if there is none, at the position of the vertex; else -1.
 int TriangleSurface::corner_at(Face face, Vertex vertex) const {
   const auto& corners = faces_[face].corners;
   for (int corner = 0; corner < 3; ++corner) {

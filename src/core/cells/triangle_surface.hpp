@@ -16,17 +16,20 @@ struct Edge {
   double length() const { return norm(end - start); }
 };
 
-// |c_i - m| + |m - c_j| (eq. 1): the path from centroid to centroid over the midpoint of an edge.
+// |c_i - m| + |m - c_j| (eq. 1): length of the path from centroid to centroid via the midpoint of
+// an edge.
 inline double way_over(const Edge& edge, const Point& from, const Point& to) {
   const Point middle = edge.middle();
   return norm(from - middle) + norm(middle - to);
 }
 
-// The angle between two faces. Each number is symmetric in the two, bit for bit.
+// The fold between two faces. Swapping the faces changes no bit of any member.
 struct Fold {
-  double sine;    // |n_i x n_j|, 0 if a normal is missing
+  double sine;    // |n_i x n_j|; 0 if a normal is missing
   double cosine;  // n_i . n_j
-  double rise;    // > 0 if each centroid lies above the plane of the other face, summed over both
+  // height of each centroid above the plane of the other face, summed over both faces; > 0 if
+  // concave
+  double rise;
 
   bool is_concave(bool inside_out) const { return inside_out ? rise < 0.0 : rise > 0.0; }
 
@@ -34,7 +37,7 @@ struct Fold {
   double signed_angle(bool inside_out) const;
 };
 
-// For faces with these unit normals; `step` leads from centroid to centroid.
+// The fold of two faces with these unit normals; `step` leads from centroid to centroid.
 inline Fold fold_of(const Point& normal_from, const Point& normal_to, const Point& step) {
   return {norm(cross(normal_from, normal_to)), dot(normal_from, normal_to),
           dot(normal_from - normal_to, step)};
@@ -44,8 +47,9 @@ inline bool is_same_place(const Point& p, const Point& q) {
   return p.x == q.x && p.y == q.y && p.z == q.z;
 }
 
-// If two neighbors have the same direction along their edge, one normal is flipped, the same for
-// both arcs of the pair: the normal of the smaller face, or of the higher index if areas are equal.
+// Whether the normal of the second face is flipped. If two neighbors run along their edge in the
+// same direction, one normal is flipped: the normal of the smaller face; ties go to the higher
+// index. An arc and its reverse arc flip the same normal.
 bool turns_second(Face first, Face second, double first_area, double second_area);
 
 // A mesh and the arcs of its face graph; see build_face_graph for sides. Stores no arrays of its
@@ -73,7 +77,7 @@ class TriangleSurface final : public Surface {
   // The edge that an arc crosses.
   Edge edge(Face from, std::int64_t arc) const { return edge_of_side(from, sides_[arc]); }
 
-  // Whether both faces have the same direction along the edge of an arc.
+  // Whether both faces of an arc run along their edge in the same direction.
   bool same_turn(std::int64_t arc) const { return !same_turn_.empty() && same_turn_[arc] != 0; }
 
   Point position(Cell face) const override { return centroid(vertices_, faces_[face]); }
@@ -91,8 +95,8 @@ class TriangleSurface final : public Surface {
     prefetch(sides_.data() + arc);  // one past the end if the last face has no arc
   }
 
-  // Corners are vertices. If faces meet at several vertices of one position, any of these may stand
-  // for the corner.
+  // Corners are vertices. If faces meet at a position that has several vertices, a corner may be
+  // any of these vertices.
   bool has_corners() const override { return true; }
   int n_sides(Cell) const override { return 3; }
   Corner corner_between(Cell face, int first_side, int second_side) const override;

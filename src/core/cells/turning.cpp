@@ -9,11 +9,11 @@
 namespace superfacets {
 namespace {
 
-// Pairs of normals with at least this |cosine| are joined first, in the order of their places. That
-// is fast, because most pairs are similar and near in memory. cos(10 degrees).
+// cos(10 degrees). Pairs of normals with at least this |cosine| are joined first, in the order of
+// places. This is fast, because most pairs are similar and near in memory.
 constexpr double kSameDirection = 0.985;
 
-// Calls take(row, near, cosine) for neighbors, row by row.
+// Calls take(row, near, cosine) for each pair of neighbors, row by row.
 template <typename Take>
 void for_each_cosine(const NeighborRows& neighbors, std::span<const Point> normals,
                      const Take& take) {
@@ -113,7 +113,7 @@ void turn_consistently(const NeighborRows& neighbors, std::span<const Point> pos
     Point moment{0.0, 0.0, 0.0};  // area times position
     double volume = 0.0;          // three times the volume
   };
-  std::vector<Sums> sums(points.size());  // by root
+  std::vector<Sums> sums(points.size());  // sums of each set, at its root
   for (Place place = 0; place < n_places; ++place) {
     const auto [root, is_turned] = sets.root(place);
     if (is_turned) normals[place] = -1.0 * normals[place];

@@ -20,8 +20,8 @@ struct NeighborRows {
   }
 };
 
-// Disjoint sets of places (union-find) that store for each place whether its normal is flipped with
-// respect to its root, the lowest place of the set. 5 bytes per place.
+// Disjoint sets of places (union-find). Each place also stores whether its normal is flipped
+// relative to the root, the lowest place of the set. Takes 5 bytes per place.
 class TurnedSets {
  public:
   explicit TurnedSets(Place n_places);
@@ -34,37 +34,37 @@ class TurnedSets {
 
  private:
   Buffer<Place> parents_;
-  Buffer<std::uint8_t> turned_;  // with respect to the parent; 0 for a root
+  Buffer<std::uint8_t> turned_;  // 1: flipped relative to the parent; 0 for a root
 };
 
-// Two neighbors with different normals.
+// Two neighbors whose normals differ by more than 10 degrees.
 struct NormalPair {
   double cost;  // 1 - |n_i . n_j|
-  Cell lower;   // of the two points
+  Cell lower;   // lower index of the two points
   Cell higher;
   Place from;
   Place to;
   bool is_opposite;  // whether their normals are opposite
 };
 
-// Consecutive places (a tile), and the neighbors of these outside the tile.
+// A tile: consecutive places, and their neighbors outside the tile.
 struct NormalTile {
-  NeighborRows neighbors;          // of the tile; indices into the arrays below
-  std::span<const Place> places;   // numbers among all places
-  std::span<const Cell> points;    // numbers in the input; not needed by join_alike
-  std::span<const Point> normals;  // of either sign
+  NeighborRows neighbors;  // neighbors of the places of the tile, as indices into the arrays below
+  std::span<const Place> places;   // index of each among all places
+  std::span<const Cell> points;    // index of each in the input; not needed by join_alike
+  std::span<const Point> normals;  // unit normals of either sign
 };
 
-// The two steps of turn_consistently, tile by tile: first join all pairs with similar normals, tile
-// after tile; then join the remaining pairs, in ascending order of (cost, lower, higher). Pairs are
-// returned in that order.
+// turn_consistently, tile by tile, in two steps. First, join_alike joins all pairs with similar
+// normals, for one tile after another. Second, pairs_apart returns the remaining pairs of a tile in
+// ascending order of (cost, lower, higher), in which they must be joined.
 void join_alike(TurnedSets& sets, const NormalTile& tile);
 std::vector<NormalPair> pairs_apart(TurnedSets& sets, const NormalTile& tile);
 
-// Flips normals so that neighbors agree, along a minimum spanning tree of each component by 1 -
-// |n_i . n_j| (Hoppe et al. 1992), where pairs that differ by less than ten degrees have equal
-// costs. Then flips all normals of a component if they enclose a negative volume. `points` are the
-// numbers of the places in the input, which decide ties.
+// Flips normals so that neighbors agree, along a minimum spanning tree of each connected component
+// with the cost 1 - |n_i . n_j| (Hoppe et al. 1992). Pairs that differ by less than ten degrees
+// have equal costs. Then flips all normals of a component if they enclose a negative volume.
+// `points` holds the index of each place in the input; it decides ties.
 void turn_consistently(const NeighborRows& neighbors, std::span<const Point> positions,
                        std::span<const double> areas, std::span<const Cell> points,
                        std::span<Point> normals);

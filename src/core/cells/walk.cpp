@@ -17,7 +17,8 @@ class Walker {
     std::ranges::fill(is_visited_, 0);
   }
 
-  // Puts the cells of a region in order. Regions may be walked on several threads at once.
+  // Sorts the cells of a region by a walk. Several threads may walk different regions at the same
+  // time.
   void walk(std::span<Cell> cells) {
     std::vector<Cell> starts(cells.begin(), cells.end());
     std::ranges::stable_sort(
@@ -67,7 +68,7 @@ class Walker {
 
   const Arcs& arcs_;
   const std::span<const Label> labels_;
-  Buffer<std::uint8_t> is_visited_;  // (N,)
+  Buffer<std::uint8_t> is_visited_;  // (N,) 1: the cell has been visited
 };
 
 }  // namespace

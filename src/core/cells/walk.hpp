@@ -1,4 +1,4 @@
-// The cells of each region in an order along the surface.
+// Orders the cells of each region along the surface.
 #pragma once
 
 #include <span>
@@ -10,12 +10,13 @@
 
 namespace superfacets {
 
-// The cells with a label, those of label 0 first, then those of label 1, ...; each region in the
-// order of a walk. It begins at the cell with the fewest neighbors in the region, and goes on to
-// the neighbor with the fewest neighbors that were not visited, so that narrow ends are not left
-// behind. From a dead end it goes back along its way to the last cell with a neighbor to visit;
-// other pieces of a region follow. The lowest cells win ties. Time is linear in the cells, and up
-// to cubic in the number of neighbors of a cell, which is small.
+// Lists the cells of region 0, then those of region 1, and so on; cells without a label are left
+// out. Within a region, cells are in the order of a walk. The walk begins at the cell with the
+// fewest neighbors in the region. It continues to the neighbor with the fewest unvisited neighbors,
+// so that narrow ends are not left behind. At a dead end it backtracks to the last cell with an
+// unvisited neighbor. Further connected components of the region follow. Ties go to the lowest
+// cell. Time is linear in the number of cells, and at most cubic in the number of neighbors of a
+// cell, which is small.
 Buffer<Cell> walk_regions(const Arcs& arcs, std::span<const Label> labels, Label n_regions,
                           ThreadTeam& team);
 

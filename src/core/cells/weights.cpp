@@ -17,11 +17,11 @@
 namespace superfacets {
 namespace {
 
-// If a face has more arcs than this, as at an edge of many faces, searching the reverse arc costs
-// more than computing the weight twice.
+// Maximum number of arcs of a face that are searched for a reverse arc. For more arcs, as at an
+// edge of many faces, computing the weight twice is faster.
 constexpr std::int64_t kFewArcs = 8;
 
-// Faces per block: their data and that of their neighbors fit into the first-level cache.
+// Faces per block: their data and the data of their neighbors fit into the first-level cache.
 constexpr std::int64_t kFacesPerList = 64;
 
 // Arcs whose weights are computed together: on most meshes, all arcs of a list.
@@ -49,7 +49,7 @@ double up_of(const Geometry& geometry) {
   return geometry.surface.is_inside_out() ? -1.0 : 1.0;
 }
 
-// Input of the weight of an arc. The formulas are symmetric in the two faces, bit for bit.
+// Input for the weight of an arc. Swapping the two faces changes no bit of the weight.
 struct ArcData {
   Edge edge;
   Point from;  // centroids
@@ -135,7 +135,8 @@ struct FaceBends {
   const Geometry& geometry;
 
   double angle(Face face, std::int64_t arc, Face other) const {
-    const double sign = geometry.surface.same_turn(arc) ? -1.0 : 1.0;  // whichever is flipped
+    // flipping either normal changes the sign
+    const double sign = geometry.surface.same_turn(arc) ? -1.0 : 1.0;
     const Point& normal = geometry.normals[other];
     const Fold fold = fold_of(geometry.normals[face], sign * normal, {0.0, 0.0, 0.0});
     return arctangent(fold.sine, fold.cosine);
@@ -147,8 +148,8 @@ struct FaceBends {
   }
 };
 
-// The only arc from one face to another; -1 if there are several, or too many arcs to search.
-// Without branches, because the position in the list is hard to predict.
+// The only arc from one face to another; -1 if there are several, or too many arcs to search. The
+// search is branch-free, because the position in the list is unpredictable.
 SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
   const auto neighbors = arcs.neighbors(from);
   const std::int64_t first = arcs.offsets[from];
@@ -176,8 +177,8 @@ struct RisingArc {
   std::int64_t arc;
 };
 
-// Lists the arcs from a range of faces to higher ones, and prefetches the data of the latter:
-// neighbors may be anywhere in memory, and a cache miss takes longer than the arithmetic.
+// Lists the arcs from a range of faces to higher faces, and prefetches the data of the higher
+// faces. They may be anywhere in memory, and a cache miss takes longer than the arithmetic.
 void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t end,
                       std::vector<RisingArc>& rising) {
   const Arcs& arcs = geometry.arcs();
@@ -197,7 +198,8 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
     prefetch(&geometry.faces.centroids[step.to]);
     prefetch(&geometry.normals[step.to]);
   }
-  // By address, not by index: an empty list may begin past the last arc.
+  // Computes an address, because indexing would be out of range for an empty list after the last
+  // arc.
   for (const RisingArc& step : rising) prefetch(arcs.targets.data() + arcs.offsets[step.to]);
 }
 
@@ -249,7 +251,8 @@ bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
   return back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
 }
 
-// Computes the weights of arcs to higher faces, and of their reverse arcs if these are unique.
+// Computes the weights of arcs to higher faces, and copies each to its reverse arc if this is
+// unique.
 class Weigher {
  public:
   Weigher(const Geometry& geometry, const WeightOptions& options, const NetTurn* net_turn,
@@ -262,7 +265,7 @@ class Weigher {
         net_turn_(net_turn),
         weights_(weights) {}
 
-  // Of all arcs processed so far.
+  // Sums over all arcs processed so far.
   const EdgeSums& sums() const { return sums_; }
 
   // Processes the arcs from a range of faces. Returns the number of weights.
@@ -309,7 +312,7 @@ class Weigher {
   }
 
   void add_turns(std::span<const RisingArc> rising) {
-    double sum = 0.0;  // of integers: exact
+    double sum = 0.0;  // exact, because all terms are integers
     for (std::size_t i = 0; i < rising.size(); ++i) {
       sum += net_turn_->counts(rising[i].from) ? turns_[i] : 0.0;
     }
@@ -364,8 +367,8 @@ class Weigher {
   EdgeSums sums_;
 };
 
-// Computes the weights that a Weigher skips: of arcs to lower faces that are not unique, or have no
-// reverse arc.
+// Computes the weights that a Weigher skips: weights of arcs to lower faces that are not unique or
+// have no reverse arc.
 void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options,
                       const CrowdedFaces& crowded, std::int64_t begin, std::int64_t end,
                       std::span<double> weights) {
@@ -400,7 +403,7 @@ EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& fa
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), FaceBends{geometry}, options);
   std::atomic<std::int64_t> n_weighed = 0;
   EdgeSums total;
-  std::mutex adding;  // integers: the sums do not depend on the order
+  std::mutex adding;  // guards the sums of integers, which do not depend on the order
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     Weigher weigher(geometry, options, net_turn, crowded, weights);
     n_weighed += weigher.weigh_range(begin, end);
@@ -435,8 +438,8 @@ double quantize_weights(std::span<const double> weights, ThreadTeam& team,
 }
 
 double unit_of_lengths(double total_weight) {
-  // A power of two: rounding then only cuts the last bits of a weight. Sums in another order of
-  // arcs, which may differ in the last bits, give the same unit.
+  // The unit is a power of two, so rounding only cuts the last bits of a weight. A sum over the
+  // arcs in another order may differ in its last bits, but gives the same unit.
   return total_weight > 0.0 ? std::ldexp(1.0, std::ilogb(total_weight) + 1 - kTotalBits) : 1.0;
 }
 
@@ -445,7 +448,7 @@ void round_weights(std::span<const double> weights, double unit, ThreadTeam& tea
   SUPERFACETS_ASSERT(lengths.size() == weights.size());
   const auto n_arcs = static_cast<std::int64_t>(weights.size());
   team.for_each_index(n_arcs, [&](std::int64_t arc) {
-    // Rounded to the 24 bits of a float. Never 0, so that every arc makes a path longer.
+    // Rounds to the 24 bits of a float. The result is at least 1, so every arc makes a path longer.
     lengths[arc] = static_cast<float>(std::max(1.0, round_to_whole(weights[arc] / unit)));
   });
 }

@@ -13,27 +13,30 @@
 
 namespace superfacets {
 
-// The sum of all weights, and so the length of any path, is less than 2 to this power in units: it
-// fits into 64 bits, and is exact in a double. On meshes of millions of faces a mean arc still has
-// 2^23 units, which is precise enough even if a few arcs are 2^20 times as long.
+// The sum of all weights, an upper bound of path lengths, is less than 2^kTotalBits units. So path
+// lengths fit into 64 bits, and are exact in a double. On meshes of millions of faces a mean arc
+// still has 2^23 units, which is precise enough even if a few arcs are 2^20 times as long.
 inline constexpr int kTotalBits = 48;
 
-// Smallest angle of a sharp edge: 40 degrees, so that both edges of a chamfer of 45 are sharp.
-// Edges of rounded limbs bend by less on all but coarse meshes.
+// Smallest angle of a sharp edge: 40 degrees, so both edges of a 45-degree chamfer are sharp. Edges
+// of rounded limbs bend by less on all but coarse meshes.
 inline constexpr double kSharpAngle = std::numbers::pi * 2.0 / 9.0;
 
-// An edge that bends by less than 10 degrees is flat, or part of a round face.
+// Smallest angle of a soft edge: 10 degrees. An edge that bends by less is flat, or part of a round
+// face.
 inline constexpr double kSoftAngle = kSharpAngle / 4.0;
 
 struct WeightOptions {
   double alpha = 200.0;        // weight of the angular term, >= 0
   double eta_convex = 0.2;     // eta of convex edges; concave ones have 1
   double crease_length = 0.0;  // replaces |e| in eq. 2; 0: the length of each edge
-  double diagonal = 1.0;       // d, of the bounding box of the vertices that faces use
+  double diagonal = 1.0;       // d, the diagonal of the bounding box of the vertices used by faces
   double ridges = 0.0;         // eta of ridges (ridges.hpp), if larger than eta_convex
-  double evened = 0.0;         // taken from eta of smooth concave edges; least eta of smooth convex
-  bool is_straight = false;    // steps lead straight from centroid to centroid, not over the edge
-  bool all_sharp = false;      // all sharp convex edges are ridges
+  // subtracted from eta of smooth concave edges; lower bound of eta of smooth convex edges
+  double evened = 0.0;
+  // a step is the straight line from centroid to centroid, not the path over the edge
+  bool is_straight = false;
+  bool all_sharp = false;  // all sharp convex edges are ridges
 
   // eta of an edge that bends by theta and is not a ridge; concave if rise > 0. Smooth edges bend
   // by less than kSharpAngle.
@@ -46,7 +49,7 @@ struct WeightOptions {
   // Whether ridges cost more than other convex edges.
   bool has_ridges() const { return alpha > 0.0 && ridges > eta_convex; }
 
-  // The options for ridges.
+  // These options with the eta of ridges for convex edges.
   WeightOptions of_ridges() const {
     WeightOptions options = *this;
     options.eta_convex = ridges;
@@ -54,7 +57,8 @@ struct WeightOptions {
   }
 };
 
-// Sums over edges, each counted with its lower face. Numbers of edges are 0 without ridges.
+// Sums over edges. An edge is counted at its lower face. The numbers of edges are 0 if ridges are
+// off.
 struct EdgeSums {
   std::int64_t turn = 0;  // in units of NetTurn
   std::int64_t n_edges = 0;
@@ -71,8 +75,8 @@ struct EdgeSums {
 
 // Net outward turn of a surface: the sum over edges of theta times length, negative for concave
 // edges. Ridges are left out if the options have them. The sum is twice the total mean curvature of
-// the rest. An edge is counted with its lower face. Each term is rounded to a whole number of
-// units, so that sums over parts add up exactly, in any order.
+// the remaining surface. An edge is counted with its lower face. Each term is rounded to a whole
+// number of units, so that sums over parts add up exactly, in any order.
 class NetTurn {
  public:
   NetTurn() = default;
@@ -84,7 +88,8 @@ class NetTurn {
   // A turn in units, rounded to an integer. An edge turns by at most pi, and is not longer than the
   // diagonal: sums of 2^19 terms are exact in a double, sums of 2^29 terms fit into 64 bits.
   SUPERFACETS_ALWAYS_INLINE double rounded(double turn) const {
-    constexpr double kNoFraction = 0x1.8p52;  // no fraction bits near it, for either sign of turn
+    // near this number there are no fraction bits, for either sign of turn
+    constexpr double kNoFraction = 0x1.8p52;
     return (turn * units_ + kNoFraction) - kNoFraction;
   }
   // Whether edges between a face and higher faces are counted.
@@ -97,8 +102,8 @@ class NetTurn {
   std::span<const std::uint8_t> is_counted_;  // (N,), or empty: all are counted
 };
 
-// Centroids, areas and unit normals of faces, computed once because each arc needs them. If normals
-// are empty, they are computed, which takes 24 bytes per face.
+// Centroids, areas and unit normals of faces, computed once because each arc reads them. If
+// `normals` is empty, the kernel computes them, which takes 24 bytes per face.
 struct FaceMeasures {
   std::span<const Point> centroids;
   std::span<const double> areas;
@@ -115,11 +120,11 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
   return (1.0 - alpha) * geodesic + alpha * angular;
 }
 
-// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0;
-// crease_length replaces |e| if given, and |c_i - c_j| the distance over m if steps are straight
-// (then there must be a crease_length). theta is in [0, pi], and 0 if a face has no normal. The two
-// arcs of a pair get the same bits. Ridges may cost more than other convex edges. The net turn is 0
-// if net_turn is null; its faces count for the other sums, too.
+// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0; If given,
+// crease_length replaces |e|. If steps are straight, |c_i - c_j| replaces the distance over m, and
+// crease_length must be given. theta is in [0, pi], and 0 if a face has no normal. An arc and its
+// reverse arc get the same bits. Ridges may cost more than other convex edges. The net turn is 0 if
+// net_turn is null. Otherwise all sums count only the faces for which net_turn counts.
 EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                           const WeightOptions& options, const NetTurn* net_turn, ThreadTeam& team,
                           std::span<double> weights);
@@ -130,13 +135,13 @@ EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& fa
 void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
                    ThreadTeam& team, std::span<double> weights);
 
-// Rounds finite weights >= 0 to integers >= 1 in a unit, which is returned: the power of two that
-// is 2^47 to 2^48 times smaller than the sum of the weights (1 if all are 0). The same bits for any
-// number of threads.
+// Rounds finite weights >= 0 to whole units, at least 1, and returns the unit. It is the power of
+// two between 2^-48 and 2^-47 of the sum of the weights (1 if all weights are 0). The same bits for
+// any number of threads.
 double quantize_weights(std::span<const double> weights, ThreadTeam& team,
                         std::span<float> lengths);
 
-// The unit for weights with this sum, and the rounding to a given unit.
+// The unit for weights with this sum. round_weights rounds weights to a given unit.
 double unit_of_lengths(double total_weight);
 void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
                    std::span<float> lengths);

@@ -42,7 +42,8 @@ void CellGrower::start(Place center) {
   centers_.push_back(center);
 }
 
-// Label correction, one arc further in each round: cells are a few arcs wide.
+// Label correction in rounds of one arc each. Few rounds suffice, because cells are a few arcs
+// wide.
 void CellGrower::expand_waiting() {
   std::size_t n_expanded = 0;
   while (!waiting_.empty()) {

@@ -1,4 +1,4 @@
-// Small connected cells around centers, within a range of places.
+// Divides a range of places into small connected cells around centers.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,9 @@
 
 namespace superfacets {
 
-// Divides one range of places after another among centers, each place to the nearest one by paths
-// within the range, the first center among equals. Ranges should fit into a first-level cache.
+// Divides ranges of places among centers, one range after another. Each place goes to the nearest
+// center, by paths within the range. Ties go to the first center. A range should fit into the
+// first-level cache.
 class CellGrower {
  public:
   static constexpr int kRangeBits = 12;  // a range has at most 2^kRangeBits places
@@ -18,21 +19,21 @@ class CellGrower {
   // Centers are `spacing` places apart.
   CellGrower(const OrderedGraph& graph, Place spacing) : graph_(graph), spacing_(spacing) {}
 
-  // Divides a range. Places without a path from a center are reached by repeatedly making the first
-  // of them a center.
+  // Divides a range. If no path from a center reaches a place, the first unreached place becomes a
+  // center; this repeats until all places are reached.
   void divide(Place begin, Place end);
 
-  // The centers of the last range and, for each place, the number of its center and the length of
-  // the path from there.
+  // The centers of the last range; for each place, the index of its center, and the length of the
+  // path from this center.
   std::span<const Place> centers() const { return centers_; }
   std::size_t cell(Place place) const { return paths_[place - begin_] & kCellMask; }
   PathLength length(Place place) const { return paths_[place - begin_] >> kRangeBits; }
-  // The sum of the prices of the arcs on this path, for graphs that have prices.
+  // The sum of the prices of the arcs on the path to a place, for graphs with prices.
   float price(Place place) const { return prices_[place - begin_]; }
 
  private:
-  // A path length and a center number packed into one integer, so that integers compare like
-  // (length, center).
+  // A path length and the index of a center, packed into one integer that compares like (length,
+  // center).
   using PackedPath = std::uint64_t;
   static_assert(kTotalBits + 1 + kRangeBits < 64);
   static constexpr PackedPath kCellMask = (PackedPath{1} << kRangeBits) - 1;
@@ -42,7 +43,8 @@ class CellGrower {
   // algorithm. On meshes it is one to two.
   static constexpr std::size_t kMaxExpanded = 4;
 
-  // The index of a place in the range, or of an entry that nothing improves if it is outside.
+  // The index of a place within the range. For a place outside, the index of an extra entry that no
+  // path improves.
   std::size_t index_of(Place place) const {
     return std::min(static_cast<std::size_t>(static_cast<std::uint32_t>(place - begin_)), size_);
   }
@@ -56,7 +58,7 @@ class CellGrower {
   const OrderedGraph& graph_;
   const Place spacing_;
   Place begin_ = 0;
-  std::size_t size_ = 0;  // of the range
+  std::size_t size_ = 0;  // number of places in the range
   std::vector<Place> centers_;
   std::vector<PackedPath> paths_;            // by index, plus one entry for all places outside
   std::vector<float> prices_;                // by index, if arcs have prices

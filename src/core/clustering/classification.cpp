@@ -39,7 +39,7 @@ void Classification::classify(std::span<const Place> centers, std::span<const Pa
   SUPERFACETS_ASSERT(is_complete());
 }
 
-// Whether each place has a label, if islands are kept, and each center its own.
+// Whether each place has a label (if islands are kept), and each center has its own label.
 bool Classification::is_complete() const {
   for (Place place = 0; place < graph_.n_cells(); ++place) {
     const Label label = path(place).label;
@@ -61,9 +61,9 @@ void Classification::start_all() {
 }
 
 // When a center moves, the paths of its region are lengthened by the detour from the new center to
-// the old one, so they remain valid upper bounds and none has to be forgotten; by the increase of
-// its offset, too. Shorter paths from
-// the new center then replace them: nearly everywhere in its own region, and hardly anywhere else.
+// the old one, and by the increase of its offset. So they remain valid upper bounds, and no path
+// has to be reset. Shorter paths from the new center then replace nearly all paths of its region,
+// and hardly any others.
 void Classification::start_moved(std::span<const PathLength> offsets_before) {
   std::vector<PathLength> detours(started_.size(), 0);
   for (std::size_t label = 0; label < started_.size(); ++label) {
@@ -79,7 +79,7 @@ void Classification::start_moved(std::span<const PathLength> offsets_before) {
   exact_.lengthen(detours);
   for (std::size_t label = 0; label < centers_.size(); ++label) {
     const bool has_stayed = label < started_.size() && centers_[label] == started_[label];
-    // With offsets, the center may be in another region so far.
+    // With offsets, the center may still be in another region.
     if (has_stayed && offsets_.empty()) continue;
     exact_.start(centers_[label], static_cast<Label>(label), offset(label));
   }

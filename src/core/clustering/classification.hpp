@@ -1,4 +1,4 @@
-// Stage 4a: labels from centers.
+// Stage 4a: computes labels from centers.
 #pragma once
 
 #include <optional>
@@ -10,26 +10,26 @@
 
 namespace superfacets {
 
-// The classification of all places by centers. Classifying again takes time in proportion to the
-// number of changes. Memory: 12 bytes per cell; with halted expansions 4 more, and 8 for each of up
-// to four threads.
+// The classification of all places by centers. The time of a repeated classification is
+// proportional to the number of changes. Memory: 12 bytes per cell. Halted expansions take 4 more
+// bytes, plus 8 bytes for each of up to four threads.
 class Classification {
  public:
-  // With an infinite `reach` the classification is exact: each place gets the nearest center, the
-  // lowest label among equals, and regions are connected. A finite reach halts expansions (see
-  // HaltedPaths). If islands are kept, the lowest unreached cell becomes a center until all cells
-  // are reached; if not, unreached cells get kNoLabel.
+  // With an infinite `reach` the classification is exact: each place gets the label of the nearest
+  // center, ties go to the lowest label, and regions are connected. A finite reach halts expansions
+  // (see HaltedPaths). If islands are kept, the lowest unreached cell becomes a center, repeatedly,
+  // until all cells are reached. Otherwise unreached cells get kNoLabel.
   Classification(const OrderedGraph& graph, double reach, Islands islands, ThreadTeam& team);
 
-  // Classifies by these centers. With `offsets`, one for each center, paths from a center begin
-  // with its offset: a center may then be in the region of another, and have no cell. They must be
-  // at least those of the last call, and expansions not halted.
+  // Classifies by these centers. `offsets` holds the initial path length of each center; a center
+  // may then lie in the region of another center and have no cell. An offset must not be less than
+  // in the last call, and expansions must not be halted.
   void classify(std::span<const Place> centers, std::span<const PathLength> offsets = {});
 
   // The centers of the last call, followed by unreached cells that became centers.
   std::span<const Place> centers() const { return centers_; }
 
-  // The label of a place, which is the index of its center in `centers`, and the path from there.
+  // The path to a place from its center. Its label is the index of the center in `centers`.
   Path path(Place place) const {
     return halted_ ? halted_->path(exact_, place) : exact_.path(place);
   }
@@ -39,7 +39,8 @@ class Classification {
   template <typename Take>
   void take_changes(const Take& take) {
     team_.for_each(exact_.n_chunks(), [&](std::int64_t chunk, int) {
-      // It is unknown which corrections are new, so all places are passed on.
+      // With halted expansions, it is unknown which corrections are new, so all places are passed
+      // on.
       if (!halted_ && !exact_.has_changed(chunk)) return;
       const auto [begin, end] = exact_.places(chunk);
       take(begin, end);
@@ -63,7 +64,7 @@ class Classification {
   std::optional<HaltedPaths> halted_;
   std::vector<Place> centers_;
   std::vector<Place> started_;       // centers of the exact paths
-  std::vector<PathLength> offsets_;  // of the centers; 0 for those without one
+  std::vector<PathLength> offsets_;  // offset of each center; 0 if none was given
   bool may_have_orphans_ = true;
 };
 

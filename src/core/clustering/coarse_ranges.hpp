@@ -21,15 +21,16 @@ struct RangeCells {
   std::vector<WeightedSum> sums;
 };
 
-// The arcs that leave them.
+// The arcs that leave the coarse cells of a range.
 struct RangeArcs {
-  std::vector<std::int64_t> ends;  // of the arcs of each cell
+  std::vector<std::int64_t> ends;  // for each cell, one past its last arc
   std::vector<Arc> arcs;           // to coarse cells
 };
 
-// Divides places begin to end - 1, and calls write(place, cell, length) for each with the number of
-// its coarse cell, counted from the first of the range, and the length of the path from its center:
-// of graphs with straight steps, the prices alone.
+// Divides places begin to end - 1 into coarse cells. Calls write(place, cell, length) for each
+// place, where `cell` is its coarse cell, counted from the first of the range, and `length` is the
+// length of the path from the center of the cell. In a graph with straight steps, it is the sum of
+// the prices only.
 template <typename Write>
 RangeCells divide_range(const OrderedGraph& fine, CellGrower& grower, Place begin, Place end,
                         const Write& write) {
@@ -78,15 +79,15 @@ inline void remove_parallel(std::vector<Arc>& arcs) {
   arcs.erase(end, arcs.end());
 }
 
-// Lengths of arcs between coarse cells. Those of a graph with straight steps are as long as the
-// straight line between their positions plus the lowest price of a path across their border.
+// Lengths of arcs between coarse cells. If steps are straight, an arc is as long as the straight
+// line between the positions of its cells, plus the lowest price of a path across their border.
 struct CrossingLengths {
   const OrderedGraph& fine;
-  std::span<const float> from_center;  // by place, as written by divide_range
+  std::span<const float> from_center;  // (N,) by place, as written by divide_range
   std::span<const Point> positions;    // of coarse cells; empty if steps are not straight
 
-  // The length, or the price, of the path from center to center over an arc. The two ends are
-  // added first, so that the sum is the same in both directions.
+  // The length (or price, if steps are straight) of the path from center to center over an arc. The
+  // paths at both ends are added first, so the sum has the same bits in both directions.
   float across(Place place, const Arc& arc) const {
     const float ends = from_center[place] + from_center[arc.to];
     return positions.empty() ? ends + arc.length
@@ -100,8 +101,8 @@ struct CrossingLengths {
   }
 };
 
-// The arcs of the n_cells coarse cells from `first` on, which consist of the places begin to end -
-// 1. coarse_of(place) is the coarse cell of a place in this range or adjacent to it.
+// The arcs of n_cells coarse cells from `first` on. These cells consist of the places begin to end
+// - 1. coarse_of(place) is the coarse cell of a place in this range or adjacent to it.
 template <typename CoarseOf>
 RangeArcs connect_range(std::pair<Place, Place> range,
                         std::pair<Cell, std::size_t> first_and_number, const CoarseOf& coarse_of,

@@ -1,4 +1,4 @@
-// Coarse cells of a graph of which only one tile is in memory.
+// Builds the coarse cells of one tile of a graph that is too large for memory.
 #pragma once
 
 #include <vector>
@@ -16,12 +16,12 @@ struct TileCells {
   Buffer<Point> positions;
   Buffer<double> measures;
   Buffer<Cell> of;        // (n_own,) the coarse cell of each place
-  Buffer<float> lengths;  // (n_own,) of the path from its center
+  Buffer<float> lengths;  // (n_own,) length of the path from the center of this cell
 };
 
-// Divides a tile, a graph of consecutive cells of the curve followed by its rim (see
-// improve_paths), in the same way as CoarseGraph divides all cells: a tile consists of whole ranges
-// of places.
+// Divides a tile into coarse cells. The tile is a graph of consecutive cells of the curve followed
+// by its rim (see improve_paths). The result equals the cells of CoarseGraph on the whole graph,
+// because a tile consists of whole ranges of places.
 TileCells divide_tile(const OrderedGraph& tile, Place n_own, Place cell_size, ThreadTeam& team);
 
 struct TileArcs {
@@ -29,15 +29,16 @@ struct TileArcs {
   std::vector<Arc> arcs;              // sorted by target
 };
 
-// The arcs of the coarse cells of a tile. For its own places and its rim, `coarse` holds the coarse
-// cell, in the order of all, and lengths those of the paths from its center, as in CrossingLengths.
-// `positions` are those of the coarse cells, if steps are straight.
+// The arcs of the coarse cells of a tile. For each place of the tile and its rim, `coarse` holds
+// its coarse cell (by index in the whole graph), and `lengths` the length of the path from the
+// center of this cell, as in CrossingLengths. `positions` holds the positions of the coarse cells,
+// if steps are straight.
 TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cell> coarse,
                       std::span<const float> lengths, std::span<const Point> positions,
                       ThreadTeam& team);
 
-// For each region its cell nearest to the given target, the lowest among equals, and the squared
-// distance; kNoCell and infinity if no cell of the tile is in the region.
+// For each region, the cell nearest to the given target (ties go to the lowest cell) and its
+// squared distance; kNoCell and infinity if no cell of the tile is in the region.
 struct NearestOfRegions {
   std::vector<double> squared_distances;
   std::vector<Cell> cells;

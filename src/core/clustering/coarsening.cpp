@@ -8,7 +8,7 @@
 
 namespace superfacets {
 
-// Weight of cells without area in a mean.
+// Weight of a cell without area in a mean. It is positive, so that every coarse cell has a mean.
 constexpr double kLeastMeasure = 1e-300;
 
 // The coarse cells of a range.
@@ -20,7 +20,8 @@ struct CoarseGraph::Part {
 CoarseGraph::CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& team)
     : fine_(fine), local_(fine.n_cells()) {
   SUPERFACETS_ASSERT(fine.is_symmetric && cell_size >= 1);
-  Buffer<float> lengths(fine.n_cells());  // of the path from the center
+  // (N,) length of the path from the center of the coarse cell to each place
+  Buffer<float> lengths(fine.n_cells());
   std::vector<Part> parts = divide(cell_size, lengths, team);
   number(parts);
   Buffer<Point> positions = this->positions(parts, team);
@@ -116,7 +117,6 @@ Buffer<float> CoarseGraph::means_of(std::span<const float> rows, std::size_t wid
     std::vector<double> weights(last - first, 0.0);
     for (auto [place, end] = places(range); place < end; ++place) {
       const Cell cell = coarse_of(place) - first;
-      // A cell without area counts a little, so that every coarse cell has a mean.
       const double weight = std::max(fine_.measures[place], kLeastMeasure);
       weights[cell] += weight;
       const float* row = rows.data() + width * fine_.cells[place];

@@ -1,4 +1,4 @@
-// A smaller graph of larger cells, on which most of the loop can run.
+// A smaller graph of larger cells, on which most iterations of the loop run.
 #pragma once
 
 #include <utility>
@@ -14,39 +14,42 @@
 
 namespace superfacets {
 
-// Paths by cell; the label is kNoLabel where there is none.
+// Path to each cell. The label is kNoLabel if there is no path.
 struct SpreadPaths {
   Buffer<PathLength> lengths;
   Buffer<Label> labels;
 };
 
-// The cells of a graph (fine), grouped into coarse cells: connected, each around a center. A coarse
-// cell has the sum of their measures and the mean of their positions. An arc between two coarse
-// cells is as long as the shortest path from center to center that crosses their border once. Every
-// component of the fine graph, however small, has at least one coarse cell.
+// Groups the cells of a graph (fine cells) into connected coarse cells, each around a center. A
+// coarse cell has the sum of the measures, and the weighted mean of the positions, of its fine
+// cells. An arc between two coarse cells is as long as the shortest path from center to center that
+// crosses their border once. Every component of the fine graph, however small, has at least one
+// coarse cell.
 //
-// If steps of the fine graph are straight, so are those of this one: an arc is as long as the
-// straight line between the positions of two coarse cells plus the lowest price of such a path, and
-// no coarse cell extends across an arc with a price of fine.barrier or more.
-// Shortest paths are then about as long in all directions, whatever the pattern of the fine cells.
+// If steps of the fine graph are straight, coarse steps are straight, too: an arc is as long as the
+// straight line between the positions of its coarse cells, plus the lowest price of a path from
+// center to center that crosses their border once. Then shortest paths have about equal lengths in
+// all directions, whatever the pattern of the fine cells. No coarse cell extends across an arc with
+// a price of fine.barrier or more.
 class CoarseGraph {
  public:
-  // Coarse cells of about `cell_size` cells. The fine graph must be symmetric, and must outlive
-  // this one. Memory: 2 bytes per fine cell beside the graph, 6 during construction.
+  // Makes coarse cells of about `cell_size` fine cells. The fine graph must be symmetric, and must
+  // outlive this object. Memory: 2 bytes per fine cell beside the graph, 6 during construction.
   CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& team);
 
   const OrderedGraph& graph() const { return graph_; }
   const OrderedGraph& fine() const { return fine_; }
 
-  // Means of rows of `width` numbers of the fine cells, weighted by their measures, by coarse cell.
+  // For each coarse cell, the measure-weighted mean of the rows of its fine cells. A row has
+  // `width` numbers.
   Buffer<float> means_of(std::span<const float> rows, std::size_t width, ThreadTeam& team) const;
-  // Change the arcs of the graph, for the loop; see far_arcs.hpp and OrderedGraph.
+  // Change the arcs of the coarse graph for the loop; see far_arcs.hpp and OrderedGraph.
   void add_far_arcs(ThreadTeam& team) { superfacets::add_far_arcs(graph_, team); }
   void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
     graph_.add_part_prices(vectors, factor, team);
   }
 
-  // Coarse cells do not extend beyond ranges of fine places.
+  // Number of ranges of fine places. No coarse cell extends beyond a range.
   std::int64_t n_ranges() const { return std::ssize(first_cells_); }
   std::pair<Place, Place> places(std::int64_t range) const;
   // The coarse cells of a range: the first, and one past the last.
@@ -58,12 +61,13 @@ class CoarseGraph {
     return first_cells_[fine_place >> kRangeBits] + local_[fine_place];
   }
 
-  // The coarse cell of each fine cell, by cell.
+  // (N,) the coarse cell of each fine cell.
   Buffer<Cell> coarse_cells(ThreadTeam& team) const;
 
-  // Paths to fine cells: over the coarse cell for which the sum of its own path and of the path on
-  // from its center is the shortest. The given paths are by coarse cell. `centers` holds a fine
-  // cell of each region, which gets a path as long as its offset; without offsets, of length 0.
+  // Extends paths to coarse cells, given by `lengths` and `labels`, to fine cells. The path to a
+  // fine cell leads through the center of a coarse cell: the one that makes the total path
+  // shortest. `centers` holds a fine cell of each region; its path is as long as the offset of the
+  // region, or 0 without offsets.
   SpreadPaths spread(std::span<const PathLength> lengths, std::span<const Label> labels,
                      std::span<const Cell> centers, std::span<const PathLength> offsets,
                      ThreadTeam& team) const;
@@ -71,16 +75,16 @@ class CoarseGraph {
   // The fine cell at the center of each coarse cell.
   std::vector<Cell> centers() const { return fine_.cells_at(centers_); }
 
-  // Centers among fine cells for regions of coarse cells: for each region the fine cell nearest to
-  // its mean, the lowest among equals. `labels` are by coarse cell, kNoLabel for cells in no
-  // region; `centers` holds a coarse cell of each region.
+  // For each region of coarse cells, the fine cell nearest to the mean of the region. Ties go to
+  // the lowest cell. `labels` holds the label of each coarse cell, kNoLabel for cells in no region;
+  // `centers` holds a coarse cell of each region.
   std::vector<Cell> refine(std::span<const Label> labels, std::span<const Cell> centers,
                            ThreadTeam& team) const;
 
  private:
-  // Coarse cells are made range by range, on any number of threads.
+  // Ranges of places are divided into coarse cells independently, on any number of threads.
   static constexpr int kRangeBits = CellGrower::kRangeBits;
-  using LocalCell = std::uint16_t;  // counted from the first of a range
+  using LocalCell = std::uint16_t;  // index of a coarse cell, counted from the first of its range
   static_assert(kRangeBits <= 16);
 
   struct Part;
@@ -91,14 +95,15 @@ class CoarseGraph {
   OrderedGraph joined(std::span<const Part> parts, Buffer<Point> positions, ThreadTeam& team) const;
 
   const OrderedGraph& fine_;
-  std::vector<Cell> first_cells_;  // by range: its first coarse cell
+  std::vector<Cell> first_cells_;  // first coarse cell of each range
   Buffer<LocalCell> local_;        // (N,) the coarse cell of each fine place
-  std::vector<Place> centers_;     // (C,) fine places
-  OrderedGraph graph_;  // places are cells, because coarse cells are made in the order of the curve
+  std::vector<Place> centers_;     // (C,) fine place at the center of each coarse cell
+  // its places equal its cells, because coarse cells are numbered along the curve
+  OrderedGraph graph_;
 };
 
-// The measure-weighted mean of the positions of each region of coarse cells, summed in their order;
-// cells with kNoLabel are in no region.
+// The measure-weighted mean position of each region of coarse cells, summed in the order of cells.
+// Cells with kNoLabel are in no region.
 std::vector<Point> region_means(const OrderedGraph& coarse, std::span<const Label> labels,
                                 std::int64_t n_regions);
 

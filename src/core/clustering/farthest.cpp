@@ -7,7 +7,7 @@
 namespace superfacets {
 namespace {
 
-// Less than every squared distance, and less than kIsCenter: where the search for a maximum begins.
+// Initial value of a maximum: less than every squared distance, and less than kIsCenter.
 constexpr double kBelowAll = -2.0;
 
 // Nodes of this level hold 2^11 cells, about ten microseconds of work. They are updated on several

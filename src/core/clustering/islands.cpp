@@ -12,10 +12,10 @@
 namespace superfacets {
 namespace {
 
-// Number of islands that one task searches from.
+// Number of islands per task.
 constexpr std::int64_t kBlock = 1 << 10;
 
-// A labeled cell and its distance.
+// A labeled cell, and its distance from an island.
 struct Candidate {
   double squared_distance = kInfinity;
   Cell cell = 0;
@@ -26,11 +26,12 @@ struct Candidate {
   }
 };
 
-// A tree of boxes of the labeled cells only. A search in the tree of all cells would visit
-// everything between an island and the nearest labeled cell, possibly thousands of other islands.
+// A tree of boxes over the labeled cells only. With the tree of all cells, a search would visit
+// every cell between an island and the nearest labeled cell, possibly those of thousands of other
+// islands.
 class LabeledCells {
  public:
-  // Labels are by place, groups by cell; groups may be empty.
+  // `labels` is indexed by place, `groups` by cell. `groups` may be empty.
   LabeledCells(const OrderedGraph& graph, std::span<const Label> labels,
                std::span<const Label> groups, ThreadTeam& team) {
     for (Place place = 0; place < graph.n_cells(); ++place) {
@@ -52,8 +53,8 @@ class LabeledCells {
         ranges, {}, [](Range& range, const Range& other) { range.include(other); });
   }
 
-  // Searches the labeled cell nearest to a cell of an island with this group. `best` is the best
-  // candidate for other cells of the island, and is replaced by a better one.
+  // Searches for the labeled cell nearest to a cell of an island of this group. `best` holds the
+  // best candidate for the other cells of the island, and is replaced if a nearer cell is found.
   void search(Point target, Place place, Label group, Candidate& best) const {
     // The nearest cell along the curve is usually near in space; boxes farther away are skipped.
     const auto next = std::ranges::lower_bound(places_, place) - places_.begin();
@@ -94,10 +95,11 @@ class LabeledCells {
   std::vector<Point> positions_;
   std::vector<Cell> cells_;
   std::vector<Label> labels_;
-  std::vector<Label> groups_;  // empty: no groups
+  std::vector<Label> groups_;  // empty without groups
   BoxTree tree_;
-  std::vector<std::vector<Cell>> lowest_;   // by level and node of the tree: its lowest cell
-  std::vector<std::vector<Range>> ranges_;  // likewise: its groups; empty: no groups
+  std::vector<std::vector<Cell>> lowest_;  // lowest cell of each tree node, by level
+  // groups in each tree node, by level; empty without groups
+  std::vector<std::vector<Range>> ranges_;
 };
 
 // The cells without a label, grouped by island.
@@ -110,7 +112,7 @@ std::vector<Place> unlabeled_places(std::span<const Label> labels, const Compone
   return places;
 }
 
-// The nearest labeled cell of each island, by component.
+// The nearest labeled cell of each island. An island is identified by its connected component.
 std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells& labeled,
                                   std::span<const Place> places, const Components& pieces,
                                   std::span<const Label> groups, ThreadTeam& team) {
@@ -120,7 +122,7 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
     for (std::int64_t i = begin; i < end;) {
       const Cell piece = pieces.of[places[i]];
       const Label group = groups.empty() ? kAnyGroup : groups[graph.cells[places[i]]];
-      Candidate best;  // over the cells of the island in this block
+      Candidate best;  // best candidate for the cells of the island in this block
       for (; i < end && pieces.of[places[i]] == piece; ++i) {
         labeled.search(graph.positions[places[i]], places[i], group, best);
       }
@@ -132,7 +134,7 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
   return nearest;
 }
 
-// Makes regions of the islands that may join no region.
+// Turns islands that may join no region into regions.
 void name_islands(const OrderedGraph& graph, const Components& pieces, JoinedIslands& joined) {
   Label next = *std::ranges::max_element(joined.labels) + 1;
   std::vector<Label> names(pieces.n_components, kNoLabel);

@@ -1,4 +1,5 @@
-// Cells that no center reaches: those of components without a seed, or out of reach of all centers.
+// Cells that no center reaches, because their connected component has no seed, or because they are
+// out of reach of all centers.
 #pragma once
 
 #include <vector>
@@ -12,26 +13,28 @@ namespace superfacets {
 
 // How unreached cells are labeled.
 enum class Islands : std::uint8_t {
-  kKeep,     // they become regions of their own
-  kNearest,  // they get no label in the loop, and join the nearest region after it
+  kKeep,     // each island becomes a region
+  kNearest,  // islands have no label during the loop, and join the nearest region after it
 };
 
 struct JoinedIslands {
   Buffer<Label> labels;           // (N,) without kNoLabel
-  Cell n_joined = 0;              // islands that joined a region
-  std::vector<Cell> new_centers;  // the lowest cell of each island that became one
+  Cell n_joined = 0;              // number of islands that joined a region
+  std::vector<Cell> new_centers;  // lowest cell of each island that became a region
 };
 
 // Group of an island that may join any region.
 inline constexpr Label kAnyGroup = -1;
 
-// Labels each island, a connected piece of cells with kNoLabel, like the labeled cell nearest
-// (Euclidean) to any cell of the island, the lowest among equals. Labels are indexed by cell; at
-// least one must not be kNoLabel. Time O(N log N) in practice.
+// An island is a connected component of the cells with kNoLabel. Each island gets the label of the
+// labeled cell with the least Euclidean distance from any cell of the island. Ties go to the lowest
+// labeled cell. `labels` is indexed by cell, and at least one cell must have a label. Time O(N log
+// N) in practice.
 //
-// With groups (equal for all cells of an island), an island joins only cells of its own group, or
-// any if that is kAnyGroup. If there are none, it becomes a region: K and up, in the order of their
-// lowest cells. Without groups (empty), an island joins any cell.
+// If `groups` is given, all cells of an island have the same group, and an island joins a cell of
+// this group only; an island of kAnyGroup joins any cell. If there is no such cell, the island
+// becomes a region. These regions get labels from K on, in the order of their lowest cells. If
+// `groups` is empty, an island joins any cell.
 JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> labels,
                            std::span<const Label> groups, ThreadTeam& team);
 

@@ -26,7 +26,7 @@ class PieceJoiner {
   Buffer<Label> take_labels() && { return std::move(labels_); }
 
  private:
-  // One round over arcs shorter than `barrier`. Returns whether a cell has joined.
+  // Runs one round over arcs shorter than `barrier`. Returns whether any cell has joined a region.
   bool join_some(std::vector<Cell>& loose, double barrier) {
     std::vector<std::pair<Cell, Label>> joining;
     for (const Cell cell : loose) {
@@ -57,7 +57,7 @@ class PieceJoiner {
   Buffer<std::uint8_t> is_loose_;
 };
 
-// All cells that are not connected with the center of their region, ascending.
+// The cells that are not connected to the center of their region, ascending.
 std::vector<Cell> loose_cells(const Components& pieces, std::span<const Label> labels,
                               std::span<const Cell> centers) {
   std::vector<Cell> loose;

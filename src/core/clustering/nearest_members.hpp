@@ -1,4 +1,4 @@
-// For each of several regions, its cell nearest to a point.
+// Finds the cell of a region nearest to a point, for many regions.
 #pragma once
 
 #include <vector>
@@ -7,18 +7,19 @@
 
 namespace superfacets {
 
-// Finds for each region the place nearest to its target among the places with its label; the lowest
-// cell among equals. `regions` are ascending. `places` holds any place of each region on entry (the
-// nearer, the faster), and the nearest on return. label_of(place) is called on any thread. Time O(N
-// + R log N): a search in the box tree stops after many more nodes than a region's share, as when
-// the target is far away or many cells are equally near. One pass over all places then finishes
-// these regions.
+// For each region, finds the place nearest to its target among the places with its label. Ties go
+// to the lowest cell. `regions` is ascending. On entry, `places` holds any place of each region (a
+// near one makes the search fast); on return, the nearest. label_of(place) may be called on any
+// thread. Time O(N + R log N): a search in the box tree gives up after kShares times the region's
+// share of all leaves, for example if the target is far away or many cells are equally near. One
+// pass over all places then finds the results for the remaining regions.
 template <typename LabelOf>
 void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regions,
                           std::span<const Point> targets, const LabelOf& label_of,
                           std::span<Place> places, ThreadTeam& team) {
   constexpr std::int64_t kLeastVisits = 32;
-  constexpr std::int64_t kShares = 16;  // of all leaves, divided by the regions
+  // limit of a search, in multiples of (number of leaves) / (number of regions)
+  constexpr std::int64_t kShares = 16;
   const std::int64_t n_regions = std::ssize(regions);
   if (n_regions == 0) return;
   const std::int64_t n_leaves = std::ssize(graph.tree.level(0));
@@ -32,7 +33,8 @@ void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regi
   });
 
   constexpr std::int64_t kNotGivenUp = -1;
-  std::vector<std::int64_t> given_up_of(regions.back() + 1, kNotGivenUp);  // by label
+  // (by label) index among the regions whose search gave up
+  std::vector<std::int64_t> given_up_of(regions.back() + 1, kNotGivenUp);
   std::vector<NearestPlace> given_up;
   for (std::int64_t i = 0; i < n_regions; ++i) {
     if (is_found[i] != 0) continue;

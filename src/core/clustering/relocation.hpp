@@ -1,5 +1,5 @@
-// Relocation, between runs of the loop: centers move from where they are needed least to where they
-// gain most.
+// Relocation between runs of the loop: moves centers from regions that lose little without them to
+// regions that gain much from a second center.
 #pragma once
 
 #include <vector>
@@ -9,18 +9,19 @@
 
 namespace superfacets {
 
-// The centers, by label, after some have moved. `nearest` is the exact classification by the given
-// centers, by place.
+// Moves some centers, and returns the center of each label. `nearest` holds, for each place, its
+// path in the exact classification by the given centers.
 //
-// The cost of removing a center is the sum of A (d2^2 - d1^2) over its region, with the measure A
-// of a place and its path lengths to the nearest and the second-nearest center. The distortion of a
-// region is the sum of A d1^2. The cheapest centers, at most n_moves, each cheaper than half (a
-// quarter, if the graph has barriers) the distortion of the region that it will divide, move to the
-// farthest places of the most distorted regions. The lowest labels and cells win ties.
+// The cost of removing a center is the sum of A (d2^2 - d1^2) over its region, where A is the
+// measure of a place, and d1 and d2 are its path lengths to the nearest and the second-nearest
+// center. The distortion of a region is the sum of A d1^2. Up to n_moves centers with the lowest
+// removal costs move to the farthest places of the regions with the largest distortion. A center
+// moves only if its removal costs less than half the distortion of the region that it will divide
+// (a quarter, if the graph has barriers). Ties go to the lowest label or cell.
 //
-// Every place keeps a path to a center: a center stays if any place of its region has no other, and
-// so do the second-nearest centers of a region whose center moves. A region gets at most one new
-// center. Memory: 36 bytes per cell.
+// Every place keeps a path to a center. Therefore a center stays if any place of its region has no
+// second-nearest center, or if it is a second-nearest center for a region whose center moves. A
+// region gets at most one new center. Memory: 36 bytes per cell.
 std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const Path> nearest,
                                     std::span<const Place> centers, std::size_t n_moves,
                                     ThreadTeam& team);

@@ -18,7 +18,7 @@
 namespace superfacets {
 namespace {
 
-// The places reached by regions so far, and the expansion of the next region.
+// The set of places reached by regions so far, and the expansion of the next region.
 class Flood {
  public:
   Flood(const OrderedGraph& graph, double reach)
@@ -29,8 +29,8 @@ class Flood {
 
   bool is_reached(Place place) const { return is_reached_[place]; }
 
-  // The set of reached places does not depend on the order of expansion, so a stack suffices here,
-  // while the classification needs Dijkstra's algorithm.
+  // A stack suffices here, because the set of reached places does not depend on the order of
+  // expansion.
   void expand(Place seed, Label label) {
     reach_place(seed, label);
     while (!stack_.empty()) {
@@ -53,7 +53,7 @@ class Flood {
 
   const OrderedGraph& graph_;
   const double squared_reach_;
-  std::vector<bool> is_reached_;   // (N,) by any region
+  std::vector<bool> is_reached_;   // (N,) whether any region has reached the place
   std::vector<Label> visited_by_;  // (N,) the last region that visited the place
   std::vector<Place> stack_;       // places of the current region, not yet expanded
 };
@@ -71,21 +71,21 @@ struct Size {
 
 std::vector<Size> sizes_of(const OrderedGraph& graph, const Components& components) {
   std::vector<Size> sizes(components.n_components);
-  for (const Place place : graph.place_of) {  // in the order of cells
+  for (const Place place : graph.place_of) {  // place_of lists places in the order of cells
     sizes[components.of[place]].measure += graph.measures[place];
     ++sizes[components.of[place]].n_cells;
   }
   return sizes;
 }
 
-// Smallest measure of a component that is no island: half of a region's.
+// Smallest measure of a component that is not an island: half the expected measure of a region.
 double least_measure(const OrderedGraph& graph, Cell n_seeds) {
   double total = 0.0;
   for (const Place place : graph.place_of) total += graph.measures[place];
   return 0.5 * total / n_seeds;
 }
 
-// The components of a graph, and which of them are large enough for seeds.
+// The components of a graph, with a flag for each component that is large enough for seeds.
 class SeededComponents {
  public:
   SeededComponents(const OrderedGraph& graph, Place first, Cell n_seeds, ThreadTeam& team)
@@ -101,8 +101,8 @@ class SeededComponents {
   Cell component(Place place) const { return components_.of[place]; }
   Cell n_components() const { return components_.n_components; }
 
-  // The cell nearest to the mean of each large component, in their order; `first` if there is only
-  // one component.
+  // For each large component, in order, the cell nearest to its mean; `first` if there is only one
+  // component.
   std::vector<Place> central_places() const {
     if (n_components() == 1) return {first_};
     const auto central = update_centers(graph_, components_.of.span(), n_components(), team_);
@@ -140,8 +140,8 @@ class SeededComponents {
   const OrderedGraph& graph_;
   ThreadTeam& team_;
   const Place first_;
-  const Components components_;  // by place
-  std::vector<bool> is_seeded_;  // by component
+  const Components components_;  // of the places
+  std::vector<bool> is_seeded_;  // whether each component gets seeds
   std::vector<Cell> seeded_;     // components, the largest first
 };
 
@@ -159,7 +159,7 @@ std::vector<Place> flood_starts(const OrderedGraph& graph, const SeededComponent
   return starts;
 }
 
-// Places by component, in the order of their starts, then by path length, then by cell.
+// Places sorted by component (in the order of their starts), then by path length, then by cell.
 std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededComponents& components,
                                   std::span<const Place> starts, ThreadTeam& team) {
   std::vector<Cell> ranks(components.n_components());
@@ -168,7 +168,7 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   }
   Classification from_starts(graph, kInfinity, Islands::kNearest, team);
   from_starts.classify(starts);
-  // Keys are copied: lookups during comparisons would miss the cache.
+  // Copies the sort keys, because lookups during comparisons would miss the cache.
   std::vector<std::tuple<Cell, PathLength, Cell, Place>> keys(graph.n_cells());
   for (Place place = 0; place < graph.n_cells(); ++place) {
     keys[place] = {ranks[components.component(place)], from_starts.path(place).length,
@@ -181,8 +181,8 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   return order;
 }
 
-// Seeds where arcs have no reverse arcs: the lowest cell that no seed reaches, until all cells of
-// large components are reached.
+// Handles arcs without reverse arcs: the lowest cell that no seed reaches becomes a seed,
+// repeatedly, until all cells of large components are reached.
 void place_unreached(const OrderedGraph& graph, const SeededComponents& components, Cell n_seeds,
                      LongestPaths& paths, std::vector<Place>& seeds) {
   if (graph.is_symmetric) return;
@@ -203,7 +203,7 @@ struct Cube {
 
 struct CubeHash {
   std::size_t operator()(const Cube& cube) const {
-    // Odd multipliers near 2^64 / golden ratio, which spread neighbors in space.
+    // Odd multipliers near 2^64 / golden ratio, so that cubes adjacent in space get distant hashes.
     std::uint64_t h = std::bit_cast<std::uint64_t>(cube.x) * 0x9e3779b97f4a7c15ULL;
     h = (h ^ h >> 32 ^ std::bit_cast<std::uint64_t>(cube.y)) * 0xbf58476d1ce4e5b9ULL;
     h = (h ^ h >> 32 ^ std::bit_cast<std::uint64_t>(cube.z)) * 0x94d049bb133111ebULL;

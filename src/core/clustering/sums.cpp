@@ -13,12 +13,12 @@ constexpr double kLowerScale = 0x1p31;
 // Upper bound of the sum over all cells.
 constexpr double kLargest = 0x1p62;
 
-// Totals below this have no finite scale. Areas and extents this small are refused, except for
-// extents of nearly coincident centroids, where any choice of center will do.
+// Smallest total that has a finite scale. Smaller areas and extents are rejected by the caller,
+// except for the extents of nearly coincident centroids, where any center is acceptable.
 constexpr double kSmallestTotal = 0x1p-900;
 
-// The power of two that scales numbers of sum `total` so that their sum is below 2^62. The error of
-// a sum of rounded numbers is far less than the remaining factor of two.
+// The power of two that scales numbers with the sum `total` to a sum below 2^61. The distance to
+// kLargest leaves room for rounding errors.
 double scale_for(double total) {
   return total > kSmallestTotal ? std::ldexp(1.0, 60 - std::ilogb(total)) : 1.0;
 }

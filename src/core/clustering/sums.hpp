@@ -1,5 +1,6 @@
-// Measure-weighted sums over cells: of few cells in floating point, and of all cells in fixed
-// point, exact in any order of additions and subtractions.
+// Measure-weighted sums over cells. WeightedSum, for few cells, uses floating point. FixedSum, for
+// all cells, uses fixed point, so its result does not depend on the order of additions and
+// subtractions.
 #pragma once
 
 #include <array>
@@ -12,8 +13,8 @@ namespace superfacets {
 
 // Cells must be added in an order that does not depend on the number of threads.
 struct WeightedSum {
-  Point weighted{0.0, 0.0, 0.0};  // of measure times position
-  Point plain{0.0, 0.0, 0.0};     // of positions
+  Point weighted{0.0, 0.0, 0.0};  // sum of measure times position
+  Point plain{0.0, 0.0, 0.0};     // sum of positions
   double measure = 0.0;
   double count = 0.0;
 
@@ -24,7 +25,7 @@ struct WeightedSum {
     count += 1.0;
   }
 
-  // The plain mean where all measures are 0.
+  // The weighted mean of the positions, or the unweighted mean if all measures are 0.
   Point mean() const {
     const Point sum = measure > 0.0 ? weighted : plain;
     const double weight = measure > 0.0 ? measure : count;
@@ -32,11 +33,11 @@ struct WeightedSum {
   }
 };
 
-// The contribution of one or more cells to a sum: fixed-point numbers in two parts, where a unit of
-// the lower part is 2^-31 of a unit of the upper part. Sums of integers do not depend on their
-// order, so several threads can add cells and subtract them again without rounding errors.
+// A sum over cells in fixed point. Each number has an upper and a lower part; a unit of the lower
+// part is 2^-31 units of the upper part. Sums of integers do not depend on their order, so several
+// threads can add and subtract cells without rounding errors.
 struct FixedSum {
-  // Measure times x, y and z from the low corner of the bounds, and the measure itself.
+  // Measure times x, y and z (relative to the low corner of the bounds), and the measure.
   std::array<std::int64_t, 4> upper{};
   std::array<std::int64_t, 4> lower{};
 
@@ -48,13 +49,13 @@ struct FixedSum {
   }
 };
 
-// Converts cells to fixed-point numbers, and sums of them to means. The upper part of the sum of
-// all cells is about 2^60 to 2^61; the rounding error per cell is below 2^-92 of that sum.
+// Converts cells to fixed-point numbers, and sums of such numbers to means. The upper part of the
+// sum of all cells is about 2^60 to 2^61; the rounding error per cell is below 2^-92 of that sum.
 class FixedPoint {
  public:
   explicit FixedPoint(const OrderedGraph& graph) : FixedPoint(graph.bounds, graph.total_measure) {}
 
-  // For cells with positions in a box, and measures of this sum.
+  // For cells with positions in `bounds` and measures that sum to `total_measure`.
   FixedPoint(const Box& bounds, double total_measure);
 
   FixedSum of(const OrderedGraph& graph, Place place) const {
@@ -62,8 +63,8 @@ class FixedPoint {
   }
   FixedSum of(const Point& position, double measure) const;
 
-  // Whether the fraction of a region in the total measure is too small (2^-40 or less) for a mean
-  // of double precision. Its cells must then be summed in another way.
+  // Whether the measure of a region is too small, 2^-40 of the total measure or less, for a mean of
+  // double precision. Its cells must then be summed in floating point.
   static bool is_too_small(const FixedSum& sum) { return sum.upper[3] < (std::int64_t{1} << 20); }
 
   Point mean(const FixedSum& sum) const;
@@ -71,7 +72,7 @@ class FixedPoint {
  private:
   Point origin_;
   double measure_scale_;   // powers of two
-  double position_scale_;  // of measure times position
+  double position_scale_;  // power of two for measure times position
 };
 
 }  // namespace superfacets

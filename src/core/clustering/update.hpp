@@ -1,4 +1,4 @@
-// Stage 4b: centers from labels.
+// Stage 4b: computes centers from labels.
 #pragma once
 
 #include <algorithm>
@@ -9,27 +9,28 @@
 
 namespace superfacets {
 
-// The measure-weighted mean of the positions of all cells; the plain mean where all measures are 0.
+// The measure-weighted mean position of all cells, or the unweighted mean if all measures are 0.
 Point weighted_mean(const OrderedGraph& graph, ThreadTeam& team);
 
-// For each region 0..n_regions-1 of these labels (by place) the place nearest to the
-// measure-weighted mean of the positions of its cells, lowest cell among equals; the plain mean
-// where all measures are 0. Every region must have a cell.
+// For each region 0..n_regions-1, the place nearest to the measure-weighted mean position of its
+// cells, or to the unweighted mean if all measures are 0. Ties go to the lowest cell. `labels` is
+// indexed by place. Every region must have a cell.
 std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Label> labels,
                                   Label n_regions, ThreadTeam& team);
 
-// The same, incrementally, for labels of which few change between calls: only cells with a new
-// label are added and subtracted, and only regions that changed search their nearest place. Regions
-// of nearly zero measure are summed again each time, which takes a pass over all cells. Memory: 4
-// bytes per cell.
+// update_centers, computed incrementally for labels that change little between calls. Only cells
+// with a new label are added and subtracted, and only changed regions search for their nearest
+// place. Regions of nearly zero measure are summed again each time, which takes a pass over all
+// cells. Memory: 4 bytes per cell.
 class RegionMeans {
  public:
-  // At first, no cell has a label.
+  // Initially, no cell has a label.
   RegionMeans(const OrderedGraph& graph, ThreadTeam& team);
 
   void resize(std::size_t n_regions);
 
-  // Sets the labels of places begin to end - 1 to label_of(place). Safe on several threads at once.
+  // Sets the labels of places begin to end - 1 to label_of(place). May be called on several threads
+  // at once.
   template <typename LabelOf>
   void take_over(Place begin, Place end, const LabelOf& label_of) {
     Change gained, lost;
@@ -45,12 +46,12 @@ class RegionMeans {
     apply(gained, 1);
   }
 
-  // The places nearest to the means. `members` holds any place of each region, or a place of
-  // another region for one without cells, which stays.
+  // The place of each region nearest to its mean. `members` holds any place of each region. For a
+  // region without cells, it holds a place of another region, which becomes the result.
   const std::vector<Place>& nearest(std::span<const Place> members);
 
  private:
-  // Consecutive cells that change to or from the same label.
+  // A run of consecutive cells that change to or from the same label.
   struct Change {
     Label label = kNoLabel;
     FixedSum sum;
@@ -65,7 +66,7 @@ class RegionMeans {
   const FixedPoint fixed_;
   Buffer<Label> labels_;                   // (N,)
   std::vector<FixedSum> sums_;             // (K,)
-  std::vector<std::uint8_t> has_changed_;  // (K,) since the nearest place was found
+  std::vector<std::uint8_t> has_changed_;  // (K,) 1: changed since its nearest place was found
   std::vector<Place> nearest_;             // (K,)
 };
 

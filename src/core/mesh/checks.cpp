@@ -15,13 +15,14 @@ bool is_finite(const Point& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-// Marks corners in is_used, one byte per vertex; false if a corner is no vertex.
+// Sets is_used[vertex] = 1 for each corner. Returns false if a corner is not the index of a vertex.
 bool mark_used(std::span<const Vertex> corners, std::span<std::uint8_t> is_used, ThreadTeam& team) {
   std::atomic<bool> is_in_range = true;
   const auto n_corners = static_cast<std::int64_t>(corners.size());
   team.for_each_block(n_corners, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
-      const auto index = static_cast<std::uint32_t>(corners[i]);  // a negative one becomes large
+      // a negative index becomes a large one
+      const auto index = static_cast<std::uint32_t>(corners[i]);
       if (index >= is_used.size()) {
         is_in_range.store(false, std::memory_order_relaxed);
         return;

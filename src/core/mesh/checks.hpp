@@ -10,7 +10,7 @@ namespace superfacets {
 struct MeshFindings {
   bool is_finite = true;    // coordinates of all vertices, used or not, are finite
   bool is_in_range = true;  // all corners are indices of vertices
-  // Bounding box of the vertices that faces use. Valid only if the mesh is finite and in range.
+  // Bounding box of the vertices used by faces. Valid only if is_finite and is_in_range.
   Point low{};
   Point high{};
 };

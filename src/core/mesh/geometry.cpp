@@ -11,11 +11,12 @@
 namespace superfacets {
 namespace {
 
-// The cross product of two edges of length L has rounding errors up to about 4 eps L^2. Below twice
-// that, its direction is arbitrary, and the face has no normal.
+// Threshold of a normal: the cross product of two edges of length L has rounding errors up to about
+// 4 eps L^2. If the product is shorter than twice this error, its direction is arbitrary, and the
+// face has no normal.
 constexpr double kNormalNoise = 8.0 * std::numeric_limits<double>::epsilon();
 
-// Faces that are measured at a time: their data fits into the first-level cache.
+// Number of faces per block. Their data fits into the first-level cache.
 constexpr std::size_t kFacesAtOnce = 64;
 
 using Numbers = std::array<double, kFacesAtOnce>;

@@ -23,7 +23,7 @@ inline double area(std::span<const Point> vertices, const Triangle& face) {
   return 0.5 * norm(double_area_vector(vertices, face));
 }
 
-// The measures that stages 1 and 2 need.
+// The measures of faces that stages 1 and 2 need.
 struct FaceShapes {
   Buffer<Point> centroids;  // (F,)
   Buffer<double> areas;     // (F,)
@@ -32,13 +32,13 @@ struct FaceShapes {
                             // of faces
 };
 
-// Computes them in one pass over the faces.
+// Computes all of these measures in one pass over the faces.
 FaceShapes measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces,
                          ThreadTeam& team);
 
-// Area of the faces whose longest side is longer than min_length, and whose height above it is less
-// than max_height. The same bits for any number of threads. `longest` comes from measure_faces:
-// blocks without long sides are skipped.
+// Total area of slivers: faces whose longest side is longer than min_length, and whose height above
+// that side is less than max_height. The same bits for any number of threads. `longest` comes from
+// measure_faces: blocks without long sides are skipped.
 double sliver_area(std::span<const Point> vertices, std::span<const Triangle> faces,
                    std::span<const double> areas, std::span<const double> longest,
                    double min_length, double max_height, ThreadTeam& team);
@@ -47,12 +47,12 @@ double sliver_area(std::span<const Point> vertices, std::span<const Triangle> fa
 Buffer<Point> area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
                            ThreadTeam& team);
 
-// The unit vector in the direction of a cross product. It is zero if the product is not longer than
-// its rounding errors; longest_squared is the largest squared length of the factors.
+// Normalizes a cross product. Returns zero if the product is not longer than its rounding errors.
+// longest_squared is the larger of the squared lengths of its two factors.
 Point unit_normal_along(const Point& direction, double longest_squared);
 
-// The unit normal of a face; zero if it has none: two corners at one position, or no area beyond
-// rounding errors.
+// The unit normal of a face. Zero if the face has no normal: two corners are at one position, or
+// its area is not larger than rounding errors.
 Point unit_normal(std::span<const Point> vertices, const Triangle& face);
 
 // Number of faces that have no normal.

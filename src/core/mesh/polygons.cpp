@@ -33,7 +33,8 @@ double longest_squared(std::span<const Point> vertices, std::span<const Vertex> 
   return longest;
 }
 
-// The direction scaled to length 1; zero if it is within the rounding error of the fan.
+// Scales the direction to length 1. Returns zero if its length is within the rounding error of the
+// fan.
 Point normal_along(const Point& direction, std::span<const Point> vertices,
                    std::span<const Vertex> corners) {
   // Each triangle of the fan adds its rounding error.
@@ -42,7 +43,8 @@ Point normal_along(const Point& direction, std::span<const Point> vertices,
 }
 
 Point mean_corner(std::span<const Point> vertices, std::span<const Vertex> corners) {
-  const Point& origin = vertices[corners[0]];  // relative to it, small polygons keep their digits
+  // positions relative to a corner avoid cancellation in small polygons
+  const Point& origin = vertices[corners[0]];
   Point sum{0.0, 0.0, 0.0};
   for (const Vertex corner : corners) sum = sum + (vertices[corner] - origin);
   return origin + (1.0 / static_cast<double>(corners.size())) * sum;
@@ -84,7 +86,8 @@ class EarCutter {
   Vertex before(std::size_t i) const { return rest_[i == 0 ? rest_.size() - 1 : i - 1]; }
   Vertex after(std::size_t i) const { return rest_[i + 1 == rest_.size() ? 0 : i + 1]; }
 
-  // Returns the next ear; corner 1 if there is none, so that a rest without ears is cut as a fan.
+  // Returns the next ear. If there is none, returns corner 1, so the remaining polygon is cut as a
+  // fan.
   std::size_t find_ear() const {
     for (std::size_t i = 1; i <= rest_.size(); ++i) {
       if (is_ear(i % rest_.size())) return i % rest_.size();
@@ -108,11 +111,11 @@ class EarCutter {
   }
 
   std::span<const Point> vertices_;
-  std::vector<Vertex> rest_;  // corners that are not cut off yet
+  std::vector<Vertex> rest_;  // corners of the remaining polygon
   Point normal_;
 };
 
-// Whether no triangle of the fan is flipped.
+// Whether all triangles of the fan have the orientation of the polygon.
 bool is_fan_flat(std::span<const Point> vertices, std::span<const Vertex> corners) {
   const Point normal = double_area_vector(vertices, corners);
   bool is_flat = true;

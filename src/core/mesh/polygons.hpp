@@ -26,25 +26,25 @@ struct Polygons {
 struct PolygonMeasures {
   Point centroid;
   double area;
-  Point normal;  // unit, or zero where there is none
+  Point normal;  // unit normal; zero if the polygon has none
 };
 
 // Twice the sum of the area vectors of the fan of triangles (0, i, i + 1), by Newell's formula: in
 // a plane, twice the area times the unit normal, for concave polygons too.
 Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners);
 
-// The normal of a polygon, of length 1, or zero if its area is not larger than rounding errors.
+// The unit normal of a polygon; zero if its area is not larger than rounding errors.
 Point unit_normal(std::span<const Point> vertices, std::span<const Vertex> corners);
 
-// Area, centroid and normal of a polygon. The area is measured in projection along the normal. For
-// a planar polygon it is the area of the fan, with flipped triangles counted as negative. The
-// centroid is the centroid of the fan, with the same signs. It is clamped to the box around the
-// corners, because the centroid of a self-intersecting polygon may be outside. Without a normal,
-// the centroid is the mean of the corners. For triangles, the results equal those of
+// Area, centroid and normal of a polygon. The area is the area of the projection along the normal.
+// For a planar polygon it is the area of the fan, with flipped triangles counted as negative. The
+// centroid is the centroid of the fan, with these signs. It is clamped to the bounding box of the
+// corners, because the centroid of a self-intersecting polygon may be outside. If there is no
+// normal, the centroid is the mean of the corners. For triangles, the results equal those of
 // mesh/geometry.hpp bit for bit.
 PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners);
 
-// Of all faces.
+// Measures of all faces.
 struct PolygonShapes {
   Buffer<Point> centroids;
   Buffer<double> areas;
@@ -60,11 +60,10 @@ double polygon_sliver_area(std::span<const Point> vertices, const Polygons& face
                            std::span<const double> areas, double min_length, double max_height,
                            ThreadTeam& team);
 
-// Cuts each face of n corners into n - 2 triangles, stored consecutively: those of face i begin at
-// offsets[i] - 2 i. If no triangle of its fan is flipped, as in convex faces, a face is cut into
-// its fan. Otherwise it is cut ear by ear, mostly in O(n^2); where a self-intersecting polygon has
-// no ear, corner 1 is cut off instead. Faces with more than kMostCornersCut corners are cut into
-// their fans.
+// Cuts each face of n corners into n - 2 triangles, stored consecutively. The triangles of face i
+// begin at offsets[i] - 2 i. A face is cut into its fan if no triangle of the fan is flipped, as in
+// convex faces, or if it has more than kMostCornersCut corners. Otherwise ears are cut off one by
+// one, mostly in O(n^2). If a self-intersecting polygon has no ear, corner 1 is cut off instead.
 inline constexpr int kMostCornersCut = 4096;
 Buffer<Triangle> triangulate(std::span<const Point> vertices, const Polygons& faces,
                              ThreadTeam& team);

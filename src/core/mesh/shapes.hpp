@@ -15,7 +15,7 @@
 
 namespace superfacets {
 
-// Returns the point that is nearer to p: `one` if both are equally near.
+// Returns the point that is nearer to p; ties go to `one`.
 inline Point nearer(const Point& p, const Point& one, const Point& other) {
   return squared_norm(p - other) < squared_norm(p - one) ? other : one;
 }
@@ -40,8 +40,8 @@ struct PointShape {
   Point nearest(const Point&) const { return at; }
 };
 
-// A triangle. Its corners are sorted by x, y, z, so that triangles that share an edge find the same
-// point on it.
+// A triangle. Its corners are sorted by x, y, z. So two triangles that share an edge compute the
+// same nearest point on it.
 class TriangleShape {
  public:
   TriangleShape() = default;
@@ -57,9 +57,9 @@ class TriangleShape {
     return box;
   }
 
-  // If the projection of p is inside, the result is computed from its barycentric coordinates, else
-  // it is on one of the sides. In a triangle of nearly no height, only the sides are searched: no
-  // point of it is farther from them than its height.
+  // If the projection of p is inside the triangle, the result is computed from barycentric
+  // coordinates. Otherwise it is on one of the sides. In a triangle of nearly no height, only the
+  // sides are searched, because every point is within this height of a side.
   Point nearest(const Point& p) const {
     const Point ab = b_ - a_;
     const Point ac = c_ - a_;
@@ -78,8 +78,8 @@ class TriangleShape {
   }
 
  private:
-  // If the squared sine of the angle at the first corner is smaller, barycentric coordinates are
-  // only rounding errors.
+  // Threshold for the squared sine of the angle at the first corner. Below it, barycentric
+  // coordinates are nothing but rounding errors.
   static constexpr double kFlat = 1e-20;
 
   static bool precedes(const Point& a, const Point& b) {
@@ -89,7 +89,7 @@ class TriangleShape {
   Point a_, b_, c_;
 };
 
-// A solid tetrahedron. If its volume is 0, only its four sides count.
+// A solid tetrahedron. If its volume is 0, it consists of its four sides only.
 class TetShape {
  public:
   TetShape() = default;

@@ -1,8 +1,8 @@
 // Rivara's algorithm bisects faces by their longest side, then neighbors that do not conform, and
-// their neighbors in turn. Here a side is bisected only because it is too long, and then no chain
-// is needed: if any side of a face is too long, its longest side is, so each such side is
-// eventually bisected in each of its faces. Faces are therefore independent of each other, except
-// for the numbers of the midpoints on shared sides.
+// their neighbors in turn. Here only sides that are too long are bisected, so no such chains arise:
+// if any side of a face is too long, so is its longest side. Hence each side that is too long is
+// eventually bisected in each of its faces. Faces are therefore independent, except for the indices
+// of midpoints on shared sides.
 //
 // The bound on angles: Rosenberg and Stenger, "A lower bound on the angles of triangles constructed
 // by bisecting the longest side", 1975. The algorithm: Rivara, "Algorithms for refining triangular
@@ -22,7 +22,7 @@
 namespace superfacets {
 namespace {
 
-// Faces per task. Few, since one long face may become thousands.
+// Faces per task. The number is small, because one large face may be cut into thousands.
 constexpr std::int64_t kFacesPerTask = 256;
 
 constexpr Vertex kNoVertex = -1;
@@ -35,7 +35,8 @@ Point midpoint(const Point& a, const Point& b) {
 struct Corners {
   Point points[3];
 
-  // Returns the corners with one moved: a half of the face, if it moves to the middle of a side.
+  // Returns a copy with one corner moved to `point`. If this is the midpoint of a side, the copy is
+  // one half of the face.
   Corners with(int corner, const Point& point) const {
     Corners changed = *this;
     changed.points[corner] = point;
@@ -43,8 +44,8 @@ struct Corners {
   }
 };
 
-// Decides which sides are too long. Swapping the ends of a side does not change its length and
-// midpoint, bit for bit.
+// Decides which sides are too long. Swapping the ends of a side changes no bit of its length and
+// midpoint.
 class Limit {
  public:
   explicit Limit(double max_edge) : squared_(max_edge * max_edge) {}
@@ -88,7 +89,7 @@ std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t m
   throw std::length_error("too many faces");
 }
 
-// Prefix sums of the number of parts of each face, (F + 1,).
+// Prefix sum of the number of parts per face, (F + 1,).
 Buffer<std::int64_t> place_parts(std::span<const Point> vertices, std::span<const Triangle> faces,
                                  const Limit& limit, std::int64_t max_faces, ThreadTeam& team) {
   const auto n_faces = static_cast<std::int64_t>(faces.size());
@@ -117,8 +118,8 @@ Vertex count_points(const Point& a, const Point& b, const Limit& limit) {
   return 1 + count_points(a, middle, limit) + count_points(middle, b, limit);
 }
 
-// Writes the midpoints of an edge and, recursively, of its halves: first the middle of the edge,
-// then the midpoints of the half at a, then of the half at b. Returns the end of the output.
+// Writes the midpoints of an edge in recursive order: first the midpoint of the edge, then the
+// midpoints of the half at a, then the midpoints of the half at b. Returns the end of the output.
 Point* write_points(const Point& a, const Point& b, const Limit& limit, Point* place) {
   if (!limit.is_exceeded(a, b)) return place;
   const Point middle = midpoint(a, b);
@@ -159,8 +160,8 @@ class LongEdges {
     first_points_[n_edges()] = next;
   }
 
-  // Number of the first midpoint on an edge that is too long, and count of its midpoints. They have
-  // consecutive numbers, in the order of write_points from the lower to the higher vertex.
+  // Index of the first midpoint on an edge, and number of its midpoints. Midpoints of an edge have
+  // consecutive indices, in the order of write_points from the lower to the higher vertex.
   struct Points {
     Vertex first;
     Vertex count;
@@ -172,7 +173,7 @@ class LongEdges {
     return {first_points_[edge], first_points_[edge + 1] - first_points_[edge]};
   }
 
-  // The number after the last midpoint on an edge of the mesh.
+  // One past the index of the last midpoint on an edge of the mesh.
   Vertex end() const { return first_points_[n_edges()]; }
 
   void write(const Limit& limit, ThreadTeam& team, std::span<Point> vertices) const {
@@ -187,19 +188,19 @@ class LongEdges {
  private:
   std::int64_t n_edges() const { return std::ssize(highs_.entries); }
 
-  Lists<Vertex> highs_;          // the higher vertex of each edge, by the lower; ascending
-  Buffer<Vertex> first_points_;  // (edges + 1,) number of the first midpoint of each edge
+  // for each vertex, ascending: the higher vertices of edges whose lower vertex it is
+  Lists<Vertex> highs_;
+  Buffer<Vertex> first_points_;  // (edges + 1,) index of the first midpoint of each edge
 };
 
-// Cuts one face at a time, and writes its parts and inner midpoints into arrays that have room for
-// them.
+// Cuts one face at a time, and writes its parts and inner midpoints into preallocated arrays.
 class Cutter {
  public:
   Cutter(const Limit& limit, const LongEdges& long_edges, Subdivision& parts)
       : limit_(limit), long_edges_(long_edges), parts_(parts) {}
 
   // Writes the parts of a face from first_part on, and the midpoints within it from first_point on.
-  // Midpoints on its sides must be written already.
+  // Midpoints on the sides must have been written before.
   void cut(const Triangle& face, Face source, std::int64_t first_part, Vertex first_point) {
     edges_.clear();
     source_ = source;
@@ -219,7 +220,7 @@ class Cutter {
     std::int32_t second_half = 0;
   };
 
-  // An edge with the direction in which a part of the face runs along it.
+  // An edge, and the direction in which a part of the face runs along it.
   struct Side {
     std::int32_t edge;
     bool is_reversed;
@@ -250,7 +251,7 @@ class Cutter {
     return {side.is_reversed ? edge.first_half : edge.second_half, side.is_reversed};
   }
 
-  // Adds an edge and, recursively, its halves. Its midpoints are already written, from next_point
+  // Adds an edge and, recursively, its halves. Its midpoints must have been written from next_point
   // on, in the order of write_points.
   std::int32_t add_edge(Vertex from, Vertex to, Vertex& next_point) {
     const auto index = static_cast<std::int32_t>(edges_.size());
@@ -273,7 +274,7 @@ class Cutter {
 
   // Adds an edge from a midpoint to the corner opposite to it.
   std::int32_t add_inner_edge(Vertex middle, Vertex opposite) {
-    // A pointer, not a reference: next_point_ may be one past the last vertex. Then the edge is
+    // A pointer, because next_point_ may be one past the last vertex. In this case the edge is
     // short, and nothing is written.
     Point* place = parts_.vertices.data() + next_point_;
     write_points(point(middle), point(opposite), limit_, place);
@@ -312,8 +313,9 @@ class Cutter {
   Vertex next_point_ = 0;
 };
 
-// The number of the first midpoint within each face, (F + 1,). Each bisection needs a midpoint. A
-// midpoint on a side of the face serves one bisection, a midpoint within the face two.
+// Index of the first inner midpoint of each face, (F + 1,). Each bisection of a part needs one
+// midpoint. A midpoint on a side of the face serves one bisection, and a midpoint inside the face
+// serves two.
 Buffer<Vertex> place_inner_points(std::span<const Point> vertices, std::span<const Triangle> faces,
                                   const Limit& limit, const LongEdges& long_edges,
                                   std::span<const std::int64_t> starts, ThreadTeam& team) {

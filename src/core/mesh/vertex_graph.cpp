@@ -9,8 +9,7 @@
 namespace superfacets {
 namespace {
 
-// Calls visit(a, b) for each side of each face with the representatives of its ends, if they
-// differ.
+// Calls visit(a, b) for each side of each face whose ends have different representatives a and b.
 template <typename Visit>
 void for_each_side(const CornerLists& faces, std::span<const Vertex> representative,
                    const Visit& visit) {
@@ -39,7 +38,8 @@ VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerList
   Buffer<double> lengths(arcs.entries.size());
   team.for_each_index(arcs.n_lists(), [&](std::int64_t vertex) {
     for (std::int64_t arc = arcs.offsets[vertex]; arc < arcs.offsets[vertex + 1]; ++arc) {
-      // Computed from the lower to the higher vertex, so that both directions have the same bits.
+      // Computed from the lower to the higher vertex, so that both arcs of an edge have the same
+      // bits.
       const std::int64_t neighbor = arcs.entries[arc];
       const auto [low, high] = std::minmax({vertex, neighbor});
       lengths[arc] = norm(vertices[high] - vertices[low]);

@@ -1,4 +1,4 @@
-// The graph of vertices that share an edge, and smoothing of positions on it.
+// The graph of vertices joined by edges, and smoothing of positions on this graph.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,17 @@ struct VertexGraph {
 };
 
 // Builds one arc per edge and direction. Corners are replaced by representative[vertex] (see
-// weld_vertices): vertices that are not used, or not their own representative, have no arcs. A side
-// whose ends have the same representative is no edge. Time O(C + V), and O(n log n) at a vertex
-// with n edges.
+// weld_vertices): unused vertices and duplicates (vertices with another representative) have no
+// arcs. A side whose ends have the same representative is no edge. Time O(C + V), and O(n log n) at
+// a vertex with n edges.
 VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerLists& faces,
                                std::span<const Vertex> representative, ThreadTeam& team);
 
-// Positions after n_steps of Taubin's smoothing, each of which moves vertices by 0.5 toward the
-// mean of their neighbors and then by 0.53 away from it: bumps as small as an edge vanish, and the
-// shape does not shrink. Vertices without neighbors stay. Time O(n_steps * (V + M)); the same bits
-// for any number of threads. (Taubin, "A Signal Processing Approach to Fair Surface Design", 1995.)
+// Positions after n_steps of Taubin's smoothing. A step moves each vertex by 0.5 of the way
+// toward the mean of its neighbors, then by 0.53 away from it. This removes bumps as small as an
+// edge, and does not shrink the shape. Vertices without neighbors stay. Time O(n_steps * (V + M));
+// the same bits for any number of threads. (Taubin, "A Signal Processing Approach to Fair Surface
+// Design", 1995.)
 Buffer<Point> taubin_smooth(std::span<const Point> vertices, std::span<const std::int64_t> offsets,
                             std::span<const Vertex> neighbors, int n_steps, ThreadTeam& team);
 

@@ -1,4 +1,4 @@
-// Normals of vertices, and the weights of edges that follow from them.
+// Normals of vertices, and weights of edges computed from these normals.
 #pragma once
 
 #include <algorithm>
@@ -9,9 +9,9 @@
 
 namespace superfacets {
 
-// The mean of the unit normals of the faces around each vertex, not normalized; zero at vertices
-// without faces. Corners are replaced by representative[vertex] (see weld_vertices): vertices that
-// are not their own representative have no faces. A face without a normal counts as zero.
+// For each vertex, the mean of the unit normals of the faces around it, not normalized; zero if
+// there are no faces. Corners are replaced by representative[vertex] (see weld_vertices), so
+// duplicates have no faces. A face without a normal counts as zero in the mean.
 Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& faces,
                            std::span<const Vertex> representative);
 

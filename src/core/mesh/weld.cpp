@@ -15,11 +15,11 @@ namespace {
 
 constexpr Vertex kEmptySlot = -1;
 
-// Prefetch distance, in vertices: enough to hide the latency of memory, few enough for the hash
-// slots to stay in the first-level cache.
+// Prefetch distance, in vertices. It is large enough to hide the latency of memory, and small
+// enough for the hash slots to stay in the first-level cache.
 constexpr std::int64_t kBatch = 32;
 
-// The finalizer of splitmix64: every input bit reaches every output bit, so that regular grids of
+// The finalizer of splitmix64: every output bit depends on every input bit, so regular grids of
 // positions do not cluster in the table.
 std::uint64_t mix(std::uint64_t bits) {
   bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -30,7 +30,7 @@ std::uint64_t mix(std::uint64_t bits) {
 // A multiplication moves the bits of a coordinate to the upper half of the product. The products
 // are rotated by different amounts and added, so that one finalizer mixes them all.
 std::uint64_t hash(Point p) {
-  // Adding 0.0 turns -0.0 into 0.0, which compares equal to it and so must hash alike.
+  // Adding 0.0 turns -0.0 into 0.0. The two compare equal, so they must have the same hash.
   SUPERFACETS_ASSERT(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
   const std::uint64_t x = std::bit_cast<std::uint64_t>(p.x + 0.0) * 0x9e3779b97f4a7c15ULL;
   const std::uint64_t y = std::bit_cast<std::uint64_t>(p.y + 0.0) * 0xd6e8feb86659fd93ULL;
@@ -42,9 +42,9 @@ bool same_position(Point a, Point b) {
   return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
-// The lowest vertex of each position, by open addressing with linear probing in a table at most
-// half full. A slot keeps its position once taken, and all threads probe in the same order, so they
-// agree on one slot per position without a lock.
+// Hash table from position to the lowest vertex there: open addressing with linear probing, at most
+// half full. A slot never changes its position once taken, and all threads probe in the same order.
+// So they agree on one slot per position without a lock.
 class PositionTable {
  public:
   using Slot = std::uint32_t;  // 2^31 - 1 vertices make a table of 2^32 slots
@@ -84,7 +84,8 @@ class PositionTable {
   Buffer<Vertex> table_;
 };
 
-// Inserts vertices begin .. end-1. Returns whether the position of one was already in the table.
+// Inserts vertices begin .. end-1. Returns whether the position of any of them was already in the
+// table.
 bool insert_range(std::int64_t begin, std::int64_t end, PositionTable& table,
                   std::span<PositionTable::Slot> slots) {
   bool is_shared = false;

@@ -1,5 +1,5 @@
-// A queue of places ordered by path length, in buckets, for label-correcting shortest paths. It is
-// nearly sorted, so few places are expanded twice, and far cheaper than a heap. Within a bucket
+// A queue of places for label-correcting shortest paths, with buckets ordered by path length. It is
+// far cheaper than a heap, and so nearly sorted that few places are expanded twice. Within a bucket
 // there is no order: a place whose path becomes shorter after its expansion must be expanded again.
 // If most arcs are much shorter than the mean, a bucket holds whole neighborhoods and the number of
 // repeated expansions has no good bound. Callers must watch n_handled and switch to a RadixHeap.
@@ -19,9 +19,9 @@ namespace superfacets {
 
 class BucketQueue {
  public:
-  // For a graph of n_arcs arcs whose lengths add up to a number of kTotalBits bits. The width of a
-  // bucket is between an eighth and a half of the mean length of an arc: in wider buckets, more
-  // places are expanded twice.
+  // For a graph of n_arcs arcs whose lengths sum to about 2^kTotalBits. The width of a bucket is
+  // between an eighth and a half of the mean length of an arc: in wider buckets, more places are
+  // expanded twice.
   explicit BucketQueue(std::int64_t n_arcs)
       : width_bits_(std::max(0, kTotalBits - 2 - bits_of(n_arcs))), ring_(kRingSize) {}
 
@@ -34,7 +34,7 @@ class BucketQueue {
 
   bool empty() const { return n_near_ == 0 && far_.empty(); }
 
-  // The length must not be below the range of the bucket taken last.
+  // Pushes a place. Its length must not be below the range of the last bucket taken.
   void push(PathLength length, Place place) {
     const std::uint64_t bucket = length >> width_bits_;
     SUPERFACETS_ASSERT(bucket >= current_);
@@ -103,7 +103,7 @@ class BucketQueue {
   }
 
   int width_bits_;                        // a bucket is 2^width_bits_ units wide
-  std::vector<std::vector<Place>> ring_;  // bucket b is at b % kRingSize
+  std::vector<std::vector<Place>> ring_;  // bucket b is ring_[b % kRingSize]
   std::vector<FarEntry> far_;             // entries that were beyond the ring
   std::vector<Place> taken_;              // the bucket being worked on
   std::uint64_t current_ = 0;             // the first bucket that may have entries

@@ -10,9 +10,9 @@
 namespace superfacets {
 namespace {
 
-// Number of places in a chunk. With arcs and paths a chunk takes a few megabytes at most, of which
-// the active part fits into a second-level cache. On small graphs chunks are smaller, so that there
-// are several per thread, but not so small that most paths leave their chunk.
+// Number of places in a chunk. A chunk, with its arcs and paths, takes at most a few megabytes, and
+// its active part fits into the second-level cache. On small graphs, chunks are smaller, so that
+// each thread has several. They must not be so small that most paths leave their chunk.
 constexpr int kMaxChunkBits = 17;
 constexpr int kMinChunkBits = 13;
 constexpr std::int64_t kChunksPerThread = 4;
@@ -185,7 +185,7 @@ void Expansion::expand_in_order(std::int64_t chunk, Worker& worker) {
   }
 }
 
-// Relaxes the arcs of a place.
+// Relaxes all arcs of a place.
 template <typename Queue>
 void Expansion::expand(Place place, std::int64_t chunk, Worker& worker, Queue& queue) {
   const Path path = this->path(place);
@@ -197,7 +197,7 @@ void Expansion::expand(Place place, std::int64_t chunk, Worker& worker, Queue& q
   }
 }
 
-// The same for a row of arcs. Branches on single arcs are unpredictable, so all arcs of the row are
+// Relaxes a row of arcs. Branches on single arcs are unpredictable, so all arcs of the row are
 // compared before the first branch.
 template <typename Queue>
 void Expansion::expand_row(Place place, std::int64_t chunk, Worker& worker, Queue& queue) {

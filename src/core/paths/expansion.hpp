@@ -14,8 +14,8 @@ namespace superfacets {
 
 inline constexpr PathLength kUnreached = std::numeric_limits<PathLength>::max();
 
-// The best path to a place: the shortest, and the lowest label among equals. This minimum over all
-// paths does not depend on the order in which they are compared.
+// A path to a place. The best path is the shortest; ties go to the lowest label. The best of all
+// paths does not depend on the order of comparisons.
 struct Path {
   PathLength length = kUnreached;
   Label label = kNoLabel;
@@ -25,32 +25,32 @@ struct Path {
   }
 };
 
-// After a run, the best path to every place from the centers started so far. The places are split
-// into chunks: consecutive places on the space-filling curve that fit into a cache. A thread takes
-// a chunk, follows all paths within it, and posts proposals to other chunks for paths that leave
-// it. The run is done when no proposals remain. Then no arc can improve a path, so each place has
-// the best of all paths, in whatever order the chunks were processed.
+// Computes the best path to every place from all centers started so far. The places are split into
+// chunks: consecutive places on the space-filling curve that fit into a cache. A thread takes a
+// chunk, follows all paths within it, and posts proposals to other chunks for paths that leave it.
+// The run is done when no proposals remain. Then no arc can improve a path, so each place has the
+// best of all paths, in whatever order the chunks were processed.
 class Expansion {
  public:
-  // At first no place is reached.
+  // Initially no place is reached.
   Expansion(const OrderedGraph& graph, ThreadTeam& team);
 
   Path path(Place place) const { return {lengths_[place], labels_[place]}; }
 
-  // Forgets all paths.
+  // Discards all paths.
   void clear();
 
   // Lengthens all paths of a label by the length of the detour from its new center to its old one,
-  // so that they remain valid upper bounds; kUnreached forgets them. Arcs between labels may then
-  // improve paths, which the next run does. The graph must be symmetric.
+  // so that they remain valid upper bounds; kUnreached discards them. Arcs between regions may then
+  // improve paths; the next run applies these improvements. The graph must be symmetric.
   void lengthen(std::span<const PathLength> by_label);
 
-  // A path of no arc, whose length is the offset.
+  // Starts a center: a path without arcs, whose length is the offset.
   void start(Place center, Label label, PathLength offset = 0) {
     propose({center, {offset, label}});
   }
 
-  // Sets the paths to all places; no arc may improve any of them.
+  // Sets the paths to all places. Precondition: no arc improves any of them.
   void restore(std::span<const PathLength> lengths, std::span<const Label> labels);
 
   // Adds a path that was found elsewhere.
@@ -58,7 +58,8 @@ class Expansion {
 
   void run();
 
-  // The state of the chunks: whether paths in them changed since they were last processed.
+  // Number of chunks. has_changed tells whether paths in a chunk changed since it was last
+  // processed.
   std::int64_t n_chunks() const { return static_cast<std::int64_t>(chunks_.size()); }
   std::pair<Place, Place> places(std::int64_t chunk) const;
   bool has_changed(std::int64_t chunk) const { return chunks_[chunk].has_changed; }
@@ -77,7 +78,7 @@ class Expansion {
     explicit Worker(std::int64_t n_arcs) : queue(n_arcs) {}
     BucketQueue queue;
     RadixHeap heap;
-    std::vector<Proposal> proposals;  // for other chunks
+    std::vector<Proposal> proposals;  // proposals to other chunks
   };
 
   // Threads read lengths in other chunks while their owner writes them. A value read this way is

@@ -12,7 +12,7 @@
 namespace superfacets {
 namespace {
 
-// Each thread needs 8 bytes per cell; more threads would cost memory and save no time.
+// Maximum number of threads. Each takes 8 bytes per cell, and more threads would save no time.
 constexpr std::int64_t kMaxWorkers = 4;
 
 }  // namespace
@@ -72,8 +72,8 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
   }
 }
 
-// The centers whose expansion may reach an uncertain place: centers within reach of a place with an
-// arc to an uncertain place. On a graph that is not symmetric, all centers.
+// The centers whose expansion may reach an uncertain place: every center within reach of a place
+// that has an arc to an uncertain place. On a graph that is not symmetric, all centers.
 std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers) const {
   std::vector<Label> labels;
   if (!graph_.is_symmetric) {
@@ -81,7 +81,8 @@ std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers)
     std::iota(labels.begin(), labels.end(), Label{0});
     return labels;
   }
-  std::vector<char> is_source(graph_.n_cells(), 0);  // such a place, or an uncertain one
+  // 1: an uncertain place, or a place with an arc to one
+  std::vector<char> is_source(graph_.n_cells(), 0);
   for (const Doubt& doubt : doubts_) {
     is_source[doubt.place] = 1;
     for (const Arc& arc : graph_.arcs_of(doubt.place)) is_source[arc.to] = 1;

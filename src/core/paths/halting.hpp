@@ -1,4 +1,4 @@
-// The paper's halted expansions, as corrections to the exact classification.
+// Computes the paper's halted expansions as corrections to the exact classification.
 #pragma once
 
 #include <vector>
@@ -9,11 +9,11 @@
 namespace superfacets {
 
 // In the halted mode each center expands on its own: a place farther than `reach` (Euclidean) from
-// it is labeled but not expanded, and where expansions overlap the better path wins. That takes
-// about five expansions per place, most of which confirm the exact classification: a place whose
-// exact path stays within reach of its center gets the same path here, since no other center has a
-// better one, halted or not. Only the other places are uncertain. Their paths are found as in the
-// paper, by separate expansions from the centers that may reach an uncertain place.
+// it is labeled but not expanded, and where expansions overlap the better path wins. Done directly,
+// that takes about five expansions per place, and most confirm the exact classification: if the
+// exact path to a place stays within reach of its center, the halted result is the same path,
+// because no other center has a better one. Only the other places are uncertain. Their paths are
+// found as in the paper, by separate expansions from the centers that may reach an uncertain place.
 class HaltedPaths {
  public:
   HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& team);

@@ -7,7 +7,8 @@
 namespace superfacets {
 namespace {
 
-// A block takes less than a microsecond, little compared with the expansion from a new center.
+// Places per block. Searching a block takes less than a microsecond, little compared with the
+// expansion from a new center.
 constexpr std::int64_t kBlock = 1 << 8;
 
 }  // namespace
@@ -31,10 +32,10 @@ bool LongestPaths::reach_all() const {
   return true;
 }
 
-// Paths only become shorter, so an earlier maximum of a block, (length, lowest cell), remains an
-// upper bound, ties included: no path becomes longer. The block with the highest bound is searched
-// again, until a search confirms its bound: that is the maximum of all blocks. If all paths are
-// equally long, one block is searched, not all.
+// Paths never become longer, so an earlier maximum of a block, (length, lowest cell), remains an
+// upper bound, ties included. The block with the highest bound is searched again, until a search
+// confirms its bound, which is then the maximum of all blocks. If all paths are equally long, only
+// one block is searched.
 Place LongestPaths::farthest() {
   while (true) {
     std::pop_heap(bounds_.begin(), bounds_.end());
@@ -45,7 +46,7 @@ Place LongestPaths::farthest() {
     bound = {length, cell, bound.block};
     std::push_heap(bounds_.begin(), bounds_.end());
     if (!is_exact) continue;
-    SUPERFACETS_ASSERT(length > 0);  // a center would have length 0
+    SUPERFACETS_ASSERT(length > 0);  // every center has length 0
     return place;
   }
 }

@@ -9,20 +9,21 @@
 
 namespace superfacets {
 
-// The best path to every place from the centers placed so far, and the place with the longest one.
+// The best path to every place from the centers placed so far, and the place with the longest of
+// these paths.
 class LongestPaths {
  public:
-  // No center is placed yet.
+  // Initially there are no centers.
   LongestPaths(const OrderedGraph& graph, ThreadTeam& team);
 
   void place(Place center);
 
-  // Whether there is a path to a place, and to every place.
+  // Whether a path reaches a place, and whether paths reach every place.
   bool reaches(Place place) const { return paths_.path(place).label != kNoLabel; }
   bool reach_all() const;
 
-  // The reached place with the longest path, the lowest cell among equals. Some reached place must
-  // not be a center. Centers placed after this call must be reached places, too.
+  // The reached place with the longest path. Ties go to the lowest cell. At least one reached place
+  // must not be a center. Centers placed after this call must be reached places, too.
   Place farthest();
 
  private:

@@ -15,15 +15,15 @@ struct SparseRows {
   Buffer<float> values;          // (E,)
 };
 
-// Row i holds the length of the shortest path from sources[i] to each cell, in units times `unit`;
-// infinity where there is none. Time O(S (N + M)) in practice; memory 4 bytes for each pair.
+// Row i holds the length of the shortest path from sources[i] to each cell, multiplied by `unit`;
+// infinity if there is no path. Time O(S (N + M)) in practice; memory 4 bytes for each pair.
 Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sources, double unit,
                            ThreadTeam& team);
 
-// The same from each cell to all cells within `reach` of it (Euclidean; 0 to itself), by the
-// shortest path of which all places but the last are within reach. The bound is centered at the
-// source, so the paths of a pair of cells may differ between the two directions, or exist in one
-// only. Memory: 8 bytes per pair, twice that while rows are concatenated.
+// Path lengths from each cell to all cells within the Euclidean distance `reach` (0 to itself). The
+// path is the shortest one whose places, except the last, are all within reach of the source. As
+// this bound depends on the source, the two paths between a pair of cells may differ, or only one
+// may exist. Memory: 8 bytes per pair, twice that while rows are concatenated.
 SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double unit,
                                ThreadTeam& team);
 

@@ -21,12 +21,12 @@ struct Regions {
   Lists<Place> places;
 };
 
-// For each place the best path from a center other than its own, where `nearest` holds the best
-// paths of all (by place, with kNoLabel if unreached). kUnreached if there is none.
+// For each place, the best path from a center other than its own, or kUnreached. `nearest` holds
+// the best path to each place, with kNoLabel if unreached.
 //
-// Such a path is the best path to a place just outside the region, followed by a part inside: where
-// it enters the region for the last time, it comes from a place whose own center is at least as
-// near. So one expansion within each region suffices, from its border inwards.
+// Such a path consists of the best path to a place just outside the region, and a part inside the
+// region: the place from which it last enters the region has its own center at least as near. So
+// one expansion per region suffices, from its border inwards.
 Buffer<Path> second_paths(const OrderedGraph& graph, std::span<const Path> nearest,
                           const Regions& regions, ThreadTeam& team);
 

@@ -84,10 +84,10 @@ class SourcePaths {
   }
 
   const OrderedGraph& graph_;
-  BucketQueue queue_;  // both empty between expansions
+  BucketQueue queue_;  // the queue and the heap are empty between expansions
   RadixHeap heap_;
   Buffer<PathLength> lengths_;  // (N,) from the current source; kUnreached between searches
-  std::vector<Place> reached_;  // by the current source
+  std::vector<Place> reached_;  // places reached from the current source
 };
 
 }  // namespace superfacets

@@ -9,11 +9,12 @@
 namespace superfacets {
 namespace {
 
-// Step of the sample of lengths for their mean; some thousands suffice.
+// Every kStep-th length is sampled for the mean. A sample of some thousand lengths suffices.
 constexpr std::size_t kStep = 61;
 
-// Number of arcs of a whole graph with this mean length, as all lengths add up to 2^kTotalBits.
-// Queues derive the width of their buckets from it, which then does not depend on the tiles.
+// Estimated number of arcs of the whole graph: 2^kTotalBits, the sum of all lengths, divided by the
+// mean length of the sample. Queues derive their bucket width from it, so the width does not depend
+// on the size of the tile.
 std::int64_t n_arcs_of_all(std::span<const float> lengths) {
   double total = 0.0;
   std::int64_t n_lengths = 0;
@@ -63,7 +64,7 @@ void copy_lists(const PathArcs& input, OrderedGraph& graph) {
 
 OrderedGraph graph_of_arcs(const PathArcs& input, std::size_t n_cells) {
   OrderedGraph graph;
-  graph.cells = Buffer<Cell>(n_cells);  // for its size only; never read
+  graph.cells = Buffer<Cell>(n_cells);  // only the size is used; entries are never read
   if (fits_rows(input)) {
     copy_rows(input, graph);
   } else {

@@ -1,4 +1,4 @@
-// Shortest paths on a graph that is too large for one expansion: tile by tile.
+// Shortest paths on a graph that is too large for memory, computed tile by tile.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -7,29 +7,29 @@
 
 namespace superfacets {
 
-// Paths by place.
+// Path to each place.
 struct TilePaths {
   Buffer<PathLength> lengths;
   Buffer<Label> labels;
 };
 
-// Paths that are proposed to places.
+// Paths proposed to places of a tile.
 struct PathProposals {
   std::span<const Place> places;
   std::span<const PathLength> lengths;
   std::span<const Label> labels;  // >= 0
 };
 
-// The arcs that leave the cells of a tile, to each other and to its rim: cells of other tiles,
-// which follow the cells of the tile and have no arcs here.
+// The arcs that leave the cells of a tile. They lead to cells of the tile and to its rim: cells of
+// other tiles, numbered after the cells of the tile, which have no arcs here.
 struct PathArcs {
   std::span<const std::int64_t> offsets;  // (number of own cells + 1,)
   std::span<const Place> targets;
   std::span<const float> lengths;  // whole units >= 1
 };
 
-// A graph with these arcs, without positions, for algorithms that need arcs only. n_cells is the
-// number of cells of the tile and its rim.
+// Builds a graph with these arcs and without positions, for algorithms that use arcs only. n_cells
+// is the number of cells of the tile and its rim.
 OrderedGraph graph_of_arcs(const PathArcs& input, std::size_t n_cells);
 
 // Improves the paths to the cells of a tile and its rim, given the paths known before (which no arc

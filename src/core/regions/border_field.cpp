@@ -9,31 +9,34 @@
 namespace superfacets {
 namespace {
 
-// Part of a share that leaves a vertex in a step: at most half, so that no share oscillates.
+// Fraction of each share that flows out of a vertex per step. At most one half, because shares
+// would oscillate otherwise.
 constexpr float kFlow = 0.5F;
 
-// Shares below are dropped: they would make most vertices near a border mixed, and never win.
+// Smallest share that is kept. Smaller shares never become the largest, but would make most
+// vertices near a border mixed.
 constexpr float kLeastShare = 0.02F;
 
-// Limits of cotangents, of 87 and 18 degrees: shares flow over every edge, and slivers do not
-// dominate their neighbors.
+// Limits of the cotangent weights: the cotangents of 87 and 18 degrees. The lower limit lets shares
+// flow over every edge; the upper one keeps slivers from dominating their neighbors.
 constexpr double kLeastCotangent = 0.05;
 constexpr double kMostCotangent = 3.0;
 
 // Rings around borders in which shares diffuse: twice the standard deviation of six steps.
 constexpr int kRings = 4;
 
-// A border moves by the change of offset / slope of shares. The slope is 1 / (3.2 edges
-// sqrt(steps)), a region of area A has a border of 4 sqrt(A), and an edge is 2 sqrt(A / n) for n
-// faces. Steps are half of what would bring the area back, since the neighbors move too.
+// Factor from the area error of a region to the step of its offset. A border moves by (change of
+// the offset) / (slope of the shares). The slope is 1 / (3.2 edges sqrt(steps)), a region of area A
+// has a border of 4 sqrt(A), and an edge is 2 sqrt(A / n) for n faces. The factor 0.5 halves the
+// step, because neighboring regions correct the same border.
 constexpr double kBalance = 0.5 / (4.0 * 2.0 * 0.8);
 constexpr double kMostStep = 0.05;
 constexpr double kMostOffset = 0.6;
 
-// Most different labels that are told apart around a vertex.
+// Maximum number of distinct labels counted around a vertex.
 constexpr int kMostLabels = 32;
 
-// Sums of shares by label, in the order in which labels first appear.
+// Sum of the shares of each label. Labels are kept in order of first appearance.
 class MixSum {
  public:
   void add(Label label, float share) {
@@ -142,7 +145,7 @@ BorderField::BorderField(const LabeledMesh& mesh, const FacesAround& around,
     const Label label = mesh.labels[face];
     shares_[face] = {{label, kNoLabel, kNoLabel}, {1.0F, 0.0F, 0.0F}};
     goals_[label] += around.area(static_cast<Face>(face));
-    steps_[label] += 1.0;  // the number of faces
+    steps_[label] += 1.0;  // counts the faces of the label
   }
   for (double& step : steps_) step = kBalance * std::sqrt(step / options.n_steps);
 }
@@ -183,7 +186,7 @@ LabelMix BorderField::mix_around(Vertex vertex) const {
   return sum.largest();
 }
 
-// Rings are marked by their number, from the outermost, 1, to the borders.
+// Ring numbers rise from 1, the outermost ring, toward the borders.
 void BorderField::find_near() {
   Buffer<std::uint8_t> rings(mesh_.vertices.size());
   team_.for_each_index(around_.n_vertices(), [&](std::int64_t vertex) {
@@ -218,7 +221,7 @@ void BorderField::diffuse() {
   team_.for_each_index(n_near, [&](std::int64_t i) { mixes_[near_[i]] = next_mixes_[i]; });
 }
 
-// Whether all corners of faces around a vertex have its label only.
+// Whether every corner of every face around the vertex has the label of the vertex, and no other.
 bool BorderField::is_inside(Vertex vertex) const {
   const LabelMix& own = mixes_[vertex];
   if (!own.is_pure()) return false;
@@ -298,7 +301,7 @@ void BorderField::cut_faces() {
   });
 }
 
-// Adds in the order of faces, on one thread, so that sums are always the same.
+// Runs on one thread and adds in the order of faces, so the sums have the same bits in every run.
 std::vector<double> BorderField::measure_labels() const {
   std::vector<double> areas = far_areas_;
   for (const Face face : near_faces_) {

@@ -1,4 +1,4 @@
-// Stage 5: borders of regions as smooth curves, from labels that diffuse over vertices.
+// Stage 5: smooth curves as borders of regions, computed by diffusing labels over vertices.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,7 @@
 
 namespace superfacets {
 
-// The parts of a face that belong to each label, as fractions of its area; unused entries have
-// kNoLabel.
+// Up to three labels of a face, each with its fraction of the area. Unused entries have kNoLabel.
 struct FaceShares {
   Label labels[3] = {kNoLabel, kNoLabel, kNoLabel};
   float shares[3] = {0.0F, 0.0F, 0.0F};
@@ -22,9 +21,9 @@ struct FaceShares {
 // The cut of a face by the labels of its corners. A corner with kNoLabel lies on a border. Side s
 // joins corners s and s + 1, and is cut if both have labels, and different ones:
 // - no side: the face is whole;
-// - one: from its crossing to the third corner, which lies on a border;
-// - two: from crossing to crossing;
-// - three: from a junction to each crossing.
+// - one side: the cut runs from its crossing to the opposite corner, which lies on a border;
+// - two sides: the cut runs from crossing to crossing;
+// - three sides: three cuts run from a junction to the crossings.
 struct FaceCut {
   Label labels[3];      // of the corners
   double crossings[3];  // of side s, as a fraction of the way from corner s to corner s + 1
@@ -42,15 +41,15 @@ struct FaceCut {
     return kParts[n_cuts];
   }
 
-  // The first side that is cut, or is not.
+  // The lowest side whose cut state equals `cut`.
   int side_where(bool cut) const {
     int side = 0;
     while (side < 2 && is_cut(side) != cut) ++side;
     return side;
   }
 
-  // The junction of three cuts, as weights of the corners: the mean of the crossings, or the
-  // nearest point to it on the way to the centroid that is no nearer to a side than kLeastWeight.
+  // Barycentric coordinates of the junction of three cuts: the mean of the crossings, moved toward
+  // the centroid until every coordinate is at least kLeastWeight.
   std::array<double, 3> junction() const {
     std::array<double, 3> weights;
     double shift = 0.0;
@@ -72,7 +71,8 @@ struct FaceCut {
   }
 
  private:
-  // With less, angles of parts are smaller than where two sides are cut.
+  // Least barycentric coordinate of a junction. With a smaller one, the parts have sharper angles
+  // than the parts of faces with two cut sides.
   static constexpr double kLeastWeight = 0.15;
 
   FaceShares shares_of_two_parts() const {
@@ -86,7 +86,8 @@ struct FaceCut {
     const auto share = static_cast<float>(crossings[odd] * (1.0 - crossings[next_corner(uncut)]));
     return {{labels[odd], labels[uncut], kNoLabel}, {share, 1.0F - share, 0.0F}};
   }
-  // In coordinates with the two sides at a corner as axes, twice the areas of triangles.
+  // Computes in coordinates whose axes are the two sides at a corner. The terms are twice the areas
+  // of triangles.
   FaceShares shares_of_three() const {
     FaceShares found;
     const std::array<double, 3> middle = junction();
@@ -102,10 +103,11 @@ struct FaceCut {
 };
 
 struct CutOptions {
-  int n_rounds = 1;     // most times that borders move
-  int n_steps = 1;      // of diffusion in a round
-  int n_balances = 0;   // steps that bring areas back, in a round
-  double margin = 0.1;  // least distance of a crossing from both ends of its edge, in its lengths
+  int n_rounds = 1;    // maximum number of rounds; borders move once per round
+  int n_steps = 1;     // diffusion steps per round
+  int n_balances = 0;  // steps per round that restore the areas of regions
+  // least distance of a crossing from either end of its edge, as a fraction of the edge
+  double margin = 0.1;
 };
 
 // The labels around a vertex, at most kMost, by descending share. The shares sum to 1.
@@ -123,15 +125,15 @@ struct LabelMix {
   }
 };
 
-// Threshold dynamics (Merriman, Bence and Osher, 1992) for many labels with given areas. In each
-// round a vertex gets the shares of the labels in its faces by area; the shares diffuse; each
-// vertex gets the label of its largest share, and edges between two labels are crossed where the
-// shares of both, interpolated along the edge, are equal. This shortens borders. Offsets of the
-// shares, one per label, bring the areas of regions back to those at the beginning.
+// Threshold dynamics (Merriman, Bence and Osher, 1992) for many labels with given areas. A round
+// has three steps. First, each vertex gets the area-weighted shares of the labels in its faces.
+// Second, the shares diffuse. Third, each vertex takes the label of its largest share, and a border
+// crosses an edge between two labels where their interpolated shares are equal. This shortens
+// borders. One offset per label, added to its shares, restores the initial area of its region.
 //
 // Shares do not diffuse into or through pinned vertices (see pinned_vertices), nor beyond a few
-// rings around borders. The same result for any number of threads. Time O(F) and, for each step, a
-// constant time for each face near a border.
+// rings around borders. The result does not depend on the number of threads. Time O(F), plus
+// O(faces near borders) per step.
 class BorderField {
  public:
   BorderField(const LabeledMesh& mesh, const FacesAround& around, const CutOptions& options,
@@ -164,16 +166,16 @@ class BorderField {
   const FacesAround& around_;
   const CutOptions options_;
   ThreadTeam& team_;
-  Buffer<std::uint8_t> are_pinned_;  // (V,)
-  Buffer<float> cotangents_;         // (3 F,) of the angle at each corner, within limits
-  Buffer<FaceShares> shares_;        // (F,) as of the last cut
-  Buffer<LabelMix> mixes_;           // (V,)
-  Buffer<LabelMix> next_mixes_;      // of near vertices
+  Buffer<std::uint8_t> are_pinned_;  // (V,) 1: borders stay at this vertex
+  Buffer<float> cotangents_;         // (3 F,) clamped cotangent of the angle at each corner
+  Buffer<FaceShares> shares_;        // (F,) shares of each face after the latest cut
+  Buffer<LabelMix> mixes_;           // (V,) shares of labels at each vertex
+  Buffer<LabelMix> next_mixes_;      // (V,) new shares of near vertices
   Buffer<Label> chosen_;             // (V,) kNoLabel: the border runs through the vertex
   std::vector<Vertex> near_;         // not pinned, within a few rings of a border; ascending
   std::vector<Face> near_faces_;     // with a corner that is near or pinned
-  std::vector<double> far_areas_;    // (n_labels,) of all other faces
-  std::vector<double> goals_;        // (n_labels,) areas at the beginning
+  std::vector<double> far_areas_;    // (n_labels,) area of each label in all other faces
+  std::vector<double> goals_;        // (n_labels,) initial area of each label
   std::vector<double> steps_;        // (n_labels,) change of the offset for an area of 0
   std::vector<double> offsets_;      // (n_labels,) added to shares
 };

@@ -22,14 +22,14 @@ struct RegionLength {
   double length;
 };
 
-// Whether a side of a cell is on the border of its region and is counted at this cell: some cell on
-// it is in another region, and no lower cell is in this region.
+// Whether a side of a cell adds to the perimeter of its region at this cell: some cell at the side
+// is in another region, and this cell is the lowest cell of its own region there.
 struct SideState {
   bool is_border = false;
   bool is_counted = false;
 };
 
-// Appends the lengths of the sides of a cell that are counted for its region.
+// Appends the length of each side that adds to the perimeter of its region at this cell.
 void append_border(const Surface& surface, std::span<const Label> labels, Cell cell,
                    std::vector<RegionLength>& lengths) {
   const double open = surface.open_length(cell);
@@ -59,7 +59,7 @@ void append_border(const Surface& surface, std::span<const Label> labels, Cell c
 
 void BorderCost::write(const Surface& surface, Cell from, std::int64_t arc,
                        std::span<float> costs) const {
-  constexpr std::size_t kAtOnce = 4;  // arcs whose powers are computed side by side
+  constexpr std::size_t kAtOnce = 4;  // arcs whose exponentials are computed together
   std::array<CrossedBorder, kAtOnce> crossed;
   std::array<double, kAtOnce> powers;
   while (!costs.empty()) {

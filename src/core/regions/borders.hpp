@@ -15,11 +15,11 @@
 namespace superfacets {
 
 // The cost of a border across an arc: its length times exp(-excess / crease_scale). The excess is
-// the weight of the arc minus the length of the step (eq. 1), which is what a crease adds, in the
-// unit of the positions.
+// the weight of the arc (eq. 1) minus the length of its step: the part of the weight that a crease
+// adds, in the unit of the positions.
 struct BorderCost {
-  std::span<const float> lengths;  // (M,) of the arcs: their weights, from quantize_weights
-  double unit = 1.0;               // of the lengths, in the unit of the positions
+  std::span<const float> lengths;  // (M,) quantized weight of each arc (see quantize_weights)
+  double unit = 1.0;               // size of one unit of `lengths`, in the unit of the positions
   double crease_scale = 1.0;       // in the unit of the positions
 
   // The weight of an arc, in the unit of the positions.
@@ -27,12 +27,12 @@ struct BorderCost {
 
   double operator()(const Surface& surface, Cell from, std::int64_t arc) const;
 
-  // The costs of consecutive arcs of a cell, from `arc` on, rounded.
+  // Writes the costs, rounded to float, of consecutive arcs of a cell from `arc` on.
   void write(const Surface& surface, Cell from, std::int64_t arc, std::span<float> costs) const;
 };
 
-// Sorts arcs that cross borders by the pair of regions; of a pair, by arc, so that the order of
-// sums does not depend on the number of threads.
+// Sorts arcs that cross borders by pair of regions, then by arc. So the order of addition does not
+// depend on the number of threads.
 template <typename Crossing>
 void sort_crossings(Buffer<Crossing>& crossings) {
   std::ranges::sort(crossings, {}, [](const Crossing& crossing) {
@@ -51,8 +51,8 @@ struct RegionBorder {
 std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,
                                          std::span<const Label> labels, ThreadTeam& team);
 
-// The perimeter of each region 0..n_regions-1; a cell may have kNoLabel. A side counts once for
-// each of its regions that does not hold all of its cells. Sides without arcs (the boundary of an
+// The perimeter of each region 0..n_regions-1; a cell may have kNoLabel. A side with cells of
+// several regions counts once for each of these regions. Sides without arcs (the boundary of an
 // open mesh) count too. Time O(N + M); the same bits for any number of threads.
 std::vector<double> region_perimeters(const Surface& surface, std::span<const Label> labels,
                                       Label n_regions, ThreadTeam& team);

@@ -61,8 +61,8 @@ class BridgeSearch {
 
   const PlacedCells& cells_;
   std::vector<Cell> ranks_;                      // by place
-  std::vector<std::vector<Cell>> lowest_ranks_;  // lowest rank in each node of the tree
-  std::vector<Bridge> bridges_;                  // by rank; none for rank 0
+  std::vector<std::vector<Cell>> lowest_ranks_;  // lowest rank in each tree node, by level
+  std::vector<Bridge> bridges_;                  // by rank, from rank 1 on
 };
 
 }  // namespace

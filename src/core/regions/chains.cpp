@@ -8,24 +8,24 @@
 namespace superfacets {
 namespace {
 
-// The least gain of a move, as a fraction of the cost of all sides of the cell. A smaller gain may
-// be a rounding error, and two moves that undo each other would alternate forever.
+// Smallest gain that counts, as a fraction of the cost of all sides of the cell. A smaller gain may
+// be a rounding error, which could make two opposite moves alternate forever.
 constexpr double kLeastGain = 1e-9;
 
 // A chain ends when its loss exceeds this fraction of the cost of the sides of its first cell.
-// Without the limit compactness would be lower (better) by 0.007 on the benchmark models, at 1.5
-// times the run time.
+// Without this limit, compactness on the benchmark models would be 0.007 lower (better) and the run
+// time 1.5 times as long.
 constexpr double kDeepest = 0.5;
 
-// Most neighbors in the region that are examined; a cell with more is not moved.
+// Maximum number of neighbors in the region that are examined. A cell with more stays where it is.
 constexpr int kMostNeighbors = 16;
 
 class Neighborhood {
  public:
   Neighborhood(const Surface& surface, std::span<const Label> labels, Cell cell)
       : surface_(surface), labels_(labels), cell_(cell) {
-    // A cell whose neighbors across all sides are in the region is not at a border, unless several
-    // cells meet at one of its sides, which is too rare to examine.
+    // A cell with a neighbor of the region across every side is not at a border. The exception,
+    // several cells meeting at one side, is too rare to examine.
     limit_ = surface.has_corners() ? std::min(surface.n_sides(cell) - 1, kMostNeighbors)
                                    : kMostNeighbors;
     for (const Step step : surface.arcs().steps(cell)) {
@@ -35,7 +35,7 @@ class Neighborhood {
 
   bool is_joined() const {
     if (n_steps_ == 0 || n_steps_ > limit_) return false;
-    // Grows the set of neighbors joined with the first one until it does not change.
+    // Starts with the first neighbor and adds joined neighbors until the set stops growing.
     std::array<bool, kMostNeighbors> is_reached{true};
     int n_reached = 1;
     for (bool has_grown = true; has_grown && n_reached < n_steps_;) {
@@ -71,8 +71,8 @@ class Neighborhood {
     return surface_.arcs().leads_to(first.to, second.to);
   }
 
-  // Whether two neighbors are joined around the corner of their sides, by cells of the region other
-  // than this one.
+  // Whether cells of the region, other than this cell, join two neighbors around the corner that
+  // their two sides share.
   bool joins_around_corner(const Step& first, const Step& second) const {
     const Corner corner = surface_.corner_between(cell_, surface_.side(cell_, first.arc),
                                                   surface_.side(cell_, second.arc));
@@ -84,19 +84,20 @@ class Neighborhood {
   const std::span<const Label> labels_;
   const Cell cell_;
   int limit_ = 0;
-  int n_steps_ = 0;  // to different neighbors in the region, up to the limit
+  int n_steps_ = 0;  // number of distinct neighbors in the region, up to the limit
   std::array<Step, kMostNeighbors> steps_{};
 };
 
-// Sufficient condition for the region of a cell to stay connected, and not empty, without the cell:
-// its neighbors in the region are joined around the corners of the cell or, if corners are unknown,
-// by arcs among themselves. The result may be false although a longer path joins them, or if a cell
-// has unusually many neighbors. Not moving a cell is always safe.
+// Local test whether a region stays connected and non-empty when the cell leaves it: true if its
+// neighbors in the region are joined around the corners of the cell or, where corners are unknown,
+// by arcs between neighbors. The test is sufficient, not necessary: it also fails if only a longer
+// path joins the neighbors, or if the cell has too many of them. A failed test is safe, because the
+// cell then stays.
 bool stays_connected_without(const Surface& surface, std::span<const Label> labels, Cell cell) {
   const std::span<const Cell> neighbors = surface.arcs().neighbors(cell);
   const auto n_same = std::ranges::count_if(
       neighbors, [&](Cell neighbor) { return labels[neighbor] == labels[cell]; });
-  if (n_same <= 1) return n_same == 1;  // most cells at borders
+  if (n_same <= 1) return n_same == 1;  // the result for most cells at borders
   return Neighborhood(surface, labels, cell).is_joined();
 }
 
@@ -122,7 +123,7 @@ MovingRegions::MovingRegions(const Surface& surface, const BorderCost& cost,
 
 void MovingRegions::prefetch_arcs(Cell cell) const {
   const std::int64_t arc = arcs().offsets[cell];
-  prefetch(arcs().targets.data() + arc);  // a cell may have no arc
+  prefetch(arcs().targets.data() + arc);  // valid without arcs too: a prefetch reads nothing
   prefetch(border_cost_.lengths.data() + arc);
   prefetch(costs_.data() + arc);
   surface_.prefetch_cell(cell, arc);
@@ -150,7 +151,7 @@ double MovingRegions::gain_of(Cell cell, Label from, Label to) {
   double gain = 0.0;
   for (std::size_t i = 0; i < costs.size(); ++i) {
     const Label label = labels_[neighbors[i]];
-    // No branches: which label it is cannot be predicted.
+    // Branch-free, because the label is unpredictable.
     gain += double{costs[i]} * (static_cast<int>(label == to) - static_cast<int>(label == from));
   }
   return gain;
@@ -168,7 +169,8 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
   for (const auto [arc, neighbor] : arcs().steps(cell)) {
     if (labels_[neighbor] != to) continue;
     const double step = border_cost_.length(arc);
-    const bool is_at_border = first_labels_[neighbor] == to;  // the border is at half the step
+    // then the first border lies halfway along the step
+    const bool is_at_border = first_labels_[neighbor] == to;
     shortest = std::min(shortest, is_at_border ? 0.5 * step : step + travels_[neighbor]);
   }
   return shortest;
@@ -176,8 +178,8 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
 
 std::span<const Cell> ChainMover::try_moves(Cell cell) {
   chain_.clear();
-  // Every chain begins by moving this cell, so whether it may move is tested once. Testing it for
-  // each region would dominate the time where hundreds of cells are neighbors of each other.
+  // Every chain begins with this cell, so it is tested once, before the loop over regions. A test
+  // per region would dominate the time where hundreds of cells are mutual neighbors.
   if (!regions_.may_leave(cell)) return {};
   const double cost = regions_.cost_of_sides(cell);
   const Label from = regions_.label(cell);
@@ -191,10 +193,10 @@ std::span<const Cell> ChainMover::try_moves(Cell cell) {
   return {};
 }
 
-// Moves one cell at a time, each the best candidate next to those moved, and undoes the moves
-// after the best state. A single move may raise the cost, so that a border can cross a
-// row of triangles (Kernighan and Lin 1970 do so with pairs). Each move keeps regions connected, so
-// every state is. Returns whether a cell has moved.
+// Repeatedly moves the best candidate adjacent to the cells moved before, then undoes all moves
+// after the cheapest state. A single move may raise the cost, so a border can cross a row of
+// triangles (Kernighan and Lin 1970 do the same with pairs). Every move keeps regions connected.
+// Returns whether any cell has moved.
 bool ChainMover::move_chain(Cell first, Label to, double cost) {
   const Label from = regions_.label(first);
   const std::size_t best_size = grow_chain(first, from, to, cost);
@@ -205,8 +207,8 @@ bool ChainMover::move_chain(Cell first, Label to, double cost) {
   return best_size > 0;
 }
 
-// Returns the number of moves after which borders are cheapest; 0 if no state is cheaper. Areas
-// change by those moves.
+// Returns the number of moves after which borders are cheapest; 0 if no state is cheaper than the
+// first. Records the change of areas by all moves.
 std::size_t ChainMover::grow_chain(Cell first, Label from, Label to, double cost) {
   double gain = 0.0;
   double area = 0.0;
@@ -258,13 +260,14 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, StiffGain
     const double travel = regions_.travel_to(taken.cell, to);
     taken.travel = static_cast<float>(travel);
     if (travel > options_.max_distance || would_join_patches(taken.cell, from, to)) continue;
-    // The first cell of a chain was tested before.
+    // The first cell of a chain has already been tested by try_moves.
     if (chain_.empty() || regions_.may_leave(taken.cell)) return taken;
   }
   return {};
 }
 
-// Updates the neighbors of a cell that has just moved: their gain is larger now.
+// Updates the candidates adjacent to a cell that has just moved, because the move raised their
+// gain.
 void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   for (const Cell cell : regions_.arcs().neighbors(moved)) {
     if (regions_.label(cell) != from) continue;
@@ -302,7 +305,7 @@ std::vector<AreaChange> ChainMover::take_changes() {
   return taken;
 }
 
-// Whether the patch of a region would touch another patch of its color if the region got a cell.
+// Whether adding a cell to a region would make its patch touch another patch of the same color.
 bool ChainMover::would_join_patches(Cell cell, Label from, Label to) const {
   const Patch patch = patches_.of_region[to];
   const std::span<const Cell> neighbors = regions_.arcs().neighbors(cell);

@@ -1,4 +1,4 @@
-// Stage 5: chains of cells that move from one region to the next.
+// Stage 5: chains of cells that move from one region to an adjacent one.
 #pragma once
 
 #include <vector>
@@ -15,8 +15,8 @@
 
 namespace superfacets {
 
-// The labels of all cells, which change, and data of the cells near borders, such as costs. Memory
-// for such data of other cells is never touched.
+// The current labels of all cells, and cached data (such as costs) of cells near borders. The cache
+// is uninitialized memory, and pages of cells far from borders are never touched.
 class MovingRegions {
  public:
   MovingRegions(const Surface& surface, const BorderCost& cost, std::span<const Label> first_labels,
@@ -35,19 +35,20 @@ class MovingRegions {
   // are near a border.
   std::span<const float> costs_of(Cell cell);
 
-  // Whether a move of the cell was tried. A try reads the cells around it.
+  // Whether a move of the cell was tried, which reads the cells around it.
   bool was_examined(Cell cell) const { return (marks_[cell] & (kWasTried | kHasCosts)) != 0; }
 
-  // The decrease of the cost of borders by a move of the cell.
+  // Decrease of the border cost if the cell moves.
   double gain_of(Cell cell, Label from, Label to);
   double cost_of_sides(Cell cell);
 
-  // The distance of a cell from the first border of its region, on a path along cells that moved.
+  // Path length from a moved cell back to the initial border of its region, along cells that moved
+  // before it.
   float travel(Cell cell) const {
     return labels_[cell] == first_labels_[cell] ? 0.0F : travels_[cell];
   }
 
-  // The travel of a cell after a move to an adjacent region.
+  // The travel that the cell would have after a move to an adjacent region.
   double travel_to(Cell cell, Label to) const;
 
   // Prefetch the data of a cell, in two steps: the cell itself, then the data of its arcs.
@@ -77,7 +78,7 @@ class MovingRegions {
   Buffer<float> costs_;         // of arcs of cells with kHasCosts
 };
 
-// Tries chains of moves; one for each thread.
+// Tries chains of moves. Each thread has its own mover.
 class ChainMover {
  public:
   ChainMover(MovingRegions& regions, const Patches& patches, const Stiffness& stiffness,
@@ -88,20 +89,20 @@ class ChainMover {
         options_(options),
         changes_(stiffness.n_regions(), 0.0) {}
 
-  // Tries chains that begin with a cell, one for each neighboring region, and keeps the first that
-  // makes borders cheaper. Returns the cells moved, until the next call.
+  // Tries one chain from this cell into each adjacent region, and keeps the first chain that lowers
+  // the cost. Returns the moved cells; the span is valid until the next call.
   std::span<const Cell> try_moves(Cell cell);
 
-  // Changes of areas by all moves since the last call.
+  // Returns the change of each area since the last call, and resets it.
   std::vector<AreaChange> take_changes();
 
  private:
   // A candidate for the next move of a chain.
   struct Candidate {
     Cell cell = kNoCell;
-    double gain = 0.0;    // of borders
-    StiffCell stiff;      // of the rest
-    float travel = 0.0F;  // computed when it is examined
+    double gain = 0.0;    // decrease of the border cost
+    StiffCell stiff;      // data for the gain in stiffness
+    float travel = 0.0F;  // computed when the candidate is taken
   };
 
   bool move_chain(Cell first, Label to, double cost);
@@ -117,10 +118,10 @@ class ChainMover {
   const Patches& patches_;
   const Stiffness& stiffness_;
   const SmoothOptions options_;
-  std::vector<double> changes_;        // of the area of each region, since take_changes
+  std::vector<double> changes_;        // (K,) change of the area of each region since take_changes
   std::vector<Label> changed_;         // regions with changes, with duplicates
-  std::vector<Cell> chain_;            // moves in this order
-  std::vector<float> travels_before_;  // of the cells of the chain
+  std::vector<Cell> chain_;            // cells in the order of their moves
+  std::vector<float> travels_before_;  // travel of each cell of the chain before its move
   std::vector<Candidate> candidates_;
 };
 

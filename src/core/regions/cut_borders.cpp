@@ -12,7 +12,8 @@
 namespace superfacets {
 namespace {
 
-using Ends = std::pair<Vertex, Vertex>;  // of an edge, the lower vertex first; not welded
+// the two unwelded vertices of an edge, the lower one first
+using Ends = std::pair<Vertex, Vertex>;
 
 class Cutter {
  public:
@@ -76,7 +77,8 @@ class Cutter {
     std::ranges::copy(mesh_.vertices, result_.vertices.begin());
   }
 
-  // From the lower to the higher welded vertex: the same bits on both sides of a seam.
+  // Interpolates from the lower to the higher welded vertex, so crossings on both sides of a seam
+  // have the same bits.
   void write_crossings() {
     team_.for_each_index(std::ssize(edges_), [&](std::int64_t edge) {
       const auto [low, high] = std::minmax(mesh_.representative[edges_[edge].first],
@@ -122,7 +124,7 @@ class Cutter {
     return static_cast<Vertex>(first_crossing_ + (place - edges_.begin()));
   }
 
-  // A cut from the third corner to the only side that is cut.
+  // Writes the two parts of a face cut from one corner to the opposite side.
   void write_two(Face face, const FaceCut& cut, Parts& parts) const {
     const auto& corners = mesh_.faces[face].corners;
     const int side = cut.side_where(true);
@@ -133,7 +135,7 @@ class Cutter {
     parts.add(crossing, corners[end], apex, cut.labels[end]);
   }
 
-  // 0 for a triangle without area, 2 / sqrt(3) for one with equal sides.
+  // Shape quality: 0 for a triangle without area, 2 / sqrt(3) for an equilateral one.
   double roundness(Vertex a, Vertex b, Vertex c) const {
     const auto& points = result_.vertices;
     const Point ab = points[b] - points[a];
@@ -143,8 +145,8 @@ class Cutter {
     return sum > 0.0 ? 4.0 * norm(cross(ab, bc)) / sum : 0.0;
   }
 
-  // One corner cut off. The other part has four corners and is cut along the diagonal that leaves
-  // the rounder triangles.
+  // Writes the three parts of a face with two cut sides: the corner that is cut off, and the
+  // remaining quadrilateral, split along the diagonal that gives the rounder triangles.
   void write_corner(Face face, const FaceCut& cut, Parts& parts) const {
     const auto& corners = mesh_.faces[face].corners;
     const int uncut = cut.side_where(false);
@@ -166,7 +168,7 @@ class Cutter {
     }
   }
 
-  // Cuts from a junction to the three sides.
+  // Writes the six parts of a face with three cut sides. They meet at the junction.
   void write_three(Face face, const FaceCut& cut, Parts& parts) {
     const Vertex crossings[] = {crossing_vertex(face, 0), crossing_vertex(face, 1),
                                 crossing_vertex(face, 2)};
@@ -187,7 +189,7 @@ class Cutter {
   ThreadTeam& team_;
   Buffer<std::int64_t> starts_;     // (F + 1,) first part of each face
   Buffer<std::int64_t> junctions_;  // (F + 1,) number of junctions in earlier faces
-  std::vector<Ends> edges_;         // that are cut, sorted
+  std::vector<Ends> edges_;         // cut edges, sorted
   std::int64_t first_crossing_ = 0;
   std::int64_t first_junction_ = 0;
   CutMesh result_;

@@ -10,17 +10,17 @@
 namespace superfacets {
 
 struct CutMesh {
-  Buffer<Point> vertices;  // the old ones, then crossings of edges, then junctions within faces
+  Buffer<Point> vertices;  // input vertices, then crossings on edges, then junctions inside faces
   Buffer<Triangle> faces;  // all parts of face 0, then of face 1, ...
-  Buffer<Label> labels;    // of the new faces
+  Buffer<Label> labels;    // label of each new face
   Buffer<Face> sources;    // the old face of each new face
 };
 
-// Cuts faces along smooth borders (see BorderField), into at most six parts each. An edge is cut at
-// one point in all of its faces, so that no T-junctions appear; the position depends on the
-// positions of its ends, not on their numbers, so that unwelded seams stay without gaps. Parts keep
-// the orientation of their face. Regions may lose their connection, or all of their area: the
-// caller checks that, and marks faces of such regions as kept.
+// Cuts faces along smooth borders (see BorderField), into at most six parts each. All faces of an
+// edge are cut at the same point, so there are no T-junctions. The point depends on the positions
+// of the ends, not on their indices, so unwelded seams get no gaps. Parts keep the orientation of
+// their face. A region may become disconnected or lose all of its area. The caller must check for
+// that, and mark the faces of such regions as kept.
 //
 // Throws std::length_error if there are too many parts or vertices to index.
 CutMesh cut_borders(const LabeledMesh& mesh, const CutOptions& options, ThreadTeam& team);

@@ -17,10 +17,11 @@ WeightedEdge weighted(std::span<const Point> positions, std::span<const Point> n
   return {ascending_bits(crease_weight(normals[a], normals[b], is_convex)), a, b};
 }
 
-// Joins the segments of nodes that the edges, sorted by weight, join below the limits of both.
+// For each edge in ascending order of weight, joins the segments at its ends if the weight is
+// within the limits of both.
 void join_below_limits(std::span<const WeightedEdge> edges, double threshold, DisjointSets& sets,
                        std::span<std::int64_t> sizes) {
-  std::vector<double> limits(sizes.size(), threshold);  // of each root
+  std::vector<double> limits(sizes.size(), threshold);  // limit of the segment of each root
   for (const WeightedEdge& edge : edges) {
     const Cell a = sets.root(edge.a);
     const Cell b = sets.root(edge.b);
@@ -37,12 +38,12 @@ std::int64_t count_segments(Buffer<WeightedEdge> edges, std::size_t n_nodes,
                             const SegmentLimits& limits) {
   radix_sort(edges);
   DisjointSets sets(n_nodes);
-  std::vector<std::int64_t> sizes(n_nodes, 1);  // of each root
+  std::vector<std::int64_t> sizes(n_nodes, 1);  // size of the segment of each root
   join_below_limits(edges.span(), limits.threshold, sets, sizes);
   join_small_sets(edges.span(), limits.least, sets, sizes);
   std::int64_t n_segments = 0;
   for (const WeightedEdge& edge : edges) {
-    std::int64_t& size = sizes[sets.root(edge.a)];  // 0 once it is counted
+    std::int64_t& size = sizes[sets.root(edge.a)];  // set to 0 once counted
     if (std::exchange(size, 0) >= limits.least) ++n_segments;
     if (std::exchange(sizes[sets.root(edge.b)], 0) >= limits.least) ++n_segments;
   }

@@ -13,14 +13,14 @@
 namespace superfacets {
 namespace {
 
-// The neighbors of a group of joined regions, indexed by group and sorted by priority for joining.
+// Neighbors of a group of joined regions, both indexed by group and ranked by cost of the border.
 class Neighbors {
  public:
   bool empty() const { return costs_.empty(); }
   std::size_t size() const { return costs_.size(); }
   const std::map<Label, double>& costs() const { return costs_; }
 
-  // The neighbor with the most costly border, the lowest group among equals.
+  // The neighbor with the most costly border. Ties go to the lowest group.
   Label preferred() const { return ranking_.begin()->second; }
 
   void add(Label group, double cost) {
@@ -47,8 +47,9 @@ class Neighbors {
   std::set<std::pair<double, Label>> ranking_;
 };
 
-// Groups of joined regions. Neighbors refer to a group by its number. Its label is that of the
-// region that the others joined, which differs from the number if that region had fewer neighbors.
+// Groups of joined regions. A group has a number, by which neighbors refer to it, and a label, the
+// label of the region that the others joined. The two differ if that region had fewer neighbors
+// than another region of the group.
 class Groups {
  public:
   Groups(std::span<const double> areas, std::span<const RegionBorder> borders, const JoinRule& rule)
@@ -82,7 +83,7 @@ class Groups {
     for (Label label = 0; std::cmp_less(label, joined_to_.size()); ++label) {
       Label root = label;
       while (joined_to_[root] != root) root = joined_to_[root];
-      // Path compression: all nodes on the way point to the root afterwards.
+      // Path compression: afterwards all nodes on the path point to the root.
       for (Label next = label; next != root;) next = std::exchange(joined_to_[next], root);
     }
     return std::move(joined_to_);
@@ -125,10 +126,10 @@ class Groups {
   }
 
   const JoinRule rule_;
-  std::vector<double> areas_;           // of each group
-  std::vector<Label> labels_;           // of each group: the region that the others joined
-  std::vector<Label> joined_to_;        // of each region: itself until it joins another
-  std::vector<std::uint8_t> is_alive_;  // of each group
+  std::vector<double> areas_;     // of each group
+  std::vector<Label> labels_;     // of each group: label of the region that the others joined
+  std::vector<Label> joined_to_;  // of each region: the region that it joined; itself at first
+  std::vector<std::uint8_t> is_alive_;  // 1: the group has not joined another
   std::vector<Neighbors> neighbors_;
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
 };

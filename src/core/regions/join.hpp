@@ -7,20 +7,21 @@
 
 namespace superfacets {
 
-// The regions that must join another.
+// Selects the regions that must join a neighbor.
 struct JoinRule {
-  std::span<const std::uint8_t> stays;  // (K,) 1: never joins; empty: all may
-  double least_area = 0.0;              // regions below this area join
+  // (K,) 1: the region never joins a neighbor; empty: all may join
+  std::span<const std::uint8_t> stays;
+  double least_area = 0.0;  // regions below this area join
 };
 
-// Joins regions to neighbors, the smallest region first (the lowest label among equals), each to
-// the neighbor with the most costly common border, and returns the final region of each, (K,).
-// Areas and borders of joined regions are added. Among equal costs the lowest label is taken (a
-// group of joined regions has the label of the one with most neighbors). A region without a
-// neighbor stays. `borders` are the result of region_borders.
+// Joins each selected region, in ascending order of area, to the neighbor with the most costly
+// common border. Returns the final region of each region, (K,). Areas and borders of joined regions
+// are added. Ties go to the lowest label, where the label of a group of joined regions is the label
+// of its region with most neighbors. A region without a neighbor stays. `borders` is the result of
+// region_borders.
 //
-// Time O((K + B) log^2 B) for B borders: when two regions join, the borders of the one with fewer
-// neighbors are moved to the other.
+// Time O((K + B) log^2 B) for B borders: when two regions join, the region with fewer neighbors
+// passes its borders to the other.
 std::vector<Label> join_regions(std::span<const double> areas,
                                 std::span<const RegionBorder> borders, const JoinRule& rule);
 

@@ -8,14 +8,15 @@
 namespace superfacets {
 namespace {
 
-// Cosines of 75 degrees, of kSharpAngle (cells/weights.hpp), and of 30 degrees. With 60 in place of
-// 75, and 40 for all creases, regions of the benchmark models are 0.3 % and 1 % less compact; at
-// 75, edges of boxes stay.
+// Cosines of 75 degrees, kSharpAngle (cells/weights.hpp) and 30 degrees. At 75 degrees the edges of
+// boxes stay pinned. Regions of the benchmark models are 0.3 % less compact with 60 degrees in
+// place of 75, and 1 % less with 40 degrees for all creases.
 constexpr double kSharp = 0.2588190451025207;
 constexpr double kFolded = 0.7660444431189780;
 constexpr double kStraight = 0.8660254037844386;
 
-// Most faces around a vertex whose edges are looked at one by one.
+// Maximum number of faces around a vertex whose edges are examined. Vertices of more faces are
+// pinned.
 constexpr std::size_t kMostFaces = 64;
 
 bool has_corner(const Triangle& face, Vertex vertex) {
@@ -23,7 +24,7 @@ bool has_corner(const Triangle& face, Vertex vertex) {
   return a == vertex || b == vertex || c == vertex;
 }
 
-// Whether a face has the direction from a to b along their edge.
+// Whether the edge runs from a to b in the orientation of the face.
 bool leads_along(const Triangle& face, Vertex a, Vertex b) {
   const auto& [x, y, z] = face.corners;
   return (x == a && y == b) || (y == a && z == b) || (z == a && x == b);
@@ -34,7 +35,7 @@ struct EdgeFaces {
   Face first = -1;
   Face second = -1;
   int count = 0;
-  bool separates = false;  // two of them have different labels
+  bool separates = false;  // whether two of these faces have different labels
 };
 
 class Pins {
@@ -93,7 +94,7 @@ class Pins {
     return turned ? -dot(one, other) : dot(one, other);
   }
 
-  // Whether the edge from a to b is continued by a folded edge at b, nearly straight.
+  // Whether another folded edge continues the edge from a to b beyond b, nearly straight.
   bool runs_on(Vertex a, Vertex b) const {
     const std::span<const Face> faces = around_.of(b);
     return faces.size() <= kMostFaces && std::ranges::any_of(faces, [&](Face face) {

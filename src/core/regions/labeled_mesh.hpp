@@ -17,7 +17,7 @@ struct LabeledMesh {
   Label n_labels;
 };
 
-// Measures of a mesh and its topology by welded vertices.
+// Normals and welded corners of the faces, and the faces around each welded vertex.
 class FacesAround {
  public:
   FacesAround(const LabeledMesh& mesh, ThreadTeam& team);
@@ -35,15 +35,15 @@ class FacesAround {
   Buffer<Triangle> corners_;
   Buffer<double> areas_;
   Buffer<Point> normals_;
-  Lists<Face> faces_;  // by vertex
+  Lists<Face> faces_;  // faces around each vertex
 };
 
-// Vertices through which borders keep running, 1 each: all corners of kept faces, and the ends of
-// border edges
-// - with three faces or more;
-// - with a fold of 75 degrees or more, or of 40 if it runs on straight at one end at least, so that
-//   it is a crease and not the roughness of a coarse mesh;
-// and vertices of more than 64 faces. Time O(F), and O(n^2) at a border vertex with n faces.
+// Marks (1) the vertices at which borders stay in place: all corners of kept faces, vertices of
+// more than 64 faces, and the ends of border edges
+// - with at least three faces;
+// - with a fold of at least 75 degrees, or of at least 40 degrees if a folded edge continues it
+//   straight at one end or both, which shows a crease and not the roughness of a coarse mesh.
+// Time O(F), and O(n^2) at a border vertex with n faces.
 Buffer<std::uint8_t> pinned_vertices(const LabeledMesh& mesh, const FacesAround& around,
                                      ThreadTeam& team);
 

@@ -13,7 +13,7 @@ class LineTracer {
     lines_.entries.reserve(is_traced_.size());
   }
 
-  // Traces the line that enters a segment by this end, unless the segment is traced already.
+  // Traces the line that enters a segment at this end, unless the segment has been traced before.
   void trace_from(SegmentEnd entry, bool is_closed) {
     if (is_traced_[entry / 2]) return;
     while (entry != kNoEnd && !is_traced_[entry / 2]) {
@@ -29,7 +29,7 @@ class LineTracer {
 
  private:
   const std::span<const SegmentEnd> partners_;
-  std::vector<bool> is_traced_;  // by segment
+  std::vector<bool> is_traced_;  // whether each segment has been traced
   Lines lines_;
 };
 

@@ -1,4 +1,4 @@
-// Stage 5: joins segments of borders to lines.
+// Stage 5: joins segments of borders into lines.
 #pragma once
 
 #include <vector>
@@ -14,14 +14,14 @@ inline constexpr SegmentEnd kNoEnd = -1;
 
 struct Lines {
   std::vector<std::int64_t> offsets;     // (L + 1,) line i: entries[offsets[i]] .. [offsets[i+1]-1]
-  std::vector<SegmentEnd> entries;       // (S,) the ends by which lines enter their segments
-  std::vector<std::uint8_t> are_closed;  // (L,)
+  std::vector<SegmentEnd> entries;       // (S,) the end at which a line enters each of its segments
+  std::vector<std::uint8_t> are_closed;  // (L,) 1: the line is closed
 };
 
-// Follows each line from segment to segment. `partners` holds for each end of a segment the end of
-// the next segment, or kNoEnd; partners are mutual. Open lines come first, and begin at the start
-// of a segment if one of their ends is a start; then closed lines, which begin at the start of
-// their lowest segment. Time O(S).
+// Follows each line from segment to segment. `partners` holds, for each end of a segment, the end
+// of the next segment that it meets, or kNoEnd; partners are mutual. Open lines come first. They
+// begin at the start of a segment if either end of the line is one. Closed lines follow. They begin
+// at the start of their lowest segment. Time O(S).
 Lines trace_lines(std::span<const SegmentEnd> partners);
 
 }  // namespace superfacets

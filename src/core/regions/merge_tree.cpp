@@ -37,8 +37,8 @@ struct Candidate {
   }
 };
 
-// Groups of merged regions. A group is numbered by its latest node; its data lies in the slot of
-// its part with most neighbors, whose list need not be copied.
+// Groups of merged regions. The number of a group is its latest node in the tree. Its data is in a
+// slot. A merge keeps the slot of the group with more neighbors, so the longer list is not copied.
 class MergingGroups {
  public:
   MergingGroups(const MergeRegions& regions, const MergeRule& rule)
@@ -64,7 +64,7 @@ class MergingGroups {
     while (!queue_.empty()) {
       const Candidate next = queue_.top();
       queue_.pop();
-      // Skips a pair of which one has merged before.
+      // Skips an outdated pair: a node of it has merged since.
       if (slots_[next.low] == kNoLabel || slots_[next.high] == kNoLabel) continue;
       tree_.children.insert(tree_.children.end(), {next.low, next.high});
       tree_.costs.push_back(next.cost);
@@ -74,9 +74,9 @@ class MergingGroups {
   }
 
  private:
-  using Neighbors = std::map<Label, SharedBorder>;  // by slot
+  using Neighbors = std::map<Label, SharedBorder>;  // key: slot of the neighbor
 
-  // Merges two slots, that of the lower node first, into the one with more neighbors.
+  // Merges two slots into the slot with more neighbors. `first` holds the lower node.
   void merge(Label first, Label second) {
     mix(first, second);
     const bool is_larger = neighbors_[second].size() > neighbors_[first].size();
@@ -97,8 +97,8 @@ class MergingGroups {
     for (const auto& [neighbor, border] : neighbors_[kept]) offer(kept, neighbor, border);
   }
 
-  // Rebuilds the queue. A group with very many neighbors leaves that many outdated candidates
-  // behind each time it merges.
+  // Rebuilds the queue. Each merge leaves outdated candidates behind, one for each neighbor of the
+  // group.
   void offer_all() {
     queue_ = {};
     for (Label slot = 0; std::cmp_less(slot, neighbors_.size()); ++slot) {
@@ -159,8 +159,8 @@ class MergingGroups {
     return ward_factor(a, b) * squared;
   }
 
-  // Ward's cost of a merge per squared distance of the means: the growth of the sum of area times
-  // squared distance from the mean.
+  // The factor a b / (a + b) in Ward's cost of merging areas a and b. The cost is this factor times
+  // the squared distance of the two means.
   double ward_factor(Label a, Label b) const {
     const double area = areas_[a] + areas_[b];
     return area > 0.0 ? areas_[a] / area * areas_[b] : 0.0;
@@ -171,7 +171,8 @@ class MergingGroups {
     return std::cbrt(0.75 * area / std::numbers::pi);
   }
 
-  static constexpr std::size_t kMostOutdated = 8;  // growth of the queue until it is rebuilt
+  // factor by which the queue may grow before it is rebuilt
+  static constexpr std::size_t kMostOutdated = 8;
 
   const MergeRule rule_;
   const std::size_t n_features_;

@@ -8,8 +8,8 @@
 
 namespace superfacets {
 
-// The border of two neighbors: its length, and its cost, which is lower in a crease
-// (regions/borders). A length of 0 stands for a gap between them.
+// The border between two neighbors. Its cost (see BorderCost) is lower where it follows a crease. A
+// length of 0 means that the two are separated by a gap.
 struct MergeBorder {
   Label low;
   Label high;  // > low
@@ -19,15 +19,17 @@ struct MergeBorder {
 
 // K regions to be merged.
 struct MergeRegions {
-  std::span<const double> areas;         // (K,) or volumes
-  std::span<const Point> positions;      // (K,) means over their cells
-  std::span<const double> features;      // (K, F) means over their cells, row by row; or empty
+  std::span<const double> areas;     // (K,) or volumes
+  std::span<const Point> positions;  // (K,) mean position of the cells of each region
+  // (K, F) mean features of the cells of each region, row by row; or empty
+  std::span<const double> features;
   std::span<const MergeBorder> borders;  // sorted, each pair once
 };
 
 struct MergeRule {
-  double crease_weight = 0.0;  // length that a border entirely in a crease adds, in radii
-  int dimension = 2;           // 2: areas; 3: volumes
+  // distance that a border entirely in a crease adds, as a multiple of r
+  double crease_weight = 0.0;
+  int dimension = 2;  // 2: areas; 3: volumes
 };
 
 struct MergeTree {
@@ -35,16 +37,18 @@ struct MergeTree {
   std::vector<double> costs;    // (M,)
 };
 
-// Merges the pair of neighbors with the lowest cost until none is left: M = K - the number of
-// components. Regions are nodes 0 to K-1, merge m makes node K + m. The cost of a pair is
+// Repeatedly merges the pair of neighbors with the lowest cost, until no neighbors are left. This
+// gives M = K - (number of components) merges. Regions are nodes 0 to K-1, and merge m makes node K
+// + m. The cost of a pair is
 //
 //   a b / (a + b) * (|p - q| + crease_weight * r * (1 - cost / length)) / length
 //
 // for areas a and b, positions p and q, and the radius r of a disk (or a ball) of their total area:
-// it is low for small, near regions with a long common border outside creases. A gap counts as a
-// border of length r (of area r^2) with cost 0. With features f and g the cost is a b / (a + b) *
-// |f - g|^2 (Ward), and the cost above breaks ties. Remaining ties go to the lower nodes. Means of
-// two nodes are weighted by area (equally if both areas are 0), and borders are added.
+// the cost is low for small, near regions with a long common border outside creases. A gap counts
+// as a border of length r (of area r^2 in a volume) with border cost 0. If regions have features f
+// and g, the cost is Ward's, a b / (a + b) * |f - g|^2, and the cost above only breaks ties.
+// Remaining ties go to the lower nodes. Means of two nodes are weighted by area (equally if both
+// areas are 0), and borders are added.
 //
 // Merging regions with m neighbors in all takes O(m log K) time; memory is O(K + borders).
 MergeTree merge_tree(const MergeRegions& regions, const MergeRule& rule);

@@ -7,14 +7,15 @@ namespace {
 
 constexpr Patch kNoPatch = -1;
 
-// Patches with this many cells at borders fit their data into a core's cache. They are smaller if
-// there would be fewer than kManyPatches, enough for several threads at each color.
+// Maximum number of border cells of a patch: their data fits into the cache of a core. Patches are
+// smaller if there would be fewer than kManyPatches, which suffice to keep several threads busy at
+// each color.
 constexpr std::int64_t kLargestPatch = 1024;
 constexpr std::int64_t kSmallestPatch = 64;
 constexpr std::int64_t kManyPatches = 512;
 
-// A patch touches about six others. With more colors than needed, two patches that become adjacent
-// when a patch between them vanishes seldom have the same color.
+// Minimum number of colors. A patch touches about six others, so fewer would do. With more colors,
+// two patches that become adjacent because the patch between them vanishes seldom share a color.
 constexpr std::size_t kFewestColors = 8;
 
 class PatchMaker {
@@ -44,8 +45,7 @@ class PatchMaker {
   }
 
  private:
-  // Makes a patch, and returns the first adjacent region that is not in it; kNoLabel if there is
-  // none.
+  // Makes a patch. Returns the first adjacent region outside the patch, or kNoLabel.
   Label grow(Label seed) {
     const Patch patch = patches_.n_patches();
     reached_.assign(1, seed);
@@ -94,11 +94,11 @@ class PatchMaker {
   const Arcs& arcs_;
   const std::span<const Label> labels_;
   const GroupedCells& border_;
-  const std::int64_t least_cells_;  // of a patch
+  const std::int64_t least_cells_;  // minimum number of border cells per patch
   Patches patches_;
-  std::vector<Label> reached_;            // regions of this patch, and next to it
-  std::vector<Patch> last_seen_by_;       // by region: the last patch that reached it
-  std::vector<std::int64_t> n_cells_;     // in the patches of each color
+  std::vector<Label> reached_;         // regions of the current patch, and regions adjacent to it
+  std::vector<Patch> last_seen_by_;    // by region: the last patch that reached it
+  std::vector<std::int64_t> n_cells_;  // number of border cells of each color
   std::vector<Patch> last_forbidden_by_;  // by color: the last patch with a neighbor of that color
 };
 

@@ -1,4 +1,4 @@
-// Stage 5: patches, groups of neighboring regions that one thread processes.
+// Stage 5: patches: groups of adjacent regions, each processed by one thread.
 #pragma once
 
 #include <vector>
@@ -19,8 +19,8 @@ struct GroupedCells {
   }
 };
 
-// Groups the cells of several lists; the order within a group is kept. group_of(cell) is called
-// twice for each. Time O(n + n_groups).
+// Groups the cells of several lists, and keeps their order within each group. group_of(cell) is
+// called twice per cell. Time O(n + n_groups).
 template <typename GroupOf>
 GroupedCells group_cells(std::span<const std::vector<Cell>> lists, const GroupOf& group_of,
                          std::int32_t n_groups) {
@@ -45,18 +45,18 @@ using Patch = std::int32_t;
 
 // Patches, each with a color. No two patches of one color touch.
 struct Patches {
-  std::vector<Patch> of_region;              // (K,)
-  std::vector<std::int32_t> colors;          // of each patch
-  std::vector<std::vector<Patch>> of_color;  // ascending
+  std::vector<Patch> of_region;              // (K,) patch of each region
+  std::vector<std::int32_t> colors;          // color of each patch
+  std::vector<std::vector<Patch>> of_color;  // patches of each color, ascending
 
   Patch n_patches() const { return static_cast<Patch>(colors.size()); }
 };
 
-// Groups regions: each patch grows breadth first, from the first region next to the previous patch
-// (or the lowest remaining label), until it has enough cells at its borders. Colors are chosen
-// greedily in the order of the patches: of the colors that no neighbor has, the one with the fewest
-// cells so far. `border` holds all cells with a neighbor in another region, by region. Time O(K +
-// n), for n arcs of these cells.
+// Groups regions into patches. Each patch grows breadth first until it has enough border cells. It
+// starts from the first region adjacent to the previous patch, or from the lowest remaining label.
+// Patches are colored greedily in their order: a patch gets the color with the fewest cells so far
+// among the colors that no adjacent patch has. `border` holds the cells with a neighbor in another
+// region, grouped by region. Time O(K + n), for n arcs of these cells.
 Patches make_patches(const Arcs& arcs, std::span<const Label> labels, const GroupedCells& border);
 
 }  // namespace superfacets

@@ -11,15 +11,15 @@
 namespace superfacets {
 namespace {
 
-// Regions per task; most have hundreds of cells.
+// Regions per task. Few are enough, because most regions have hundreds of cells.
 constexpr std::int64_t kRegionBlock = 8;
 
-// Sums over the cells of a region. Positions are relative to its first cell, so that regions far
-// from the origin keep their digits.
+// Sums over the cells of a region. Positions are relative to the first cell, because sums far from
+// the origin would lose digits.
 struct Sums {
   double measure = 0.0;
-  Point moment{0.0, 0.0, 0.0};     // of the measure
-  Point positions{0.0, 0.0, 0.0};  // of cells, each counted once
+  Point moment{0.0, 0.0, 0.0};     // sum of measure times position
+  Point positions{0.0, 0.0, 0.0};  // unweighted sum of the positions
   Point area_vector{0.0, 0.0, 0.0};
   Box box;
   double open_length = 0.0;
@@ -40,7 +40,7 @@ Sums sum_cells(const Surface& surface, std::span<const Cell> cells, const Point&
   return sums;
 }
 
-// The second moment about the centroid, by measure, or by cells where all measures are 0.
+// Second moment about the centroid, weighted by measure, or unweighted where all measures are 0.
 SecondMoment moment_about(const Surface& surface, std::span<const Cell> cells,
                           const Point& centroid, double total_measure) {
   SecondMoment moment;
@@ -73,7 +73,7 @@ RegionShape measure_region(const Surface& surface, std::span<const Cell> cells) 
   const bool has_measure = sums.measure > 0.0;
   const double weight = has_measure ? sums.measure : static_cast<double>(cells.size());
   const Point& moment = has_measure ? sums.moment : sums.positions;
-  // Divided one by one: the inverse of a tiny area may be infinite.
+  // Three divisions, because the inverse of a tiny area may overflow to infinity.
   const Point centroid = origin + Point{moment.x / weight, moment.y / weight, moment.z / weight};
   const SecondMoment covariance = moment_about(surface, cells, centroid, sums.measure);
   return {sums.measure,        centroid,         covariance.squares,
@@ -81,8 +81,8 @@ RegionShape measure_region(const Surface& surface, std::span<const Cell> cells) 
           sums.box.high,       sums.open_length, nearest_cell(surface, cells, centroid)};
 }
 
-// An arc between two regions, or a part of it: if several arcs cross one side between the same two
-// regions, they share the side.
+// An arc between two regions. Arcs that cross one side between the same two regions share the
+// length of the side.
 struct Crossing {
   Label low;
   Label high;
@@ -98,7 +98,7 @@ class CrossingFinder {
   CrossingFinder(const Surface& surface, std::span<const Label> labels)
       : surface_(surface), labels_(labels) {}
 
-  // Appends the arcs of a cell.
+  // Appends the arcs of a cell that cross borders.
   void add_arcs_of(Cell cell, std::vector<Crossing>& found) const {
     if (labels_[cell] == kNoLabel || !surface_.arcs().is_at_border(cell, labels_)) return;
     std::int64_t begin = surface_.arcs().offsets[cell];
@@ -113,8 +113,8 @@ class CrossingFinder {
   }
 
  private:
-  // Each pair of regions is counted from the lower one, or from the other if there is no reverse
-  // arc.
+  // Whether the arc counts. Of an arc and its reverse arc, only the arc from the lower region
+  // counts.
   bool is_counted(Cell cell, Cell neighbor) const {
     const Label own = labels_[cell];
     const Label other = labels_[neighbor];
@@ -126,7 +126,8 @@ class CrossingFinder {
   void add_side(Cell cell, std::int64_t begin, std::int64_t end,
                 std::vector<Crossing>& found) const {
     const std::span<const Cell> neighbors = surface_.arcs().targets.subspan(begin, end - begin);
-    std::vector<Label> on_side;  // labels on the side, sorted; empty if it has two cells
+    // sorted labels of the cells at the side; empty if there are only two cells
+    std::vector<Label> on_side;
     if (neighbors.size() > 1) {
       on_side.push_back(labels_[cell]);
       for (const Cell neighbor : neighbors) on_side.push_back(labels_[neighbor]);
@@ -149,7 +150,7 @@ class CrossingFinder {
   const std::span<const Label> labels_;
 };
 
-// The border crossed by a list of arcs from one region to another.
+// Sums the arcs from one region to another into the border between them.
 RegionArc sum_border(std::span<const Crossing> crossings) {
   RegionArc border{crossings.front().low, crossings.front().high, 0.0, 0.0, 0.0, 0.0, 0};
   double n_sides = 0.0;

@@ -1,5 +1,5 @@
-// Stage 5: the region graph: measures of regions, and of the borders between neighbors. A cell with
-// kNoLabel is in no region.
+// Stage 5: the region graph: its nodes are regions with their measures, its arcs are the borders
+// between neighbors. Cells with kNoLabel belong to no region.
 #pragma once
 
 #include <vector>
@@ -13,37 +13,37 @@ namespace superfacets {
 
 struct RegionShape {
   double measure;
-  Point centroid;    // weighted by measure; the plain mean where all measures are 0
-  Point squares;     // xx, yy, zz of the covariance, weighted likewise
-  Point products;    // xy, xz, yz
-  Point normal_sum;  // the sum of area vectors
-  Point low;         // of the box around the vertices
+  Point centroid;  // mean of the positions weighted by measure; unweighted where all measures are 0
+  Point squares;   // xx, yy, zz of the covariance, with the same weights
+  Point products;  // xy, xz, yz of the covariance
+  Point normal_sum;  // sum of the area vectors
+  Point low;         // corners of the bounding box of the vertices
   Point high;
-  double open_length;  // of border that no arc crosses
-  Cell center;         // the cell nearest to the centroid, the lowest among equals
+  double open_length;  // length of border without neighbor: no arc crosses it
+  Cell center;         // the cell nearest to the centroid; ties go to the lowest index
 };
 
-// Measures regions 0..n_regions-1, each of which has a cell. Time O(N); the same bits on any number
-// of threads. Memory: 4 bytes per cell.
+// Measures regions 0..n_regions-1. Each must have a cell. Time O(N); the same bits on any number of
+// threads. Memory: 4 bytes per cell.
 std::vector<RegionShape> measure_regions(const Surface& surface, std::span<const Label> labels,
                                          Label n_regions, ThreadTeam& team);
 
-// The border between two regions. Angles are those of Surface::angle; means are weighted by border
-// length, or plain if that is 0.
+// The border between two regions. Angles are signed dihedral angles (see Surface::angle). Means are
+// weighted by border length, or unweighted where that is 0.
 struct RegionArc {
   Label low;
   Label high;  // > low
   double border_length;
-  double mean_angle;    // of the absolute values
+  double mean_angle;    // mean of the absolute angles
   double signed_angle;  // the mean of the angles
-  double max_angle;     // of largest absolute value, the positive one of two equals
+  double max_angle;     // angle of largest absolute value; ties go to the positive one
   std::int64_t n_sides;
 };
 
-// The borders between neighboring regions, sorted. If several cells meet at one side, the side
-// counts once for each pair of regions there, with the mean over the pairs of their cells. An arc
-// without a reverse arc counts as if it had one. Time O(N + M), and O(n log n) for n arcs that
-// cross borders; the same bits for any number of threads.
+// The borders between neighboring regions, sorted. A side where several cells meet counts once for
+// each pair of regions there, with the mean angle over the pairs of cells. An arc without a reverse
+// arc counts like an arc with one. Time O(N + M), and O(n log n) for n arcs that cross borders; the
+// same bits for any number of threads.
 std::vector<RegionArc> region_arcs(const Surface& surface, std::span<const Label> labels,
                                    ThreadTeam& team);
 

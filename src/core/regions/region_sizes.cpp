@@ -12,17 +12,17 @@
 namespace superfacets {
 namespace {
 
-// Sizes that differ by less than this fraction of the mean size of a region are equal.
+// Tolerance of comparing sizes, as a fraction of the mean size of a region. It absorbs rounding.
 constexpr double kRounding = 1e-9;
 
-// Most paths, per region, on which cells got stuck before the end, until the next test of
-// connectedness is used: they only move the excess to another region.
+// Limit of stuck paths per region: after so many paths on which cells did not reach the end, the
+// next LeaveTest is used. A stuck path only moves the excess to another region.
 constexpr std::int64_t kMostStuck = 4;
 
-// Tests of whether a cell may leave its region, in the order in which they are used.
+// Tests whether a cell may leave its region, from the strictest to none.
 enum class LeaveTest : std::uint8_t { kLocal, kExact, kNone };
 
-// The cells of each region, and whether one of them may leave.
+// The cells of each region, with the tests whether a cell may leave.
 class Members {
  public:
   Members(MovingRegions& regions, std::size_t n_regions)
@@ -59,7 +59,8 @@ class Members {
     list.push_back(cell);
   }
 
-  // Whether the neighbors of a cell in its region, of which it has some, are joined without it.
+  // Exact test: whether the neighbors of a cell in its region stay connected within the region
+  // without the cell. There must be at least one such neighbor.
   bool are_joined_without(Cell cell) {
     const Label label = regions_.label(cell);
     std::size_t n_missing = 0;
@@ -67,7 +68,7 @@ class Members {
     front_.clear();
     for (const Cell near : regions_.arcs().neighbors(cell)) {
       if (near == cell || regions_.label(near) != label || seen_[near] == stamp_) continue;
-      seen_[near] = stamp_;  // until it is reached
+      seen_[near] = stamp_;  // removed once the search reaches it
       if (front_.empty()) {
         front_.push_back(near);
       } else {
@@ -77,8 +78,8 @@ class Members {
     return !front_.empty() && reaches(cell, label, n_missing);
   }
 
-  // Whether paths in the region from the front reach so many cells with the stamp; cells that are
-  // reached get the next one.
+  // Searches the region from the front. Returns whether the search reaches n_missing cells that
+  // carry the stamp; reached cells get the next stamp.
   bool reaches(Cell without, Label label, std::size_t n_missing) {
     const std::int64_t wanted = stamp_++;
     seen_[without] = seen_[front_.front()] = stamp_;
@@ -96,7 +97,7 @@ class Members {
   MovingRegions& regions_;
   LeaveTest test_ = LeaveTest::kLocal;
   std::vector<std::vector<Cell>> lists_;
-  std::vector<std::size_t> slots_;  // (N,) of each cell in the list of its region
+  std::vector<std::size_t> slots_;  // (N,) index of each cell in the list of its region
   std::vector<std::int64_t> seen_;  // (N,) stamp of the last search that saw the cell
   std::int64_t stamp_ = 0;
   std::vector<Cell> front_;
@@ -136,7 +137,8 @@ class CellTransfer {
     bool are_known = false;
   };
 
-  // Brings regions into their bounds, as far as there is a way. Returns whether a cell has moved.
+  // Moves cells until every region is within its bounds, or no path is left. Returns whether any
+  // cell has moved.
   bool sweep() {
     bool has_moved = false;
     for (Label region = 0; std::cmp_less(region, totals_.size()); ++region) {
@@ -152,7 +154,8 @@ class CellTransfer {
   double excess(Label region) const { return totals_[region] - bounds_.highs[region]; }
   double lack(Label region) const { return bounds_.lows[region] - totals_[region]; }
 
-  // Moves cells away from a region, and to one. Returns whether a cell has moved.
+  // `drain` moves cells out of a region above its bounds, `fill` into a region below them. They
+  // return whether any cell has moved.
   bool drain(Label region) {
     const auto has_room = [&](Label other) { return -excess(other) >= step_; };
     const auto next_of = [&](Label at, const auto& take) {
@@ -180,8 +183,8 @@ class CellTransfer {
     return push_over_paths(region, can_spare, next_of, push_on);
   }
 
-  // Tries paths between a region and those that are wanted, the shortest first, until a cell moves.
-  // push_on(path) gets the path that ends at the region.
+  // Tries paths between a region and the regions for which is_wanted holds, the shortest first,
+  // until a cell moves. push_on(path) moves cells along a path that ends at the region.
   template <typename IsWanted, typename NextOf, typename PushOn>
   bool push_over_paths(Label region, const IsWanted& is_wanted, const NextOf& next_of,
                        const PushOn& push_on) {
@@ -201,8 +204,8 @@ class CellTransfer {
     return std::ranges::find(blocked_, leg) != blocked_.end();
   }
 
-  // Breadth-first search. Returns the first region that is wanted, or kNoLabel; the way there leads
-  // over parents.
+  // Breadth-first search over regions. Returns the first region for which is_wanted holds, or
+  // kNoLabel. The path to it is stored in parents_.
   template <typename IsWanted, typename ForEachNext>
   Label search(Label first, const IsWanted& is_wanted, const ForEachNext& for_each_next) {
     for (const Label visited : queue_) parents_[visited] = kNoLabel;
@@ -221,7 +224,7 @@ class CellTransfer {
     return found;
   }
 
-  // Moves cells from each region of a path to the next. Returns whether one has moved.
+  // Moves cells from each region of a path to the next. Returns whether any cell has moved.
   bool push(const std::vector<Label>& path, double amount) {
     const double room = std::max(-excess(path.back()), 0.0);
     for (std::size_t i = 0; i + 1 < path.size(); ++i) {
@@ -237,7 +240,8 @@ class CellTransfer {
     return true;
   }
 
-  // Moves cells of at least this size in total, if it can, and at most `most`. Returns the total.
+  // Moves cells of a total size of at least `amount`, where possible, and of at most `most`.
+  // Returns the total size.
   double move_between(Label from, Label to, double amount, double most) {
     candidates_.clear();
     for (const Cell cell : members_.of(from)) add_candidate(cell, to);
@@ -264,7 +268,7 @@ class CellTransfer {
     candidates_.push_back(cell);
   }
 
-  // Whether a cell may leave once its region has got another. The last cell may then, too.
+  // Whether a cell may leave after its region has gained another cell. Then even its last cell may.
   bool may_pass(Cell cell) {
     return members_.test() == LeaveTest::kNone || members_.may_leave(cell);
   }
@@ -278,7 +282,8 @@ class CellTransfer {
     return std::ranges::find(cells, cell) != cells.end();
   }
 
-  // Removes and returns the candidate that gains most, of those that may leave and fit; or kNoCell.
+  // Removes and returns the candidate with the largest gain that may leave and is not larger than
+  // `most`; or kNoCell.
   Cell take_candidate(Label from, Label to, double most) {
     ranked_.clear();
     for (const Cell cell : candidates_)
@@ -294,7 +299,7 @@ class CellTransfer {
     return kNoCell;
   }
 
-  // The regions that a cell of this one may move to, ascending.
+  // The regions to which a cell of this region may move, ascending.
   const std::vector<Label>& exits(Label region) {
     Exits& exits = exits_[region];
     if (exits.are_known) return exits.to;
@@ -314,7 +319,7 @@ class CellTransfer {
     return exits.to;
   }
 
-  // The regions around one, ascending.
+  // The regions adjacent to a region, ascending.
   std::vector<Label> neighbors(Label region) const {
     std::vector<Label> found;
     for (const Cell cell : members_.of(region)) {
@@ -332,16 +337,19 @@ class CellTransfer {
   MovingRegions& regions_;
   const SizeBounds& bounds_;
   Members members_;
-  std::vector<double> totals_;  // (K,) sizes of the regions
+  std::vector<double> totals_;  // (K,) size of each region
   std::vector<Exits> exits_;    // (K,)
-  std::vector<Label> parents_;  // (K,) of the last search; kNoLabel: not visited
-  std::vector<Label> queue_;    // of the last search
-  std::vector<Leg> blocked_;    // that no cell could take, since cells reached the end of a path
+  // (K,) predecessor of each region in the last search; kNoLabel: not visited
+  std::vector<Label> parents_;
+  std::vector<Label> queue_;  // regions reached by the last search, in order
+  // steps that no cell could take since cells last reached the end of a path
+  std::vector<Leg> blocked_;
   std::vector<Cell> candidates_;
   std::vector<std::pair<double, Cell>> ranked_;
   std::int64_t n_stuck_ = 0;
   double rounding_ = 0.0;
-  double step_ = 0.0;  // least room of a region at the end of a path: the mean size of a cell
+  // mean size of a cell: the least room that a region at the end of a path must have
+  double step_ = 0.0;
 };
 
 }  // namespace

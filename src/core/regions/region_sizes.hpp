@@ -1,4 +1,4 @@
-// Stage 5: sizes of regions within bounds, by cells that move on along paths of regions.
+// Stage 5: brings the sizes of regions into bounds by moving cells along paths of regions.
 #pragma once
 
 #include <span>
@@ -11,25 +11,26 @@
 
 namespace superfacets {
 
-// A region is as large as its cells together.
+// The size of a region is the sum of the sizes of its cells.
 struct SizeBounds {
-  std::span<const double> sizes;  // (N,) of the cells, >= 0
-  std::span<const double> lows;   // (K,) of the regions
-  std::span<const double> highs;  // (K,) at least the lows
-  bool may_split = false;         // regions may fall apart where there is no other way
+  std::span<const double> sizes;  // (N,) size of each cell, >= 0
+  std::span<const double> lows;   // (K,) lower bound of the size of each region
+  std::span<const double> highs;  // (K,) upper bound, at least the lower bound
+  bool may_split = false;         // regions may become disconnected where no other way is left
 };
 
-// Moves cells from regions above their bound, along shortest paths of neighboring regions, to those
-// with room; likewise to regions below their bound from those that can spare cells. From a region
-// to the next on a path, the cells move whose borders get cheapest, the lowest among equals.
+// Moves cells from regions above their upper bound to regions with room, and from regions with
+// cells to spare to regions below their lower bound. Cells move along shortest paths in the region
+// graph: each region of a path passes cells to the next. It passes the cells that lower the border
+// cost most; ties go to the lowest cell.
 //
-// A cell leaves a region only if that stays connected: by the local test at first, by an exact one
-// where that finds no way, and, if regions may split, without a test at last. No region loses its
-// last cell. Cells only move across arcs. Regions stay out of bounds where no way is found; if they
-// may split, all sizes are 1, and the lows equal the highs and sum up to the number of cells of
-// each component, none does.
+// A cell leaves a region only if the region stays connected. A local test decides this first, and
+// an exact test where the local one finds no path. If regions may split, cells finally move without
+// a test. No region loses its last cell, and cells only move across arcs. A region stays out of
+// bounds if no path is found. This cannot happen if regions may split, all cells have size 1, and
+// lows and highs are equal and sum to the number of cells in each connected component.
 //
-// Serial. Time O(N + M), and for each cell that moves time linear in the size of its region.
+// Serial. Time O(N + M), plus O(size of its region) for each cell that moves.
 Buffer<Label> move_cells(const Surface& surface, const BorderCost& cost,
                          std::span<const Label> labels, const SizeBounds& bounds, ThreadTeam& team);
 

@@ -18,7 +18,7 @@ struct MaskedArea {
   double area;
 };
 
-using Row = std::vector<MaskedArea>;  // by ascending mask
+using Row = std::vector<MaskedArea>;  // areas of one group, ascending by mask
 
 // Two groups that may be joined.
 struct Pair {
@@ -32,7 +32,8 @@ struct Pair {
   }
 };
 
-// Groups are numbered like the nodes of a tree: regions 0 to K-1, then each group that is joined.
+// Groups are numbered like the nodes of a merge tree: first regions 0 to K-1, then the result of
+// each join.
 class MaskGroups {
  public:
   MaskGroups(const MaskedAreas& seen, double least)
@@ -77,7 +78,7 @@ class MaskGroups {
     offer(joined, /*only_lower=*/false);
   }
 
-  // Queues the pairs of a group and the groups that share a mask with it.
+  // Queues a pair for each group that shares a mask with this group.
   void offer(Label group, bool only_lower) {
     std::vector<Label> others;
     for (const MaskedArea& entry : rows_[group]) {
@@ -94,7 +95,7 @@ class MaskGroups {
     }
   }
 
-  // Goes through the masks of both, image by image.
+  // Merges the two sorted rows of masks, image by image.
   double agreement_of(const Row& low, const Row& high) const {
     double same = 0.0, any = 0.0;
     std::size_t i = 0, j = 0;
@@ -157,7 +158,7 @@ class MaskGroups {
     return sums;
   }
 
-  // Groups of regions, numbered by their lowest regions.
+  // The group of each region. Groups are numbered in the order of their lowest regions.
   Buffer<Label> numbered(std::size_t n_regions) const {
     std::vector<Label> roots = parents_;
     for (std::size_t node = roots.size(); node-- > 0;) roots[node] = roots[parents_[node]];
@@ -174,9 +175,9 @@ class MaskGroups {
 
   const MaskedAreas& seen_;
   const double least_;
-  std::vector<Row> rows_;                   // areas of each group; empty after it was joined
-  std::vector<std::vector<Label>> owners_;  // groups with an area in each mask
-  std::vector<Label> parents_;              // group that a group was joined to; itself if none
+  std::vector<Row> rows_;  // row of each group; empty once the group has been joined
+  std::vector<std::vector<Label>> owners_;  // for each mask, the groups with an area in it
+  std::vector<Label> parents_;  // parent of each group; the group itself if it has not been joined
   std::priority_queue<Pair> queue_;
 };
 

@@ -1,4 +1,4 @@
-// Stage 5: joins regions that masks of images keep together.
+// Stage 5: joins regions that share masks in images.
 #pragma once
 
 #include <cstdint>
@@ -9,24 +9,25 @@
 
 namespace superfacets {
 
-// Visible areas of K regions in the masks of all images, in CSR form. Each mask is in one image,
-// and the masks of an image have consecutive numbers.
+// Visible area of each of K regions in each mask of all images, in CSR form. Each mask belongs to
+// one image, and the masks of an image have consecutive numbers.
 struct MaskedAreas {
   std::span<const std::int64_t> offsets;   // (K + 1,)
-  std::span<const std::int32_t> masks;     // ascending for each region
+  std::span<const std::int32_t> masks;     // (n,) masks of each region, ascending
   std::span<const double> areas;           // > 0
   std::span<const std::int32_t> image_of;  // image of each mask, ascending
 };
 
-// The agreement of two groups of regions is the chance that two points, one of each, that an image
-// sees in masks are in the same mask of it: over all images, the sum of the products of their areas
-// in the same mask, divided by the sum of the products of their areas in any masks. Starting from
-// single regions, the two groups that agree most are joined, until no two agree by at least
-// `least`, > 0. Ties go to the groups joined earlier, then to lower regions.
+// Agreement of two groups of regions: draw one point of each group, both in masks of one image. The
+// agreement is the probability that the two points are in the same mask. It is a sum over all
+// images of products of areas in the same mask, divided by the sum of products of areas in any two
+// masks. Starting from single regions, the two groups with the highest agreement are joined, until
+// no two groups reach the agreement `least`, > 0. Ties go to the groups joined earlier, then to
+// lower regions.
 //
-// Returns the group of each region, numbered by their lowest regions. Regions without areas are
-// groups of their own. Time O(K P L) at most for P groups that share a mask with one, and L masks
-// per group; memory O(areas + pairs that share a mask). One thread.
+// Returns the group of each region, (K,). Groups are numbered in the order of their lowest regions.
+// A region without areas is a group by itself. Time at most O(K P L), if each group shares masks
+// with at most P others and has at most L masks; memory O(areas + pairs that share a mask). Serial.
 Buffer<Label> join_by_masks(const MaskedAreas& seen, double least);
 
 }  // namespace superfacets

@@ -16,16 +16,16 @@ namespace {
 // Cells per block of scanning marks.
 constexpr std::int64_t kBlock = 1 << 14;
 
-// Most arcs of a cell that are searched for a reverse arc.
+// Maximum number of arcs of a cell that are searched for a reverse arc.
 constexpr std::size_t kMostArcs = 256;
 
-// Prefetch distance, in cells; trying to move this many takes longer than a cache miss.
+// Prefetch distance, in cells: trying to move so many cells takes longer than a cache miss.
 constexpr std::size_t kAhead = 4;
 
-// Cells from which chains will be tried. Several threads add cells at the same time.
+// Set of cells from which chains will be tried. Threads may add cells concurrently.
 class WaitingCells {
  public:
-  // All cells wait.
+  // Initially contains all cells.
   WaitingCells(std::size_t n_cells, ThreadTeam& team) : is_waiting_(n_cells) {
     team.fill(is_waiting_.span(), std::uint8_t{1});
   }
@@ -36,7 +36,7 @@ class WaitingCells {
   }
   void remove(Cell cell) { is_waiting_[cell] = 0; }
 
-  // Removes all cells, and returns those that fulfill a condition, ascending in lists.
+  // Empties the set. Returns the removed cells that satisfy a condition, in ascending lists.
   template <typename Condition>
   std::vector<std::vector<Cell>> take_if(const Condition& is_wanted, ThreadTeam& team) {
     const auto n_cells = static_cast<std::int64_t>(is_waiting_.size());
@@ -92,7 +92,8 @@ class Smoother {
 
   GroupedCells by_region(const Lists& lists) const {
     const std::span<const Label> labels = regions_.labels();
-    // All regions: without reverse arcs, a region may be adjacent without a cell at a border.
+    // Counts all regions: without reverse arcs, a region may be adjacent although none of its cells
+    // has an arc across the border.
     const Label n_regions = *std::ranges::max_element(labels) + 1;
     return group_cells(lists, [&](Cell cell) { return labels[cell]; }, n_regions);
   }
@@ -103,8 +104,8 @@ class Smoother {
 
   Patch patch_of(Cell cell) const { return patches_.of_region[regions_.label(cell)]; }
 
-  // Patches of one color do not touch, so moves in one of them do not affect the others, but for
-  // the areas of regions that both touch: these change after all have moved.
+  // Processes patches of one color in parallel. They do not touch, so they share nothing but the
+  // areas of regions between them. Areas are therefore updated after all patches have finished.
   void sweep_patches(const std::vector<Patch>& patches) {
     tasks_.clear();
     std::copy_if(patches.begin(), patches.end(), std::back_inserter(tasks_),
@@ -131,7 +132,7 @@ class Smoother {
     }
   }
 
-  // In steps: each needs data that the previous one prefetched.
+  // Prefetches in stages, because each address depends on data that an earlier stage prefetched.
   void prefetch_ahead(std::span<const Cell> cells, std::size_t i) const {
     const auto ahead = [&](std::size_t n) { return cells[std::min(i + n, cells.size() - 1)]; };
     regions_.prefetch_cell(ahead(4 * kAhead));
@@ -149,7 +150,7 @@ class Smoother {
   Patches patches_;
   GroupedCells cells_;  // chain starts of this sweep, by patch
   std::vector<Patch> tasks_;
-  std::vector<ChainMover> movers_;  // of each thread
+  std::vector<ChainMover> movers_;  // one per thread
 };
 
 // Whether each arc has a reverse arc; false if a cell has too many arcs to search.
@@ -173,7 +174,8 @@ void smooth(MovingRegions& regions, const RegionSums& at_first, const SmoothOpti
             ThreadTeam& team) {
   const Surface& surface = regions.surface();
   if (surface.may_have_one_way_arcs() && !all_lead_back(surface.arcs(), team)) {
-    // Patches may be adjacent without being recorded as such, so they move one after another.
+    // Without reverse arcs, adjacent patches may not be known as adjacent, so one thread processes
+    // all.
     ThreadTeam alone(1);
     Smoother(regions, at_first, options, alone).run(options.max_sweeps);
   } else {

@@ -1,4 +1,4 @@
-// Stage 5: straight borders between regions.
+// Stage 5: straightens the borders between regions.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -11,28 +11,29 @@
 namespace superfacets {
 
 struct SmoothOptions {
-  double max_distance = 0.0;  // largest move of a border: a path length, in the positions' unit
-  std::size_t max_chain = 1;  // most cells that move together
-  int max_sweeps = 1;         // most passes over the borders
-  StiffnessOptions stiff;     // how firmly regions keep area and place
+  // maximum path length by which a border moves, in the unit of the positions
+  double max_distance = 0.0;
+  std::size_t max_chain = 1;  // maximum number of cells in a chain
+  int max_sweeps = 1;         // maximum number of passes over the borders
+  StiffnessOptions stiff;     // penalty for changes of area and for spreading out
 };
 
-// Moves chains of cells at borders between regions, as long as that lowers the cost of borders plus
-// that of Stiffness.
+// Moves chains of cells across borders between regions, as long as a move lowers the total of
+// border cost and stiffness cost.
 //
 // Regions are grouped in patches (see make_patches), which are processed color by color. Patches of
-// one color move their cells in parallel: no cell that one of them reads or moves is adjacent to
-// another of that color, and moves that would change that are forbidden. Within a patch, cells are
-// tried in ascending order. A patch knows its own changes of areas, and those of all patches of
-// earlier colors. The result is the same for any number of threads.
+// one color are processed in parallel. They are independent: no cell that a patch reads or moves is
+// adjacent to another patch of its color, and moves that would break this are forbidden. Within a
+// patch, cells are tried in ascending order. A patch sees its own changes of areas and the changes
+// made by earlier colors. The result is the same for any number of threads.
 //
-// Invariants: connected cells of a region stay connected, no region loses its last cell, cells in
-// `fixed` stay, and a cell moves only to a region whose first border is within max_distance, on a
-// path along the cells that moved before it.
+// Invariants: connected cells of a region stay connected; no region loses its last cell; cells in
+// `fixed` stay; a cell moves to a region only if its travel, the path length from the initial
+// border of that region along the cells that moved before, is at most max_distance.
 //
-// Time O(N + M), plus O(max_chain^2) in each sweep for each cell that is at a border at first, or
-// next to a moved cell; memory at most 10 bytes per cell and 4 per arc, of which 4 and 4 are
-// touched near borders only. One thread moves all cells if some arc has no reverse arc.
+// Time O(N + M), plus O(max_chain^2) per sweep for each cell that is initially at a border or
+// adjacent to a moved cell. Memory at most 10 bytes per cell and 4 per arc; 4 bytes of each are
+// touched near borders only. Runs on one thread if some arc has no reverse arc.
 Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
                              std::span<const Label> labels, std::span<const Cell> fixed,
                              const SmoothOptions& options, ThreadTeam& team);
@@ -42,11 +43,11 @@ struct SmoothedPart {
   std::vector<Cell> examined;  // rim cells for which a move was considered
 };
 
-// The same for a part of a surface that has all cells at borders, surrounded by further cells up to
-// a rim: cells that lack a neighbor, or a cell at one of their corners. Cells are in the order of
-// the whole surface, whose regions have the sums `at_first`. Of cells that are not considered for a
-// move, only the label is read: if no rim cell was examined, the result is that of the whole
-// surface.
+// smooth_borders on a part of a surface. The part contains all border cells and further cells
+// around them up to a rim; rim cells lack a neighbor, or a cell at one of their corners. Cells are
+// in the order of the whole surface, and `at_first` holds the sums of its regions. The kernel reads
+// only the labels of cells that it does not examine. So if it examined no rim cell, the result
+// equals the result on the whole surface.
 SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
                          std::span<const Label> labels, std::span<const Cell> fixed,
                          std::span<const Cell> rim, const RegionSums& at_first,

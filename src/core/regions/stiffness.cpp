@@ -7,14 +7,14 @@
 namespace superfacets {
 namespace {
 
-// Regions smaller than this fraction of the mean area are as stiff as a region of that size: those
-// of area 0 would be infinitely stiff.
+// Lower bound of A_0 in the stiffness, as a fraction of the mean area. Without it, a region of area
+// 0 would be infinitely stiff.
 constexpr double kLeastShare = 1e-6;
 
 // Cells per block of a sum. The sums do not depend on the number of threads.
 constexpr std::int64_t kBlock = 1 << 14;
 
-// The sums over consecutive cells of one region.
+// Sums over a run of consecutive cells with the same label.
 struct Run {
   Label region;
   double area = 0.0;

@@ -1,4 +1,4 @@
-// Stage 5: what it costs regions to change their areas, and to spread out from their centroids.
+// Stage 5: cost of regions that change their areas or spread out from their centroids.
 #pragma once
 
 #include <span>
@@ -15,13 +15,13 @@ struct AreaChange {
   double change;
 };
 
-// A cell that may move between two regions, as far as stiffness is concerned.
+// Data of a candidate cell for the stiffness cost of its move between two regions.
 struct StiffCell {
   double area = 0.0;
-  double gain = 0.0;  // of a move, by the distances from both centroids
+  double gain = 0.0;  // decrease of the roundness cost by the move
 };
 
-// The decrease of the cost when a cell moves from one region to another.
+// Decrease of the stiffness cost when a cell moves from one region to another.
 struct StiffGain {
   double slope = 0.0;
   double curvature = 0.0;
@@ -32,21 +32,21 @@ struct StiffGain {
 
 // The cost is the sum over all regions of
 //   stiffness * (A - A_0)^2 / (2 A_0) + roundness * integral of |x - x_0|^2 over the region,
-// with A the area of a region, and A_0 and x_0 its area and centroid at first. The first term keeps
-// areas. The second prefers round regions where borders of equal length have many shapes, as in a
-// regular grid.
+// where A is the area of a region, and A_0 and x_0 are its initial area and centroid. The first
+// term preserves areas. The second term makes regions round where borders of many shapes have equal
+// length, as in a regular grid.
 struct StiffnessOptions {
-  double stiffness = 0.0;  // per unit of length; 0 turns all of it off
+  double stiffness = 0.0;  // per unit of length; 0 turns both terms off
   double roundness = 0.0;  // per unit of length, cubed
-  // Regions tend to these sizes in place of their areas at first, A_0; the size of a region is the
-  // sum of those of its cells, in place of their areas. Both are empty, or neither.
-  std::span<const double> sizes;  // (N,)
-  std::span<const double> goals;  // (K,)
+  // Target sizes, in place of the initial areas A_0. The size of a region is then the sum of the
+  // sizes of its cells, in place of their areas. Either both arrays are empty, or neither.
+  std::span<const double> sizes;  // (N,) size of each cell
+  std::span<const double> goals;  // (K,) target size of each region
 };
 
-// The area of each region, and the sum of the positions of its cells, weighted by their areas. The
-// sums of the cells of each block of consecutive cells are added first, in the order of the cells,
-// so that they do not depend on the number of threads.
+// The area of each region, and the sum of the positions of its cells, weighted by their areas.
+// Cells are summed in fixed blocks, in ascending order, so that the sums do not depend on the
+// number of threads.
 struct RegionSums {
   std::vector<double> areas;
   std::vector<Point> moments;
@@ -55,8 +55,8 @@ RegionSums sums_of_regions(const Surface& surface, std::span<const Label> labels
 
 class Stiffness {
  public:
-  // `at_first` are the sums of all regions; they are not read if stiffness is 0. Labels are read if
-  // there are goals.
+  // `at_first` holds the initial sums of all regions; it is not read if stiffness is 0. Labels are
+  // read only if there are goals.
   Stiffness(const Surface& surface, const RegionSums& at_first, std::span<const Label> labels,
             const StiffnessOptions& options);
 
@@ -65,7 +65,7 @@ class Stiffness {
 
   StiffCell cell(Cell cell, Label from, Label to) const;
 
-  // `changes` holds further changes of all areas, on top of those added.
+  // `changes` holds changes of the areas in addition to the changes already added.
   StiffGain gain(Label from, Label to, std::span<const double> changes) const {
     return {weights_[to] * (changes_[to] + changes[to]) -
                 weights_[from] * (changes_[from] + changes[from]),
@@ -81,8 +81,8 @@ class Stiffness {
 
   const Surface& surface_;
   const double roundness_;
-  std::span<const double> sizes_;  // empty: areas
-  std::vector<double> weights_;    // stiffness / A_0; empty if it is off
+  std::span<const double> sizes_;  // (N,) size of each cell; empty if areas are used
+  std::vector<double> weights_;    // (K,) stiffness / A_0; empty if stiffness is off
   std::vector<Point> centroids_;   // x_0
   std::vector<double> changes_;    // A - A_0
 };

@@ -1,4 +1,4 @@
-// Stage 5: the edges between vertices, or points, with the weights that creases give them.
+// Stage 5: edges between vertices or points, weighted by creases.
 #pragma once
 
 #include <bit>
@@ -13,11 +13,11 @@
 namespace superfacets {
 
 struct WeightedEdge {
-  std::uint64_t key;  // ascending with the weight
+  std::uint64_t key;  // bits of the weight; ascends with it
   Vertex a, b;
 };
 
-// The bits of a number >= 0, which ascend with it. The highest bit is 0.
+// Maps a number >= 0 to its bits. They ascend with the number, and the highest bit is 0.
 inline std::uint64_t ascending_bits(double weight) {
   return std::bit_cast<std::uint64_t>(weight);
 }
@@ -27,14 +27,15 @@ struct VertexEdges {
   std::span<const std::int64_t> offsets;  // (V + 1,) arcs of vertex i: offsets[i] .. offsets[i+1]-1
   std::span<const Vertex> neighbors;      // (M,)
   std::span<const Point> positions;       // (V,)
-  std::span<const Point> normals;         // (V,) means of unit normals, or zero
+  std::span<const Point> normals;  // (V,) mean of the unit normals around each vertex, or zero
 
   Vertex n_vertices() const { return static_cast<Vertex>(positions.size()); }
   std::span<const Vertex> of(Vertex vertex) const {
     return neighbors.subspan(offsets[vertex], offsets[vertex + 1] - offsets[vertex]);
   }
-  // Convex if the normal at one end points away from the other: the lower of the weights that the
-  // usual segmenter gives the directions of an edge. The same in both directions.
+  // The crease_weight of an edge, equal in both directions. The edge is convex if the normal at
+  // either end points away from the other end: the lower of the two weights that the common
+  // segmenter gives to the two directions.
   double weight(Vertex a, Vertex b) const {
     const Point step = positions[b] - positions[a];
     const bool is_convex = dot(normals[b], step) > 0.0 || dot(normals[a], step) < 0.0;
@@ -42,8 +43,8 @@ struct VertexEdges {
   }
 };
 
-// Unites the sets of nodes at the ends of the edges, one edge after the other, where one of both is
-// smaller than `least`. sizes[root] is the size of the set of a root, and stays so.
+// For each edge in order, unites the sets of its two ends if either set is smaller than `least`.
+// sizes[root] is the size of the set of a root, and is kept up to date.
 inline void join_small_sets(std::span<const WeightedEdge> edges, std::int64_t least,
                             DisjointSets& sets, std::span<std::int64_t> sizes) {
   for (const WeightedEdge& edge : edges) {

@@ -14,7 +14,7 @@
 namespace superfacets {
 namespace {
 
-// Lists edge(a, b) for each arc that `is_listed`, in the order of vertices, and sorts the list.
+// Lists edge(a, b) for each arc for which is_listed holds, and sorts the list.
 template <typename IsListed, typename MakeEdge>
 Buffer<WeightedEdge> sorted_edges(const VertexEdges& edges, const IsListed& is_listed,
                                   const MakeEdge& edge, ThreadTeam& team) {
@@ -37,7 +37,7 @@ std::vector<std::int64_t> sizes_of(std::span<const Label> labels, const LeastSiz
   return sizes;
 }
 
-// Regions of vertices, where small ones take vertices of others.
+// Regions of vertices. Small regions take vertices from others.
 class GrowingRegions {
  public:
   GrowingRegions(const VertexEdges& edges, std::span<const Label> labels, const LeastSize& size)
@@ -48,7 +48,7 @@ class GrowingRegions {
         seen_(labels.size()) {}
 
   void grow_all() {
-    std::vector<std::vector<Vertex>> members(sizes_.size());  // of small regions
+    std::vector<std::vector<Vertex>> members(sizes_.size());  // vertices of each small region
     for (Vertex vertex = 0; vertex < edges_.n_vertices(); ++vertex) {
       const Label label = labels_[vertex];
       if (label != kNoLabel && is_small(label)) members[label].push_back(vertex);
@@ -68,15 +68,16 @@ class GrowingRegions {
   };
   using Steps = std::priority_queue<Step, std::vector<Step>, std::greater<>>;
 
-  // Vertices visited to find whether a region stays connected without one of them: its neighbors
-  // are mostly neighbors of each other, or of a vertex farther.
+  // Maximum number of vertices visited to test whether a region stays connected without a vertex.
+  // Few suffice: the neighbors of a vertex are mostly adjacent to each other, or share a neighbor.
   static constexpr std::size_t kMostVisited = 100;
 
   bool is_small(Label label) const { return sizes_[label] < size_.least; }
 
   void grow(Label label, std::span<const Vertex> members) {
     Steps steps;
-    std::vector<std::pair<Vertex, Label>> taken;  // vertices, and the regions that gave them
+    // vertices taken, and the region that each came from
+    std::vector<std::pair<Vertex, Label>> taken;
     for (const Vertex member : members) {
       add_steps(member, steps);
     }
@@ -106,8 +107,8 @@ class GrowingRegions {
     }
   }
 
-  // Whether the neighbors of a vertex in its region are connected without it, as far as a search
-  // among the nearest vertices shows.
+  // Whether the neighbors of a vertex in its region stay connected without the vertex, according to
+  // a search of limited length.
   bool can_spare(Vertex vertex) {
     const Label label = labels_[vertex];
     if (edges_.of(vertex).size() > kMostVisited) return false;  // the search would not reach them
@@ -124,7 +125,8 @@ class GrowingRegions {
     std::vector<Vertex> visited{first};
     for (std::size_t next = 0; next < visited.size() && next < kMostVisited; ++next) {
       for (const Vertex neighbor : edges_.of(visited[next])) {
-        // Arcs lead both ways, so each neighbor of the vertex is found once.
+        // Every edge has arcs in both directions, so each neighbor of the vertex is found exactly
+        // once.
         if (neighbor == vertex && --n_missing == 0) return true;
         if (labels_[neighbor] != label || seen_[neighbor] == search_) continue;
         seen_[neighbor] = search_;
@@ -138,7 +140,7 @@ class GrowingRegions {
   const LeastSize& size_;
   Buffer<Label> labels_;
   std::vector<std::int64_t> sizes_;
-  std::vector<std::int64_t> seen_;  // the last search that saw each vertex, from 1 on
+  std::vector<std::int64_t> seen_;  // number of the last search that saw each vertex; 0: none
   std::int64_t search_ = 0;
 };
 
@@ -157,12 +159,12 @@ Buffer<Label> spread_labels(const VertexEdges& edges, std::span<const Label> lab
       },
       team);
   DisjointSets sets(labels.size());
-  Buffer<Label> spread = copy_of(labels);  // of each root
+  Buffer<Label> spread = copy_of(labels);  // label of each root
   for (const WeightedEdge& edge : ascending) {
     const Cell a = sets.root(edge.a);
     const Cell b = sets.root(edge.b);
     if (a == b || (spread[a] != kNoLabel && spread[b] != kNoLabel)) continue;
-    const Label label = std::max(spread[a], spread[b]);  // kNoLabel is the lowest
+    const Label label = std::max(spread[a], spread[b]);  // kNoLabel is less than every label
     spread[sets.unite(a, b)] = label;
   }
   for (Vertex vertex = 0; vertex < edges.n_vertices(); ++vertex) {

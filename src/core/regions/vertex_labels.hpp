@@ -1,4 +1,4 @@
-// Stage 5: labels of vertices, or points, whose borders follow creases.
+// Stage 5: labels of vertices or points, with borders along creases.
 #pragma once
 
 #include <cstdint>
@@ -11,31 +11,32 @@
 
 namespace superfacets {
 
-// Gives labels to the vertices with kNoLabel, by Kruskal's algorithm: in the order of ascending
-// weight, each edge with such a vertex unites the sets of vertices at its ends, unless both have a
-// label. Of edges with equal weights, as in planes, those whose ends have equal hints come first.
-// Vertices with a label keep it, and the others get one of a set that they are connected with;
-// kNoLabel remains where no chain of edges leads to a label. The same on any number of threads.
+// Gives labels to the vertices with kNoLabel, by Kruskal's algorithm: in ascending order of weight,
+// each edge with an unlabeled end unites the sets of its two ends, unless both sets have a label.
+// Ties of weight, as in planes, go to edges whose ends have equal hints. Labeled vertices keep
+// their label, and every other vertex gets the label of its set. kNoLabel remains where no chain of
+// edges leads to a labeled vertex. The result does not depend on the number of threads.
 Buffer<Label> spread_labels(const VertexEdges& edges, std::span<const Label> labels,
                             std::span<const Label> hints, ThreadTeam& team);
 
-// The size that regions of vertices should have.
+// Minimum size of regions of vertices.
 struct LeastSize {
-  std::span<const std::int32_t> counts;  // (V,) what each vertex adds to the size of its region
+  // (V,) size of each vertex; the size of a region is the sum
+  std::span<const std::int32_t> counts;
   Label n_labels;
   std::int64_t least;
 };
 
-// Lets each region smaller than `least`, in the order of labels, take vertices of other regions
-// over the edge with the lowest weight, until it is large enough. Regions give vertices only as
-// long as they keep `least` and stay connected, as far as a search around the vertex shows. A
-// region that does not get enough stays as it is.
+// Grows each region smaller than `least`, in the order of labels: it repeatedly takes the vertex of
+// another region across the edge of lowest weight, until it is large enough. A region gives a
+// vertex only if it keeps at least `least` and stays connected, which a search of limited length
+// around the vertex must show. A region that cannot get enough vertices stays unchanged.
 Buffer<Label> grow_small_regions(const VertexEdges& edges, std::span<const Label> labels,
                                  const LeastSize& size);
 
-// Unites regions smaller than `least` with others, over the edges with the lowest weights first. A
-// united region has the lowest of its labels. Only regions without neighbors stay smaller. All
-// vertices with edges have labels.
+// Unites each region smaller than `least` with another, in ascending order of edge weight. The
+// united region gets the lowest of its labels. Only regions without neighbors stay smaller.
+// Precondition: all vertices with edges have labels.
 Buffer<Label> merge_small_regions(const VertexEdges& edges, std::span<const Label> labels,
                                   const LeastSize& size);
 

@@ -19,8 +19,10 @@ namespace superfacets {
 // the level below.
 class BoxTree {
  public:
-  static constexpr std::size_t kLeaf = 32;   // positions of a leaf fill twelve cache lines
-  static constexpr std::size_t kFanOut = 8;  // a cube on a Morton curve has eight octants
+  // places per leaf; their positions fill twelve cache lines
+  static constexpr std::size_t kLeaf = 32;
+  // children per node, because a cube on a Morton curve has eight octants
+  static constexpr std::size_t kFanOut = 8;
 
   BoxTree() = default;  // an empty tree
   // Builds a tree over points, given in their order on the curve.
@@ -52,19 +54,19 @@ class BoxTree {
   // Number of levels. The first level holds the leaves, the last only the root.
   std::size_t n_levels() const { return levels_.size(); }
   std::span<const Box> level(std::size_t level) const { return levels_[level]; }
-  // The children of a node above the leaves: first, and one past the last.
+  // The range of children of a node above the leaves: the first, and one past the last.
   std::pair<std::size_t, std::size_t> children(std::size_t level, std::size_t index) const {
     SUPERFACETS_ASSERT(level > 0 && level < n_levels() && index < levels_[level].size());
     return {index * kFanOut, std::min((index + 1) * kFanOut, levels_[level - 1].size())};
   }
-  // The places of a leaf: first, and one past the last.
+  // The range of places of a leaf: the first, and one past the last.
   std::pair<std::size_t, std::size_t> places(std::size_t leaf) const {
     SUPERFACETS_ASSERT(leaf * leaf_size_ < n_cells_);
     return {leaf * leaf_size_, std::min((leaf + 1) * leaf_size_, n_cells_)};
   }
 
-  // A value for each node, by level: combine(node, value) adds the value of each place to that of
-  // its leaf, and of each child to that of its parent. Nodes begin with `empty`.
+  // Computes a value for each node, by level. All nodes start with `empty`. combine(node, value)
+  // merges the value of a place into its leaf, and the value of a child into its parent.
   template <typename Value, typename Combine>
   std::vector<std::vector<Value>> summarize(std::span<const Value> of_places, const Value& empty,
                                             const Combine& combine) const {
@@ -88,9 +90,9 @@ class BoxTree {
     if (!empty()) visit_below(n_levels() - 1, 0, is_wanted, visit);
   }
 
-  // The same for each leaf that is not farther than `limit`, which visit may lower: of the children
-  // of a node, the nearest first. distance(level, index) is a lower bound of the distance to
-  // anything in a node, or NaN to leave it out.
+  // Calls visit(begin, end) for each leaf not farther than `limit`, visiting the children of a node
+  // from nearest to farthest. visit may lower the limit. distance(level, index) is a lower bound of
+  // the distance to everything in a node, or NaN to skip the node.
   template <typename Distance, typename Visit>
   void visit_nearest(const Distance& distance, const double& limit, const Visit& visit) const {
     if (empty() || !(distance(n_levels() - 1, 0) <= limit)) return;

@@ -22,7 +22,7 @@ struct Entry {
   Cell cell;
 };
 
-// Spreads the lower ten bits of a number: two zeros follow each.
+// Spreads the lower ten bits of a number, inserting two zeros between neighboring bits.
 std::uint32_t spread(std::uint32_t bits) {
   bits = (bits | bits << 16) & 0x030000ffU;
   bits = (bits | bits << 8) & 0x0300f00fU;
@@ -79,7 +79,7 @@ void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sort
 }
 
 // Cells are sorted by the highest digit of their codes first, then by the other digits within the
-// second-level cache. Codes in a buffer are freed before the order is allocated.
+// second-level cache. If the codes are in a buffer, it is freed before the order is allocated.
 template <typename Codes>
 Buffer<Cell> order_of(Codes codes, ThreadTeam& team) {
   const auto n = std::ssize(codes);
@@ -102,7 +102,7 @@ Buffer<Cell> order_of(Codes codes, ThreadTeam& team) {
 }
 
 // Orders cells by recursively halving the box around them, until a part has at most n_together
-// cells. Halves have equal numbers of cells, so that this ends for coincident cells, too.
+// cells. Halves have equal numbers of cells, so the recursion also ends if cells coincide.
 void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
                      std::size_t n_together) {
   // Sorted by index, because the order after nth_element depends on the standard library.

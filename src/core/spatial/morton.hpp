@@ -19,8 +19,8 @@ Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, T
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 
-// The order of refined_morton_order for cells that are already sorted by code, then by index. They
-// may be a subset of all cells, if it contains all cells of each code in it.
+// refined_morton_order for cells that are already sorted by code, then by index. The cells may be a
+// subset of all, but must include all cells of each code that occurs.
 Buffer<Cell> order_within_steps(std::span<const Point> positions,
                                 std::span<const std::uint32_t> codes, std::size_t n_together,
                                 ThreadTeam& team);
@@ -32,11 +32,11 @@ Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& 
 // Number of bits of a code.
 inline constexpr int kCodeBits = 30;
 
-// Cells sorted by codes of kCodeBits bits, then by index. Time and memory as for morton_order,
-// without the codes.
+// Cells sorted by codes of kCodeBits bits, then by index. Takes the time of morton_order, and its
+// memory without the codes.
 Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team);
 
-// The box around all positions.
+// Bounding box of all positions.
 Box bounds_of(std::span<const Point> positions, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -12,17 +12,18 @@
 namespace superfacets {
 namespace {
 
-// Triangles per leaf. Queries take 20 % longer with 4, and 10 % longer with 1.
+// Triangles per leaf. With 4, queries take 20 % longer; with 1, 10 % longer.
 constexpr std::size_t kShapesPerLeaf = 2;
 
-// Queries per task. Each query but the first starts with the result of the previous one, which is
-// near.
+// Queries per task. Each query of a task, except the first, starts with the result of the previous
+// query, which is usually near.
 constexpr std::int64_t kQueriesPerTask = 1 << 11;
 
-constexpr std::size_t kQueriesTogether = 64;  // queries of one code left in input order
+// up to so many queries with one Morton code stay in input order
+constexpr std::size_t kQueriesTogether = 64;
 
-// The best result so far. Initially, `squared` is the squared limit and the cell is above all
-// cells, so that a cell at exactly the limit is accepted.
+// The best result so far. Initially, `squared` is the squared limit, and `cell` is higher than
+// every cell, so a cell at exactly the limit is accepted.
 struct Answer {
   double squared;
   Cell cell = std::numeric_limits<Cell>::max();
@@ -52,7 +53,7 @@ class ShapeSearch {
   }
 
   // The nearest shape within a squared distance. `hint` is the result of another query. It makes
-  // this one fast if the two queries are near each other, and does not affect the result.
+  // the search fast if both queries are near each other, and does not affect the result.
   Answer nearest_to(const Point& p, double max_squared, const Answer& hint) const {
     Answer best{max_squared};
     if (hint.is_found()) offer(p, hint.place, best);
@@ -78,8 +79,8 @@ class ShapeSearch {
     best = {squared, cell, place};
   }
 
-  Buffer<Cell> cells_;    // by place
-  Buffer<Shape> shapes_;  // by place
+  Buffer<Cell> cells_;    // cell at each place
+  Buffer<Shape> shapes_;  // shape at each place
   BoxTree tree_;
 };
 

@@ -20,7 +20,7 @@ double squared_gap(const Box& a, const Box& b) {
                        gap(a.low.z, a.high.z, b.low.z, b.high.z)});
 }
 
-// Inserts a neighbor into a sorted list of limited length that keeps the nearest.
+// Inserts a neighbor into a sorted list of limited length, which keeps only the nearest.
 void insert(const Neighbor& neighbor, std::span<Neighbor> list, std::size_t& size) {
   if (size == list.size() && !(neighbor < list[size - 1])) return;
   if (size < list.size()) ++size;
@@ -58,7 +58,7 @@ void NeighborSearch::search_leaf(std::size_t leaf, std::size_t n_nearest, Scratc
   const auto list_of = [&](std::size_t place) {
     return std::span(scratch.lists).subspan((place - first) * n_nearest, n_nearest);
   };
-  // The leaf itself gives an upper bound of the distances.
+  // The points of the leaf itself give a first upper bound of the distances.
   double farthest = 0.0;
   for (auto place = first; place < last; ++place) {
     std::size_t& size = scratch.sizes[place - first];
@@ -66,7 +66,7 @@ void NeighborSearch::search_leaf(std::size_t leaf, std::size_t n_nearest, Scratc
     farthest = std::max(farthest, squared_reach(list_of(place), size));
   }
   find_nearby(leaf, farthest, scratch.nearby);
-  // The nearest leaves lower that bound, so that most of the other leaves are skipped.
+  // The nearest leaves lower the bound, so most of the other leaves are skipped.
   const auto n_first = std::min(kFirstLeaves, scratch.nearby.size());
   scan_leaves(leaf, std::span(scratch.nearby).first(n_first), n_nearest, scratch);
   farthest = 0.0;
@@ -97,7 +97,8 @@ void NeighborSearch::scan_leaves(std::size_t leaf, std::span<const Nearby> leave
 }
 
 // Lists the other leaves within the square root of `farthest` of a leaf, sorted by the distance of
-// centers: the nearest leaves lower the bound, and most of the others are then out of reach.
+// centers: scanning the nearest leaves first lowers the bound, and then excludes most of the
+// others.
 void NeighborSearch::find_nearby(std::size_t leaf, double farthest,
                                  std::vector<Nearby>& nearby) const {
   const Box& box = tree_.level(0)[leaf];

@@ -23,12 +23,13 @@ inline bool operator<(const Neighbor& a, const Neighbor& b) {
   return a.squared < b.squared || (a.squared == b.squared && a.point < b.point);
 }
 
-// Points along a space-filling curve, with a tree of boxes over them. Many points on the same step
-// of the curve, as in a cloud with a far outlier, are ordered by halving their box.
+// Points along a space-filling curve, with a tree of boxes over them. If many points have the same
+// Morton code, as in a cloud with a far outlier, they are ordered by recursive halving of their
+// box.
 class NeighborSearch {
  public:
-  // Builds a search of some points of a cloud: `points` are their indices, ascending. Their
-  // positions differ.
+  // Builds a search of a subset of a cloud. `points` holds the indices of the subset, ascending. No
+  // two of these points share a position.
   NeighborSearch(std::span<const Point> positions, std::span<const Cell> points, ThreadTeam& team);
 
   Place n_points() const { return static_cast<Place>(points_.size()); }
@@ -37,7 +38,7 @@ class NeighborSearch {
   std::span<const Cell> points() const { return points_.span(); }         // by place
   std::span<const Point> positions() const { return positions_.span(); }  // by place
 
-  // Move arrays out of the search, which cannot be used afterwards.
+  // Move the arrays out of the search, which must not be used afterwards.
   Buffer<Cell> release_points() { return std::move(points_); }
   Buffer<Point> release_positions() { return std::move(positions_); }
 
@@ -101,8 +102,8 @@ class NeighborSearch {
                    Scratch& scratch) const;
   void scan_leaf(std::size_t leaf, Place from, std::span<Neighbor> list, std::size_t& size) const;
 
-  Buffer<Cell> points_;      // by place
-  Buffer<Point> positions_;  // by place
+  Buffer<Cell> points_;      // point at each place
+  Buffer<Point> positions_;  // position at each place
   BoxTree tree_;
 };
 

@@ -6,13 +6,13 @@
 namespace superfacets {
 namespace {
 
-// Points with variances a <= b <= c along the principal axes have a normal if (b - a) (c - a) is
-// greater than about this fraction of (a + b + c)^2: points in a strip a thousand times as long as
-// wide still have one.
+// Points with variances a <= b <= c along their principal axes have a normal if (b - a) (c - a)
+// exceeds about this fraction of (a + b + c)^2. With this limit, points in a strip a thousand times
+// as long as wide still have a normal.
 constexpr double kLeastDifference = 1e-7;
 
-// Newton's method converges to the smallest root from below; the last steps double the number of
-// correct digits.
+// Maximum number of Newton steps. The method converges to the smallest root from below, and its
+// last steps double the number of correct digits.
 constexpr int kMaxSteps = 60;
 
 // A symmetric 3 x 3 matrix.
@@ -56,11 +56,12 @@ double smallest_eigenvalue(const Symmetric& c) {
   return x;
 }
 
-// The unit eigenvector of the smallest eigenvalue of a matrix with trace 1; zero if there are two.
+// The unit eigenvector of the smallest eigenvalue of a matrix with trace 1; zero if there are two
+// such eigenvectors.
 Point least_direction(const Symmetric& c) {
   const double least = smallest_eigenvalue(c);
-  // The eigenvector is orthogonal to the rows of the matrix minus the eigenvalue: it is along their
-  // cross products.
+  // The eigenvector is orthogonal to the rows of (matrix - eigenvalue * identity), so it is
+  // parallel to their cross products.
   const Point rows[] = {
       {c.xx - least, c.xy, c.xz}, {c.xy, c.yy - least, c.yz}, {c.xz, c.yz, c.zz - least}};
   const Point crossed[] = {cross(rows[0], rows[1]), cross(rows[1], rows[2]),
@@ -82,8 +83,8 @@ Point direction_of_least_spread(const Spread& spread) {
 
 Point common_axis(const AxisSpread& spread) {
   if (!(spread.n > 0.0)) return {0.0, 0.0, 0.0};
-  // The sum of products has trace n: 1 minus their mean, divided by 2, has trace 1, and its
-  // smallest eigenvalue has the eigenvector of the largest one of the sum.
+  // Let S be the sum of products, with trace n. The matrix (1 - S / n) / 2 has trace 1, and the
+  // eigenvector of its smallest eigenvalue is the eigenvector of the largest eigenvalue of S.
   const double scale = 0.5 / spread.n;
   return least_direction({0.5 - scale * spread.xx, -scale * spread.xy, -scale * spread.xz,
                           0.5 - scale * spread.yy, -scale * spread.yz, 0.5 - scale * spread.zz});

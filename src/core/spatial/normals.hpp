@@ -29,7 +29,7 @@ struct Spread {
   }
 };
 
-// Sum of the products of axes, which are of length 1 or 0 and of either sign.
+// Sum of a a^T over axes a. An axis has length 1 or 0, and either sign.
 struct AxisSpread {
   double n = 0.0;
   double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
@@ -54,12 +54,12 @@ Point common_axis(const AxisSpread& spread);
 Point direction_of_least_spread(const Spread& spread);
 
 // The normal around a point: the common axis of the points that have axes, or else the direction of
-// least spread. `axes` are empty, or have one for each point.
+// least spread. `axes` is empty, or holds one axis per point.
 class NormalFit {
  public:
   NormalFit(std::span<const Point> axes, const Point& origin) : axes_(axes), spread_(origin) {}
 
-  // Takes a position, and the number of its axis.
+  // Adds the position of a point, and its axis.
   void include(const Point& position, std::size_t point) {
     spread_.include(position);
     if (!axes_.empty()) around_.include(axes_[point]);

@@ -1,5 +1,5 @@
-// Stage 1 for parts of a cloud: results for the points of a part are computed from these points and
-// others around them.
+// Stage 1 for parts of a cloud: computes results for the points of a part from these points and
+// their surroundings.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -28,8 +28,8 @@ Buffer<Point> directions_around(std::span<const Point> positions, std::span<cons
                                 std::span<const Cell> centers, std::span<const Cell> rows,
                                 ThreadTeam& team);
 
-// Targets of each of n cells, ascending, without duplicates, from pairs (sources[i], targets[i]) in
-// any order.
+// Converts pairs (sources[i], targets[i]), in any order, to the list of targets of each of n cells,
+// ascending and without duplicates.
 Lists<Place> sorted_lists(Cell n_cells, std::span<const Cell> sources,
                           std::span<const Place> targets);
 

@@ -32,15 +32,17 @@ struct Ray {
         from_low(start + Point{by, by, by}),
         from_high(start - Point{by, by, by}) {}
 
-  // 1 / x; a large number replaces infinity, whose product with 0 is NaN.
+  // 1 / x, or a large number for x = 0: the product of infinity and 0 would be NaN.
   static double invert(double x) { return 1.0 / (x == 0.0 ? 1e-100 : x); }
 
   Point from;
   Point along;
   Point inverse;
-  double slack;     // by which boxes are enlarged, for rounding
-  Point from_low;   // the start as seen from an enlarged lower bound
-  Point from_high;  // and from an enlarged upper bound
+  double slack;  // margin of boxes against rounding errors
+  // start + slack: subtracted from the low corner of a box, it also enlarges the box
+  Point from_low;
+  // start - slack: subtracted from the high corner of a box, it also enlarges the box
+  Point from_high;
 };
 
 // A lower bound of the distance at which a ray enters a box; NaN if it does not enter within
@@ -68,15 +70,16 @@ struct Hit {
 // A triangle prepared for intersection with rays.
 struct Target {
   Point corner;
-  Point first;  // edges from the corner to the other corners
+  Point first;  // `first` and `second`: edges from the corner to the other two corners
   Point second;
 
-  // Replaces `best` if the ray hits the triangle nearer, but beyond `least`. Points on an edge
-  // belong to both triangles of the edge, so that no ray slips through between them.
+  // Replaces `best` if the ray hits the triangle at a shorter distance that is greater than
+  // `least`. Points on an edge belong to both of its triangles, so no ray slips through between
+  // them.
   void offer(const Ray& ray, double least, bool inside_out, Hit& best) const {
     constexpr double kEdge = 1e-12;
     const Point p = cross(ray.along, second);
-    const double determinant = dot(first, p);  // minus the product of normal and ray
+    const double determinant = dot(first, p);  // the negative dot product of normal and ray
     if (determinant == 0.0) return;
     const double sign = determinant < 0.0 ? -1.0 : 1.0;
     const double size = sign * determinant;  // scale of u, v and the distance
@@ -97,12 +100,12 @@ double surface_of(const Point& extent) {
 }
 
 // A bounding box aligned with the longest edge and the normal of a triangle. It culls long thin
-// triangles that are not parallel to an axis. Their axis-aligned boxes overlap: a ray would meet
-// most of the n boxes of a fan of n triangles.
+// triangles that are not parallel to an axis. Axis-aligned boxes of such triangles overlap: in a
+// fan of n triangles, a ray would hit most of the n boxes.
 class SlantedBox {
  public:
-  // Bounds triangles, aligned with the largest of them. If all have zero area, there are no axes,
-  // and every ray counts as hitting the box.
+  // Bounds triangles in a box aligned with the largest triangle. If all triangles have zero area,
+  // there are no axes, and every ray counts as a hit.
   explicit SlantedBox(std::span<const Target> targets) {
     double most = 0.0;
     for (const Target& target : targets) {
@@ -128,7 +131,7 @@ class SlantedBox {
   Point extent() const { return box_.high - box_.low; }
   bool has_axes() const { return squared_norm(axes_[0]) > 0.0; }
 
-  // As for boxes that are parallel to the axes.
+  // Like `entry` of an axis-aligned box.
   double entry(const Ray& ray, double limit) const {
     const Ray turned(along_axes(ray.from - origin_), along_axes(ray.along), ray.slack);
     return superfacets::entry(box_, turned, limit);
@@ -141,7 +144,7 @@ class SlantedBox {
 
   Point origin_;
   std::array<Point, 3> axes_{};
-  Box box_;  // relative to the origin, along the axes
+  Box box_;  // in coordinates along the axes, relative to the origin
 };
 
 // The triangles of a mesh, and a tree of boxes over them.
@@ -191,10 +194,11 @@ class RayTree {
   }
 
  private:
-  // Adds slanted boxes to the nodes whose box has many times the area of their triangles, where
-  // that makes the box much smaller.
+  // Adds a slanted box to each node whose axis-aligned box has many times the area of its
+  // triangles, if the slanted box is much smaller.
   void add_slanted(ThreadTeam& team) {
-    constexpr double kThin = 32.0;  // a square at 45 degrees to two axes has about 4
+    // least ratio of areas; a square at 45 degrees to two axes has a ratio of about 4
+    constexpr double kThin = 32.0;
     constexpr double kMuchSmaller = 0.25;
     std::vector<double> of_targets(targets_.size());
     for (std::size_t place = 0; place < targets_.size(); ++place) {
@@ -223,13 +227,13 @@ class RayTree {
     return targets_.span().subspan(first, std::min(size, targets_.size() - first));
   }
 
-  Buffer<Target> targets_;  // by place on the curve
+  Buffer<Target> targets_;  // triangles in the order of places on the curve
   BoxTree tree_;
   std::vector<std::vector<std::unique_ptr<SlantedBox>>> slanted_;  // by level; null for most nodes
 };
 
 struct Spoke {
-  Point direction;  // in a frame whose z axis is the axis of the cone
+  Point direction;  // in coordinates whose z axis is the axis of the cone
   double weight;
 };
 
@@ -283,8 +287,7 @@ double deviation_of(std::span<const Length> lengths) {
   return std::sqrt(squares / static_cast<double>(lengths.size()));
 }
 
-// The weighted mean of the lengths, without those farther from the median than the standard
-// deviation. Sorts the lengths.
+// The weighted mean of the lengths within one standard deviation of the median. Sorts the lengths.
 double typical_length(std::vector<Length>& lengths) {
   std::ranges::sort(lengths, [](const Length& a, const Length& b) { return a.length < b.length; });
   const double median = median_of(lengths);
@@ -296,7 +299,7 @@ double typical_length(std::vector<Length>& lengths) {
     sum += ray.weight * ray.length;
     weights += ray.weight;
   }
-  // If there are two groups of lengths, no length may be near the median.
+  // If lengths form two groups, no length may be near the median.
   return weights > 0.0 ? sum / weights : median;
 }
 

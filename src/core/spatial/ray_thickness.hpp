@@ -8,9 +8,10 @@
 namespace superfacets {
 
 struct RayOptions {
-  int n_rays = 30;              // rays from each point, evenly in a cone of half-angle 60 degrees
-  double least_distance = 0.0;  // nearer hits are ignored: they are on the surface at the start
-  bool inside_out = false;      // whether the normals of triangles point inwards
+  int n_rays = 30;  // rays from each point, evenly in a cone of half-angle 60 degrees
+  // nearer hits are ignored, because they are on the surface around the start
+  double least_distance = 0.0;
+  bool inside_out = false;  // whether the normals of triangles point inwards
 };
 
 // The thickness at each start: a mean of the lengths of rays about an inward axis (a unit vector)

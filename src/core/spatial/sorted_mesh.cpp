@@ -13,7 +13,7 @@
 namespace superfacets {
 namespace {
 
-// Up to this many vertices with the same code are sorted by index only.
+// Maximum number of vertices with the same code that are sorted by index only.
 constexpr std::size_t kTogether = 32;
 
 // Prefetch distance, in vertices and cells, for random reads of the input.
@@ -77,7 +77,7 @@ Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, T
   return order_of_codes(codes.span(), team);
 }
 
-// Offsets of the corners of cells in this order; empty if the input has no offsets.
+// Offsets of the corners of the sorted cells; empty if the input has no offsets.
 Buffer<std::int64_t> sorted_offsets(const CornerLists& cells, std::span<const Cell> order) {
   if (cells.offsets.empty()) return {};
   Buffer<std::int64_t> offsets(cells.offsets.size());

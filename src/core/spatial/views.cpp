@@ -9,16 +9,17 @@
 namespace superfacets {
 namespace {
 
-// The part of a triangle nearer than this fraction of its largest depth is cut off when the pixels
-// are found that it may cover: it is at the camera, and projects to infinity.
+// Relative depth of the near plane. The search for the pixels that a triangle may cover cuts off
+// its part nearer than this fraction of its largest depth, because points at the camera project to
+// infinity.
 constexpr double kNearest = 1e-6;
 
-// Widens the box of these pixels against rounding errors of the projection.
+// Margin of the box of these pixels, against rounding errors of the projection.
 constexpr double kMargin = 1e-6;
 
-// Positions are homogeneous pixel coordinates (u d, v d, d). Depth and lines stay what they are
-// under this map, so that no triangle has to be clipped: the ray (u, v, 1) of a pixel meets the
-// triangle a, b, c if it is on the same side of the planes through the camera and each side.
+// Positions are homogeneous pixel coordinates (u d, v d, d). This map preserves depth and straight
+// lines, so no triangle has to be clipped: the ray (u, v, 1) of a pixel meets a triangle if it is
+// on the same side of the three planes through the camera and a side of the triangle.
 Point projected(const View& view, const Point& p) {
   const double* m = view.projection;
   return {(m[0] * p.x + m[1] * p.y) + (m[2] * p.z + m[3]),
@@ -26,7 +27,7 @@ Point projected(const View& view, const Point& p) {
           (m[8] * p.x + m[9] * p.y) + (m[10] * p.z + m[11])};
 }
 
-// A triangle in homogeneous pixel coordinates, seen by rays.
+// A triangle in homogeneous pixel coordinates, prepared for intersection with rays.
 class Target {
  public:
   Target(const Point& a, const Point& b, const Point& c) {
@@ -49,7 +50,7 @@ class Target {
     const double of_b = height(sides_[1], u, v);
     const double of_c = height(sides_[2], u, v);
     if (of_a < 0.0 || of_b < 0.0 || of_c < 0.0) return kMissed;
-    return volume_ / ((of_a + of_b) + of_c);  // infinite for a ray along the plane
+    return volume_ / ((of_a + of_b) + of_c);  // infinite for a ray parallel to the plane
   }
 
   static constexpr double kMissed = std::numeric_limits<double>::infinity();
@@ -72,7 +73,7 @@ struct PixelRange {
     low = std::min(low, position);
     high = std::max(high, position);
   }
-  // Numbers are limited before they are converted: they may be infinite.
+  // Clamps before converting to an integer, because the number may be infinite.
   std::int32_t first() const {
     return static_cast<std::int32_t>(std::clamp(std::ceil(low - 0.5 - kMargin), 0.0, kMost));
   }
@@ -132,7 +133,7 @@ class Picture {
     for (std::size_t face = 0; face < triangles_.size(); ++face) draw(static_cast<Face>(face));
   }
 
-  // Replaces depths by areas.
+  // Converts the depth of each pixel to the area of surface in the pixel.
   void measure() {
     for (std::size_t pixel = 0; pixel < faces_.size(); ++pixel) {
       areas_[pixel] = faces_[pixel] == kNoFace ? 0.0 : area_of(faces_[pixel], depths_[pixel]);
@@ -164,8 +165,8 @@ class Picture {
              positions[triangle.corners[2]]}};
   }
 
-  // Whether all corners are beyond the same side of the picture, or behind the camera. Divisions,
-  // which take most of the time for other triangles, are not needed for that.
+  // Whether all corners are beyond one side of the picture, or behind the camera. Needs no
+  // divisions, which take most of the time for other triangles.
   bool is_outside(const Point (&corners)[3]) const {
     const auto are_all = [&](const auto& is_beyond) {
       return is_beyond(corners[0]) && is_beyond(corners[1]) && is_beyond(corners[2]);
@@ -198,7 +199,7 @@ class Picture {
     }
   }
 
-  // Surface area in a pixel. Areas on a plane seen by a camera grow with the cube of depth.
+  // Surface area in a pixel. The area of a plane within a pixel grows with the cube of depth.
   double area_of(Face face, double depth) const {
     const auto [world] = corners_of(face, vertices_);
     const auto [seen] = corners_of(face, projected_.span());
@@ -212,14 +213,15 @@ class Picture {
   bool is_centroid_seen(Face face) const {
     const auto [corners] = corners_of(face, projected_.span());
     const Point sum = (corners[0] + corners[1]) + corners[2];
-    if (sum.z <= 0.0 || sum.x < 0.0 || sum.y < 0.0) return false;  // saves most divisions
+    // early exit that saves most divisions
+    if (sum.z <= 0.0 || sum.x < 0.0 || sum.y < 0.0) return false;
     const double u = sum.x / sum.z, v = sum.y / sum.z;
-    const bool is_inside = u < view_.width && v < view_.height;  // not if one is NaN
+    const bool is_inside = u < view_.width && v < view_.height;  // false for NaN
     if (!is_inside) return false;
     const std::int64_t pixel =
         static_cast<std::int64_t>(v) * view_.width + static_cast<std::int64_t>(u);
     if (!(areas_[pixel] > 0.0)) return false;
-    // Length of the pixel on the surface: its area, by the width of a pixel at that depth.
+    // Length of the pixel on the surface: its area divided by the width of a pixel at that depth.
     const double length = areas_[pixel] * std::sqrt(view_.focal_product) / depths_[pixel];
     return sum.z / 3.0 <= depths_[pixel] + length;
   }
@@ -230,7 +232,7 @@ class Picture {
   std::span<Face> faces_;
   std::span<double> areas_;
   Buffer<Point> projected_;  // vertices in homogeneous pixel coordinates
-  Buffer<double> depths_;    // of the nearest triangle in each pixel; infinite if there is none
+  Buffer<double> depths_;  // depth of the nearest triangle in each pixel; infinite if there is none
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace superfacets {
 // A pinhole camera. Pixel (i, j) is column i of row j; its center is at u = i + 0.5, v = j + 0.5.
 struct View {
   double projection[12];  // (3, 4): maps (x, y, z, 1) to (u d, v d, d) for depth d
-  double focal_product;   // of both focal lengths, in pixels
+  double focal_product;   // product of the two focal lengths, in pixels
   std::int32_t width;
   std::int32_t height;
 
@@ -30,13 +30,14 @@ struct SeenSurface {
   Buffer<std::uint8_t> is_seen;
 };
 
-// Largest ratio of an area to the area seen that still votes. Surfaces within 6 degrees of the line
-// of sight exceed it: an error of one pixel in a mask is an error of ten pixel widths there.
+// Largest ratio of surface area to area at a right angle at which a pixel still votes. Surfaces
+// within 6 degrees of the line of sight exceed it. There, an error of one pixel in a mask is an
+// error of ten pixel widths on the surface.
 inline constexpr double kMostStretched = 10.0;
 
-// Both sides of a triangle are seen. Of triangles at the same depth the lowest is seen. Triangles
-// that reach behind the camera are cut there. Time per view: some 20 ns per triangle, and 5 ns per
-// pixel of each triangle in view. Results do not depend on the number of threads.
+// Triangles are visible from both sides. Ties of depth go to the lowest triangle. Triangles that
+// reach behind the camera are clipped. Time per view: some 20 ns per triangle, and 5 ns per pixel
+// of each triangle in view. Results do not depend on the number of threads.
 SeenSurface see_surface(std::span<const Point> vertices, std::span<const Triangle> triangles,
                         std::span<const View> views, ThreadTeam& team);
 

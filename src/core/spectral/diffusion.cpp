@@ -45,12 +45,13 @@ struct DiffusionMatrix {
   }
 };
 
-// About the length of the border between two cells.
+// Estimated length of the border between two cells.
 double width_of(const OrderedGraph& graph, Place from, const Arc& arc) {
   return std::sqrt(graph.measures[from] + graph.measures[arc.to]);
 }
 
-constexpr float kDamping = 0.75F;  // with 1, two neighbors alone would swap their values
+// with 1, two cells with no other neighbors would swap their values forever
+constexpr float kDamping = 0.75F;
 
 // Computes one row of a sweep. A width known at compile time makes it several times faster; with
 // kWidth = 0, any_width is the width.
@@ -79,7 +80,7 @@ Buffer<double> step_conductances(const Surface& surface, std::span<const double>
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
       const double width = std::sqrt(areas[cell] + areas[neighbor]);
-      // Steps between cells at one place count as long as a fraction of their width.
+      // Lower bound of the step, for two cells at one position: a fraction of the border width.
       const double step = std::max(surface.step_length(cell, arc), 1e-6 * width);
       conductances[arc] = (width > 0.0 ? width / step : 0.0) + kLeastConductance;
     }
@@ -113,7 +114,8 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
     const Place place = graph.place_of[cell];
     const auto arcs = graph.arcs_of(place);
     const auto n =
-        std::ranges::count_if(arcs, [&](const Arc& arc) { return arc.to != place; });  // or padding
+        // without padding
+        std::ranges::count_if(arcs, [&](const Arc& arc) { return arc.to != place; });
     found.offsets[cell + 1] = found.offsets[cell] + n;
   }
   found.neighbors = Buffer<Cell>(found.offsets[graph.n_cells()]);
@@ -215,7 +217,7 @@ std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductanc
   const DiffusionMatrix matrix{arcs, conductances, masses, time, team};
   std::vector<double> x(n, 0.0);
   std::vector<double> residual(n);
-  std::vector<double> inverse(n);  // inverse of the diagonal; 0 where the diagonal is 0
+  std::vector<double> inverse(n);  // (N,) inverse of the diagonal; 0 where the diagonal is 0
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     const double diagonal = matrix.diagonal(cell);
     inverse[cell] = diagonal > 0.0 ? 1.0 / diagonal : 0.0;

@@ -1,5 +1,5 @@
-// Diffusion along arcs with conductances: conductances of fine and coarse arcs, relaxation of rows
-// of numbers, and smoothing.
+// Diffusion on a graph whose arcs have conductances: computes conductances of fine and coarse arcs,
+// relaxes rows of numbers, and smooths values.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -9,12 +9,13 @@
 
 namespace superfacets {
 
-// Smallest conductance of an arc, so that no part of the surface is cut off.
+// Minimum conductance of an arc. It is positive, so that no part of the surface is cut off.
 inline constexpr double kLeastConductance = 1e-6;
 
-// The conductances of all arcs, whatever the angle between their cells, (M,): sqrt(A_i + A_j) / g +
-// kLeastConductance, with areas A by cell and the length g of the step, eq. 1 of the paper. The
-// square root approximates the length of the edge. An arc and its reverse arc have the same bits.
+// Conductance of each arc, (M,): sqrt(A_i + A_j) / g + kLeastConductance, where A is the area of a
+// cell and g is the length of the step (eq. 1 of the paper). The square root approximates the
+// length of the edge. The angle between cells has no influence. An arc and its reverse arc have the
+// same bits.
 Buffer<double> step_conductances(const Surface& surface, std::span<const double> areas,
                                  ThreadTeam& team);
 
@@ -25,37 +26,37 @@ struct ConductingArcs {
   Buffer<double> steps;          // (M,) see straight_step
   Buffer<double> conductances;   // (M,) sqrt(A_i + A_j) / step exp(-steepness kappa), at least
                                  // kLeastConductance
-  double hindered_share = 0.0;   // of the sum of sqrt(A_i + A_j): what creases leave of it
+  double hindered_share = 0.0;   // creases reduce the sum of sqrt(A_i + A_j) to this fraction
 };
 
-// kappa is the price of an arc in multiples of crease_unit, the price of a concave turn by pi; it
-// is 0 if crease_unit is 0.
+// Computes conducting arcs. kappa is the price of an arc divided by crease_unit, the price of a
+// concave turn by pi; kappa is 0 if crease_unit is 0.
 ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, double steepness,
                                ThreadTeam& team);
 
-// The distance between the positions of the two cells of an arc. Cells on both sides of a rim may
-// share a position: the distance is at least a fraction of their width, and never 0.
+// The distance between the positions of the two cells of an arc. Cells on opposite sides of a rim
+// may share a position, so the result is at least a fraction of their width, and never 0.
 double straight_step(const OrderedGraph& graph, Place from, const Arc& arc);
 
 // The straight_step of each arc of a graph whose places are its cells.
 Buffer<double> straight_steps(const OrderedGraph& graph, ThreadTeam& team);
 
-// Sums conductance times step length, for each arc between two coarse cells, over all fine arcs
-// from the one to the other. `coarse_of` holds the coarse cell of each cell; the targets of coarse
+// For each arc between two coarse cells, sums conductance times step length over all fine arcs from
+// the first to the second. `coarse_of` holds the coarse cell of each cell; the targets of coarse
 // arcs are ascending.
 Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductances,
                            std::span<const double> steps, std::span<const Cell> coarse_of,
                            const Arcs& coarse);
 
-// Repeatedly replaces each row of `width` numbers by a mean: 1/4 of the row itself and 3/4 of the
-// rows of its neighbors, weighted by conductances. Rows of cells without arcs stay as they are.
+// Repeatedly replaces each row of `width` numbers by 1/4 of the row plus 3/4 of the mean of the
+// neighbors' rows, weighted by conductance. Rows of cells without arcs stay as they are.
 void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t width, int n_sweeps,
            ThreadTeam& team, std::span<float> rows);
 
 // Solves (M + T L) x = M v by conjugate gradients. M is diagonal with the masses, L is the
 // Laplacian of the conductances, and T is `time`. If masses are areas, this smooths v over a length
-// sqrt(T). Cells of mass 0 are interpolated from their neighbors; in components without mass the
-// result is 0.
+// sqrt(T). Cells of mass 0 are interpolated from their neighbors. In connected components without
+// mass, the result is 0.
 std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductances,
                             std::span<const double> masses, std::span<const double> values,
                             double time, ThreadTeam& team);

@@ -14,14 +14,15 @@
 namespace superfacets {
 namespace {
 
-// Extra vectors beyond the wanted ones. In each iteration, the error of the wanted vectors shrinks
-// by the ratio of the largest wanted eigenvalue to the first eigenvalue without a vector.
+// Number of vectors iterated in addition to the wanted ones. They speed up convergence: each
+// iteration reduces the error of the wanted vectors by the ratio of the largest wanted eigenvalue
+// to the lowest eigenvalue that has no vector.
 constexpr std::size_t kMoreVectors = 10;
 constexpr int kMaxIterations = 40;
 constexpr double kTolerance = 1e-3;  // relative change of the eigenvalues
 
-// L is singular: kShift trace(L) / trace(A) times A is added to it, and the eigenvalues are
-// corrected.
+// Relative shift. L is singular, so kShift trace(L) / trace(A) times A is added to it. Eigenvalues
+// are corrected afterwards.
 constexpr double kShift = 1e-9;
 
 // A small dense matrix, row by row.

@@ -11,12 +11,12 @@
 namespace superfacets {
 namespace {
 
-// Unit normals cancel out if their area-weighted sum is shorter than this fraction of the area: the
-// rest of the sum is rounding, as on any closed surface.
+// Unit normals count as canceling if their area-weighted sum is shorter than this fraction of the
+// area. Such a sum is only rounding error, as on any closed surface.
 constexpr double kCanceled = 1e-9;
 
-// Jacobi's method has converged when the off-diagonal norm is this fraction of the trace. A sweep
-// about squares it, so 4 to 6 sweeps suffice.
+// Jacobi's method stops when the off-diagonal norm is at most this fraction of the trace. Each
+// sweep about squares the fraction, so 4 to 6 sweeps suffice.
 constexpr double kOffDiagonal = 1e-20;
 constexpr int kMaxSweeps = 16;
 
@@ -29,8 +29,8 @@ bool has_normal(const Point& normal) {
   return normal.x != 0.0 || normal.y != 0.0 || normal.z != 0.0;
 }
 
-// The integral of the square of a linear function over a triangle, by its values at the corners,
-// for a triangle of area 6.
+// The integral of the square of a linear function over a triangle of area 6, given the values at
+// the corners.
 double integral_of_square(double a, double b, double c) {
   return a * a + b * b + c * c + a * b + a * c + b * c;
 }
@@ -60,7 +60,7 @@ Point centroid_of(const Corners& corners) {
 }
 
 struct SymmetricMatrix {
-  double entries[3][3] = {};  // all nine, so that rotations need no cases
+  double entries[3][3] = {};  // stores both halves, so rotations need no case distinction
 
   void add_square(double weight, const Point& p) {
     const double xyz[] = {p.x, p.y, p.z};
@@ -240,8 +240,8 @@ void ProxyRegions::insert() {
   flood();
 }
 
-// Computes proxies and seeds from labels. A face without a normal is a poor seed: its error is
-// nearly 0 anywhere, also in the middle of other regions.
+// Computes proxies and seeds from labels. A face without a normal is a poor seed, because its error
+// is nearly 0 with respect to every proxy.
 std::vector<ProxyRegions::RegionErrors> ProxyRegions::fit() {
   proxies_ = fit_proxies(surface_, metric_, labels_, n_regions());
   std::vector<RegionErrors> regions(n_regions());
@@ -306,8 +306,8 @@ void ProxyRegions::take(Face face, Label label) {
   offer_neighbors(face);
 }
 
-// Queues the neighbors of a face for its region. A neighbor that is queued already, with at most
-// the same error, is left out: the earlier candidate is taken first.
+// Queues the neighbors of a face for its region. Skips a neighbor that is already queued with an
+// error that is not larger, because the earlier candidate would be taken first.
 void ProxyRegions::offer_neighbors(Face face) {
   const Label label = labels_[face];
   for (const Face neighbor : surface_.arcs().neighbors(face)) {

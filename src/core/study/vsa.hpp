@@ -55,8 +55,8 @@ double proxy_error(const ProxySurface& surface, ProxyMetric metric, Face face, c
 //
 // The center is the area-weighted barycenter; in a region without area, the mean of the centroids.
 // L2: the normal is the direction in which the region varies least; zero in a region without area.
-// L21: the normal is the direction of the area-weighted sum of the normals; zero where they cancel
-// out.
+// L21: the normal is the direction of the area-weighted sum of the normals; zero where the normals
+// cancel out.
 std::vector<Proxy> fit_proxies(const ProxySurface& surface, ProxyMetric metric,
                                std::span<const Label> labels, Label n_regions);
 
@@ -80,9 +80,9 @@ class ProxyRegions {
   std::int64_t relax();
 
   // Like `relax`, with one more region. Its seed comes from the region of largest total error among
-  // regions with two faces or more (the lowest label among equals). It is the face of largest error
-  // there (the highest index among equals), except the seed of that region. There must be fewer
-  // regions than faces.
+  // regions with two faces or more (the lowest label among equals). The new seed is the face of
+  // largest error in that region (the highest index among equals), but not the seed of the region.
+  // There must be fewer regions than faces.
   void insert();
 
   Label n_regions() const { return static_cast<Label>(seeds_.size()); }

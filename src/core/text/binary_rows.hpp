@@ -1,5 +1,5 @@
-// Rows of binary tables: copies of strided rows and of runs of bytes, and the places of rows whose
-// lists differ in length.
+// Rows of binary tables: copies strided rows and runs of bytes, and locates rows that contain lists
+// of different lengths.
 #pragma once
 
 #include <cstdint>
@@ -18,18 +18,19 @@ struct RowPlaces {
 };
 
 // Writes the rows one after the other to `copy`, which has room for n_rows * rows.size bytes.
-// Numbers in records are not aligned: numpy would copy them one by one.
+// Faster than numpy, which copies unaligned numbers one by one.
 void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std::uint8_t* copy);
 
-// Copies runs of bytes one after the other. Run i has sizes[i] >= 0 bytes, from bytes[starts[i]]
-// on.
+// Concatenates runs of bytes. Run i has sizes[i] >= 0 bytes, from bytes[starts[i]] on.
 Buffer<std::uint8_t> copy_runs(std::span<const std::uint8_t> bytes,
                                std::span<const std::int64_t> starts,
                                std::span<const std::int64_t> sizes, ThreadTeam& team);
 
-// Layout of a column in a row: a single value, or the length of a list and then its values.
+// Layout of a column in a row: a single value, or a list stored as its length followed by its
+// values.
 struct ColumnLayout {
-  int count_size;  // bytes of the length of a list: 1, 2, 4 or 8; 0 for a single value
+  // size in bytes of the stored length of a list: 1, 2, 4 or 8; 0 for a single value
+  int count_size;
   bool is_count_signed;
   int value_size;  // bytes of a value
 };
@@ -41,9 +42,9 @@ struct WalkedRows {
   std::int64_t n_whole = 0;  // number of complete rows; entries of later rows are not valid
 };
 
-// Finds the values of n_rows rows from byte `begin` on. Stops at a row that the end of the bytes
-// cuts off. A negative length counts as 0. Time O(R * columns), on one thread: the start of a row
-// is known only after reading the previous one.
+// Finds the values of n_rows rows from byte `begin` on. Stops at a row that is truncated by the end
+// of the bytes. A negative length counts as 0. Time O(R * columns), on one thread: the start of a
+// row is known only after reading the previous one.
 WalkedRows walk_rows(std::span<const std::uint8_t> bytes, std::int64_t begin, std::int64_t n_rows,
                      std::span<const ColumnLayout> columns, bool is_big_endian);
 

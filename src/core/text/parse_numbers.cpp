@@ -32,7 +32,7 @@ bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-// Skips a plus before a digit or a point, which from_chars does not accept.
+// Skips a plus sign before a digit or a decimal point, because from_chars rejects the sign.
 const char* skip_plus(const char* begin, const char* end) {
   const bool is_plus = end - begin >= 2 && *begin == '+' && (is_digit(begin[1]) || begin[1] == '.');
   return is_plus ? begin + 1 : begin;
@@ -47,7 +47,7 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #else
 
-// Calls strtod in the "C" locale, whatever locale the process has.
+// Calls strtod in the "C" locale, independent of the locale of the process.
 double to_double(const char* token, char** stop) {
 #if defined(_MSC_VER)
   static const _locale_t plain = _create_locale(LC_ALL, "C");
@@ -97,7 +97,7 @@ const char* parse_indices(const char* begin, const char* end, std::array<Integer
   const char* place = parse_integer(begin, end, values[0]);
   for (std::size_t i = 1; place != nullptr && place < end && *place == '/'; ++i) {
     ++place;
-    Integer index = 0;  // of a texture coordinate or a normal
+    Integer index = 0;  // index of a texture coordinate or a normal
     const bool is_absent = place == end || *place == '/' || is_blank(*place);
     if (!is_absent) place = parse_integer(place, end, index);
     if (i < kSize) values[i] = index;

@@ -23,22 +23,22 @@ struct LineSpans {
 template <typename Value>
 struct ParsedLines {
   Buffer<Value> values;
-  // Lines with another number of tokens, or with a token that is no number or not handled here.
-  // Their values are zeros, which the caller must replace.
+  // Lines that were not parsed: the number of tokens is wrong, or a token is no number or is not
+  // supported here. Their values are zeros, and the caller must replace them.
   std::vector<std::int64_t> left_out;
 };
 
-// Parses decimals, rounded to the nearest double, like Python's float(). Not handled: nan, inf,
-// numbers too large or too small for a double, and, in a build without from_chars, tokens of 64
-// bytes or more.
+// Parses decimals, rounded to the nearest double, like Python's float(). Not supported: nan, inf,
+// numbers outside the range of a double and, in a build without from_chars, tokens of 64 bytes or
+// more.
 ParsedLines<double> parse_doubles(const LineSpans& lines, ThreadTeam& team);
 
-// Parses integers. Not handled: integers out of range.
+// Parses integers. Integers out of range are not supported.
 template <typename Integer>
 ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team);
 
-// Parses the first integer of each token. A token is one integer or several, joined by slashes, as
-// in 7, 7/2, 7//3 and 7/2/3. All but the first may be missing.
+// Parses the first integer of each token. A token consists of one or more integers separated by
+// slashes, as in 7, 7/2, 7//3 and 7/2/3. All except the first may be missing.
 template <typename Integer>
 ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team);
 

@@ -12,14 +12,14 @@ namespace {
 
 constexpr std::int64_t kChunk = 1 << 16;  // bytes scanned at a time, small enough for the cache
 
-// Returns the index of the first byte `wanted` in begin..end-1; `end` if there is none.
+// Returns the index of the first byte equal to `wanted` in begin..end-1, or `end`.
 std::int64_t find(std::string_view text, std::int64_t begin, std::int64_t end, char wanted) {
   const void* place = std::memchr(text.data() + begin, wanted, end - begin);
   return place == nullptr ? end : static_cast<const char*>(place) - text.data();
 }
 
-// The start of the first line that starts at byte `place` or later, given that a line starts at
-// `begin`. If no line starts before `end`, the result is some place not before `end`.
+// Returns the start of the first line that starts at byte `place` or later. A line must start at
+// `begin`. If no such line starts before `end`, the result is at least `end`.
 std::int64_t next_line(std::string_view text, std::int64_t begin, std::int64_t place,
                        std::int64_t end) {
   return place <= begin ? begin : find(text, place - 1, end, '\n') + 1;

@@ -44,7 +44,7 @@ def cell_blocks(source: Any) -> list[int]:
     others = sorted({kind for kind in kinds.values() if kind not in known})
     if others:
         raise MeshError(
-            f"the mesh holds cells that are neither faces nor tetrahedra: {', '.join(others)}"
+            f"the mesh has cells that are neither faces nor tetrahedra: {', '.join(others)}"
         )
     tets = [i for i in filled if kinds[i] in _TETS]
     return tets or [i for i in filled if kinds[i] in _FACES]

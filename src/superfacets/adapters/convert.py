@@ -115,12 +115,10 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
     if isinstance(cells, (Mesh, PolygonMesh)):
         return cells
     if isinstance(cells, PointCloud):
-        raise MeshError("this needs a surface, and a point cloud has no faces")
+        raise MeshError("this needs a surface, but a point cloud has no faces")
     if isinstance(cells, TetMesh):
-        raise MeshError(
-            "this needs a surface, and the mesh has tetrahedra: TetMesh.boundary() is their outside"
-        )
-    raise MeshError(f"this needs a surface, and a {type(cells).__name__} has no faces")
+        raise MeshError("this needs a surface, but the mesh has tetrahedra: use TetMesh.boundary()")
+    raise MeshError(f"this needs a surface, but a {type(cells).__name__} has no faces")
 
 
 def as_tets(source: MeshLike) -> TetMesh:
@@ -128,7 +126,7 @@ def as_tets(source: MeshLike) -> TetMesh:
     cells = as_cells(source)
     if isinstance(cells, TetMesh):
         return cells
-    raise MeshError(f"this needs tetrahedra, and a {type(cells).__name__} has none")
+    raise MeshError(f"this needs tetrahedra, but a {type(cells).__name__} has none")
 
 
 def _cells_of_foreign(source: Any) -> Cells:
@@ -158,8 +156,8 @@ def as_triangles(source: MeshLike) -> Mesh:
         return Mesh._of_new(mesh.vertices, mesh.indices.reshape(-1, 3))
     first = int(np.argmax(sizes != 3))
     raise MeshError(
-        f"faces[{first}] has {sizes[first]} corners, and this needs triangles: use"
-        " PolygonMesh.triangulate()"
+        f"faces[{first}] has {sizes[first]} corners, but this needs triangles: call"
+        " PolygonMesh.triangulate() first"
     )
 
 
@@ -204,7 +202,7 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
 def _faces_of_polydata(source: Any) -> Any:
     """Faces of a PyVista PolyData, whose `faces` are flat: a count, then that many indices."""
     if getattr(source, "n_strips", 0):
-        raise MeshError("the PolyData holds triangle strips: call .triangulate() first")
+        raise MeshError("the PolyData has triangle strips: call .triangulate() first")
     flat = np.asarray(source.faces)
     if flat.ndim != 1:
         raise MeshError(f"expected flat faces (count, indices, ...), got shape {flat.shape}")

@@ -47,7 +47,7 @@ def put_results(target: Any, results: Results) -> None:
             return put(target, results)
     raise TypeError(
         f"{type(target).__name__} has no place for labels: expected a mesh or point cloud of"
-        " trimesh, PyVista, meshio or Open3D (of its legacy classes make a tensor one:"
+        " trimesh, PyVista, meshio or Open3D (convert its legacy classes first:"
         " open3d.t.geometry.TriangleMesh.from_legacy)"
     )
 

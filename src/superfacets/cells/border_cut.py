@@ -206,7 +206,7 @@ class _Regions:
                 self.n_threads,
             )
         except ValueError:  # std::length_error
-            raise MeshError("the mesh would have too many faces if it were cut") from None
+            raise MeshError("cutting would give the mesh too many faces") from None
 
     def faults(self, cut: _Cut) -> Bools:
         """Return which regions vanished, came apart or changed their areas, (n_regions + 1,)."""

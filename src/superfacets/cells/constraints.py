@@ -137,7 +137,7 @@ def _checked_kept(mask: Any, n_cells: int) -> Bools:
     refuse_mask(mask, "mask")
     is_kept = checked_mask(mask, n_cells, "mask")
     if not is_kept.any():
-        raise ValueError("the mask excludes all cells: it is False everywhere")
+        raise ValueError("mask is False everywhere: no cell is left")
     return is_kept
 
 
@@ -162,7 +162,9 @@ def _crossed_by(
     """Whether each arc, of a graph with the source of each, crosses one of these edges, (M,)."""
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):
-        raise ValueError("barriers of shape (E, 2) need a mesh: give one label per cell")
+        raise ValueError(
+            "barriers of shape (E, 2) need a mesh: for other cells, give one label per cell"
+        )
     given = checked_edges(barriers, source.n_vertices, "barriers")
     lowest = lowest_vertices(source.vertices, weld, n_threads)
     wanted = lowest[given]
@@ -178,7 +180,9 @@ def _crossed_by(
     is_none = ~np.isin(wanted_keys, keys)
     if is_none.any():
         place = int(np.argmax(is_none))
-        raise ValueError(f"barriers[{place}] is {given[place].tolist()}, which is no edge")
+        raise ValueError(
+            f"barriers[{place}] is {given[place].tolist()}, which is not an edge of the mesh"
+        )
     is_crossed[is_crossed] = np.isin(keys, wanted_keys)
     return np.asarray(is_crossed[in_order(starts, order)[sources] + graph.sides])
 

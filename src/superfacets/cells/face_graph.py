@@ -90,11 +90,11 @@ class FaceGraph(Arcs):
         sides = owned(np.asarray(self.sides), np.int32 if is_wide else np.uint8)
         same_turn = owned(np.asarray(self.same_turn), np.uint8)
         if measures.shape != (len(positions),):
-            raise ValueError("measures must be one per face")
+            raise ValueError("measures must have one number per face")
         if not sides.shape == same_turn.shape == neighbors.shape:
-            raise ValueError("sides and same_turn must be one per arc")
+            raise ValueError("sides and same_turn must have one entry per arc")
         if not is_wide and sides.max(initial=0) > 2:
-            raise ValueError("sides must be 0, 1 or 2 (those of polygons are int32)")
+            raise ValueError("sides must be 0, 1 or 2 (for polygons, pass int32 sides)")
         if sides.min(initial=0) < 0:
             raise ValueError("sides must not be negative")
         freeze(

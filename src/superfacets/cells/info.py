@@ -146,7 +146,7 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
     """
     cells = as_cells(mesh)
     if kind_of(cells).are_points:
-        raise MeshError("a point cloud has no faces: use cloud_info")
+        raise MeshError("info needs faces: for a point cloud, use cloud_info")
     found: MeshInfo | TetInfo = facts_of(cells, weld=weld)
     return found
 

@@ -123,7 +123,9 @@ class RegionGraph:
     def areas(self) -> Floats:
         """Area of each region; a ValueError for tetrahedra."""
         if self.dimension != 2:
-            raise ValueError("regions of tetrahedra have no areas: their volumes are `measures`")
+            raise ValueError(
+                "regions of tetrahedra have no areas: use `measures` for their volumes"
+            )
         return self.measures
 
     @property

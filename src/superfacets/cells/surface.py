@@ -67,7 +67,7 @@ class Surface(CsrArcs):
         given = graph.arc_measures
         if given is None:
             raise ValueError(
-                "the CellGraph has no border lengths: make it with arc_measures=ArcMeasures(...)"
+                "the CellGraph has no border lengths: pass arc_measures=ArcMeasures(...)"
             )
         handle = _core.GraphSurface(
             graph.positions,
@@ -111,7 +111,9 @@ def face_surface(
 
 def _check_of_mesh(mesh: FaceMesh, graph: FaceGraph) -> None:
     if graph.n_cells != mesh.n_faces:
-        raise ValueError(f"the graph has {graph.n_cells} cells but the mesh {mesh.n_faces} faces")
+        raise ValueError(
+            f"the graph has {graph.n_cells} cells but the mesh has {mesh.n_faces} faces"
+        )
 
 
 def _face_handle(

@@ -511,7 +511,7 @@ def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weigh
     if options.has_other_unit:
         name = options.params["weights"]
         raise ValueError(
-            f"weights={name!r} needs faces, which meet at angles: leave it out for {plural}"
+            f"weights={name!r} needs faces and their angles: leave it out for {plural}"
         )
     assert surface.weights is not None
     return Weighed(surface.weights)
@@ -601,5 +601,5 @@ def _stk02_of(handle: _core.Surface, positions: Floats, alpha: float, n_threads:
     if isinstance(handle, _core.TriangleSurface):
         return _core.stk02_weights(handle, positions, alpha, n_threads)
     if not isinstance(handle, _core.PolygonSurface):
-        raise ValueError('weights="stk02" need faces: choose other weights for a cloud')
+        raise ValueError('weights="stk02" needs faces: choose other weights for a cloud')
     return _core.polygon_stk02_weights(handle, alpha, n_threads)

@@ -95,7 +95,7 @@ class SizeRules:
         if not total > 0:
             raise MeshError("regions cannot be balanced: the size of every cell is 0")
         if not 1 / MAX_TOTAL < total < MAX_TOTAL:
-            raise MeshError(f"sizes of cells add up to {total:g}: scale cell_weights")
+            raise MeshError(f"the sum of cell sizes is {total:g}, out of range: scale cell_weights")
         return cls(options, exact_array(sizes, np.float64), components)
 
     def asked(self, size: SizeOptions) -> SizeOptions:
@@ -111,7 +111,9 @@ class SizeRules:
         low, high = self.options.bounds
         total, largest = float(self.sizes.sum()), float(self.sizes.max())
         if largest > high:
-            raise MeshError(f"max_measure is {high:g} but a cell has {largest:g}")
+            raise MeshError(
+                f"max_measure is {high:g}, but the largest cell has measure {largest:g}"
+            )
         slack = 1e-9 * total
         if n_segments * high < total - slack:
             raise MeshError(

@@ -194,7 +194,7 @@ class Segmentation:
         """Return the cells; if there are none, the error names the function that takes them."""
         if self.cells is None:
             raise ValueError(
-                f"the segmentation does not know its cells: call {instead}(mesh, labels)"
+                f"this segmentation does not store its cells: call {instead}(mesh, labels) instead"
             )
         return self.cells
 

@@ -135,12 +135,14 @@ class _Groups:
         """The file of segments beside this one that it names."""
         name = self.document.get("segmentsFile")
         if not isinstance(name, str) or not name:
-            raise MeshError(f"{self.path}: names no segmentsFile: name it (segments=, --segments)")
+            raise MeshError(
+                f"{self.path}: has no segmentsFile entry: give the file (segments=, --segments)"
+            )
         for text in (name, name.removeprefix("scannet.")):
             path = self.path.with_name(Path(text).name)
             if path.exists():
                 return path
-        raise MeshError(f"{self.path}: names the segments {name}, and there is no such file beside")
+        raise MeshError(f"{self.path}: its segments file {name} is not in the same folder")
 
     def objects_of(self, segments: Longs, source: Path) -> Longs:
         """Place of the object of each vertex, or -1; a MeshError if a segment is missing."""
@@ -153,7 +155,7 @@ class _Groups:
             if is_missing.any():
                 raise MeshError(
                     f"{self.path}: groups segment {wanted[np.argmax(is_missing)]}, which"
-                    f" {source.name} does not have: it belongs to another file"
+                    f" {source.name} does not have: the two files do not belong together"
                 )
             objects[at] = place
         return objects[of_vertices]

@@ -110,7 +110,7 @@ def _checked_colors(
     if colors is not True:
         return checked_colors(colors, len(labels))
     if of_vertices:
-        raise ValueError("colors of vertices are not made: give colors as an array")
+        raise ValueError("colors of vertices cannot be generated: pass colors as an array")
     shades = face_colors(cells, labels)
     shades[labels < 0] = NO_COLOR
     return shades

@@ -52,10 +52,12 @@ def read_masks(folder: str | os.PathLike[str], *, overlap: Overlap = "smallest")
         if found is None:
             continue
         if path.stem in masks:
-            raise MeshError(f"{path}: there are two files of masks for image {path.stem}")
+            raise MeshError(f"{path}: image {path.stem} has two files of masks")
         masks[path.stem] = found
     if not masks:
-        raise MeshError(f"{folder}: holds no masks: a .png, a .npy or a folder for each image")
+        raise MeshError(
+            f"{folder}: contains no masks: expected a .png, a .npy or a folder per image"
+        )
     return masks
 
 
@@ -84,10 +86,10 @@ def _picture(path: Path) -> Array:
         with library.open(path, formats=["PNG"]) as image:
             if len(image.getbands()) != 1:
                 raise MeshError(
-                    f"{path}: has colors ({image.mode}); masks are gray: one id a pixel"
+                    f"{path}: has colors ({image.mode}); masks must be gray, with one id per pixel"
                 )
             return np.array(image)
     except (OSError, SyntaxError, ValueError, library.DecompressionBombError) as error:
         if isinstance(error, MeshError):
             raise
-        raise MeshError(f"{path}: is no complete PNG: {error}") from None
+        raise MeshError(f"{path}: not a complete PNG: {error}") from None

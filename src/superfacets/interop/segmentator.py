@@ -260,7 +260,7 @@ def _checked_edges(edges: Array, n_points: int) -> Ints:
     if edges.dtype.kind not in "iu":
         raise TypeError(f"edges must be integers, got {edges.dtype}")
     if edges.size and not 0 <= edges.min() <= edges.max() < n_points:
-        raise MeshError(f"edges must be points, 0 to {n_points - 1}")
+        raise MeshError(f"edges must be indices of points, 0 to {n_points - 1}")
     return owned(edges, np.int32)
 
 

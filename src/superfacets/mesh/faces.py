@@ -274,13 +274,13 @@ def surface_of_faces(
     is_of_triangles = arcs.sides.dtype == np.uint8
     if isinstance(mesh, Mesh):
         if not is_of_triangles:
-            raise ValueError("the graph is of polygons but the mesh has triangles")
+            raise ValueError("the graph was built for polygons, but the mesh has triangles")
         same_turn = arcs.same_turn if arcs.same_turn.any() else np.empty(0, np.uint8)
         return _core.TriangleSurface(mesh.vertices, mesh.faces, *arcs[:3], same_turn, is_turned)
     if is_of_triangles:
-        raise ValueError("the graph is of triangles but the mesh has polygons")
+        raise ValueError("the graph was built for triangles, but the mesh has polygons")
     if np.any(arcs.sides >= np.repeat(mesh.sizes, np.diff(arcs.offsets))):
-        raise ValueError("the graph is of another mesh: a side is none of its face")
+        raise ValueError("the graph was built for another mesh: a face lacks one of its sides")
     return _core.PolygonSurface(
         mesh.vertices, mesh.offsets, mesh.indices, *arcs[:4], is_turned, n_threads
     )

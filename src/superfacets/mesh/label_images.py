@@ -65,5 +65,5 @@ def _as_array(masks: Any, size: tuple[int, int]) -> Array:
 def _check_size(found: tuple[int, ...], size: tuple[int, int]) -> None:
     if found != size:
         raise MeshError(
-            f"masks have {found[0]} x {found[1]} pixels, and the camera {size[0]} x {size[1]}"
+            f"masks have {found[0]} x {found[1]} pixels, but the camera has {size[0]} x {size[1]}"
         )

@@ -124,7 +124,9 @@ class TetMesh(Cells):
         is_outside[sources[inner], sides[inner]] = False
         tets, opposite = np.nonzero(is_outside)
         if not len(tets):
-            raise MeshError("no triangle belongs to one tetrahedron alone: there is no outside")
+            raise MeshError(
+                "the mesh has no boundary: every triangle belongs to two or more tetrahedra"
+            )
         triangles = self.tets[tets[:, np.newaxis], _SIDES[opposite]]
         is_turned = signed_volumes(self)[tets] < 0
         triangles[is_turned] = triangles[is_turned][:, ::-1]

@@ -189,7 +189,7 @@ def _listed(truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike]) -> list[n
         return [truths]  # one ground truth
     listed = list(truths) if hasattr(truths, "__iter__") else None
     if listed is None or any(np.ndim(truth) == 0 for truth in listed):
-        raise TypeError("ground truths must be a sequence of arrays, each with a label per face")
+        raise TypeError("ground truths must be a sequence of arrays with one label per face")
     return listed
 
 

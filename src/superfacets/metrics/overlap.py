@@ -291,10 +291,10 @@ def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
     """Return the given overlap, or make one of the labels of a mesh."""
     if isinstance(source, Overlap):
         if labels is not None or truth is not None:
-            raise TypeError("an Overlap holds labels and truth: give it alone")
+            raise TypeError("an Overlap already holds labels and truth: pass nothing else")
         return source
     if labels is None or truth is None:
-        raise TypeError("labels and truth are needed with a mesh")
+        raise TypeError("pass labels and truth together with a mesh")
     return area_overlap(labels, truth, measures_of(as_known(source), checked_threads(None)))
 
 

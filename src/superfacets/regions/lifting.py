@@ -155,7 +155,9 @@ def lift(
     is_consistent = checked_flag(consistent_ids, "consistent_ids")
     least = checked_share(agreement, "agreement")
     if least == 0:
-        raise ValueError("agreement must be above 0: with 0 all regions become one object")
+        raise ValueError(
+            "agreement must be above 0, because 0 would join all regions into one object"
+        )
     checked_choice(overlap, "overlap", get_args(Overlap))
     surface = SeenSurface(cells, labels, checked_threads(n_threads))
     votes = collect_votes(surface, masks, views, overlap)

@@ -45,8 +45,8 @@ class SeenSurface:
         outside = kind_of(cells).outside(cells)
         if outside is None:
             raise TypeError(
-                f"{kind_of(cells).plural} have no surface for cameras to see: lift masks to a mesh"
-                " of them, and use transfer"
+                f"{kind_of(cells).plural} have no surface that cameras could see: lift masks"
+                " to a mesh of the object, then use transfer"
             )
         self._vertices = outside.mesh.vertices
         self._triangles, sources = cut_into_triangles(outside.mesh)
@@ -158,7 +158,7 @@ def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> No
             " of the mesh, and that the axes (OpenCV or OpenGL) are right"
         )
     if len(empty) == len(images):
-        raise MeshError("all masks are empty: ids are 1 and up")
+        raise MeshError("all masks are empty: object ids start at 1, and 0 is background")
     if not any((image.masks >= 0).any() for image in images):
         raise MeshError("no mask shows a part of the mesh: check the order of masks and cameras")
     for found, what in ((blind, "the mesh is not visible"), (empty, "there is no mask")):

@@ -141,7 +141,7 @@ def unpool(values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = No
     refuse_mask(values, "values")
     table = np.asarray(values)
     if table.ndim == 0:
-        raise ValueError("values must have one value or row per region, got a number")
+        raise ValueError("values must hold one value or row per region, got a single number")
     array = checked_classes(labels, np.size(labels), "labels")
     if array.max(initial=-1) >= len(table):
         place = int(np.argmax(array))
@@ -355,7 +355,7 @@ def _checked_values(values: npt.ArrayLike, how: str) -> Array:
 
 def _checked_source(cells: Any, measures: Any) -> Cells | CellGraph | None:
     if cells is not None and measures is not None:
-        raise ValueError("give cells or measures, not both: measures of cells are known")
+        raise ValueError("give cells or measures, not both: cells have measures of their own")
     return None if cells is None else as_known(cells)
 
 
@@ -386,6 +386,6 @@ def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> Array:
     is_changed = dtype.kind not in "fc" and not np.array_equal(held, given)
     if is_changed or not is_of_kind:
         raise ValueError(
-            f"cells are labeled -1, and {dtype} cannot represent fill={fill}: give another fill="
+            f"some cells are labeled -1, and {dtype} cannot hold fill={fill}: choose another fill"
         )
     return held

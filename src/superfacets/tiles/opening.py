@@ -103,7 +103,7 @@ def _pieces_of_cells(cells: Any, where: str = "") -> Pieces:
             axes=None if axes is None else ArrayRows(axes),
         )
     if not kind.has_faces:
-        raise MeshError(f"{where}tiles are of faces or points, and this holds {kind.plural}")
+        raise MeshError(f"{where}only faces or points can be processed in tiles, not {kind.plural}")
     vertices, corners = ArrayRows(cells.vertices), corners_of(cells)
     if corners.offsets is None:
         return Pieces(vertices, ArrayRows(corners.vertices.reshape(-1, 3)))
