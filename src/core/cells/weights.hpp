@@ -22,9 +22,10 @@ inline constexpr int kTotalBits = 48;
 // of rounded limbs bend by less on all but coarse meshes.
 inline constexpr double kSharpAngle = std::numbers::pi * 2.0 / 9.0;
 
-// Smallest angle of a soft edge: 10 degrees. An edge that bends by less is flat, or part of a round
-// face.
-inline constexpr double kSoftAngle = kSharpAngle / 4.0;
+// Smallest angle of a soft edge: 10.4 degrees. An edge that bends by less is flat, or part of a
+// round face. A bound of 10 degrees would leave edges of cylinders with 36 segments to rounding
+// errors.
+inline constexpr double kSoftAngle = kSharpAngle * 0.26;
 
 struct WeightOptions {
   double alpha = 200.0;        // weight of the angular term, >= 0
