@@ -1,7 +1,7 @@
-"""Draw the pictures of quality.md: ``python docs/make_quality_figures.py psb out/runs.csv meshes``.
+"""Draw the pictures of quality.md: ``python docs/make_quality_figures.py out/runs.csv meshes``.
 
-``psb`` is the folder of the Princeton benchmark, ``runs.csv`` a file of ``superfacets quality``,
-and ``meshes`` a folder with bunny.ply, horse.ply and fandisk.obj.
+``runs.csv`` is a file of ``superfacets quality``, and ``meshes`` a folder with bunny.ply, horse.ply
+and fandisk.obj.
 """
 
 import csv
@@ -18,17 +18,10 @@ from PIL import Image
 from shrink_images import IMAGES, read, save_page
 
 import superfacets as sf
-from superfacets.study.princeton import Benchmark
-from superfacets.study.quality.measure import CREASES, DEFAULT, PAPERS, PLAIN, VARIANTS
+from superfacets.study.quality.measure import CREASES, DEFAULT, PAPERS, VARIANTS
 from superfacets.study.quality.tables import means
 
-SIZE = (640, 520)
 N_SEGMENTS = 150
-
-MODELS = {
-    "fourleg": (397, sf.View(azimuth=40, elevation=12)),
-    "mech": (325, sf.View(azimuth=30, elevation=30)),
-}
 
 SMALL = (320, 270)
 """Size of each of the pictures on one sheet."""
@@ -54,15 +47,8 @@ CURVES = {
 }
 
 
-def main(folder: Path, runs: Path, meshes: Path) -> None:
-    """Draw models with the paper's regions and by default, a plain, and the frontier."""
-    benchmark = Benchmark(folder)
-    for name, (number, view) in MODELS.items():
-        mesh = benchmark.load(number).mesh
-        for state, variant in ("before", PLAIN), ("after", DEFAULT):
-            labels = sf.segment(mesh, N_SEGMENTS, **VARIANTS[variant]).labels
-            path = IMAGES / f"quality-{name}-{state}.png"
-            sf.render(mesh, labels, output=path, size=SIZE, view=view)
+def main(runs: Path, meshes: Path) -> None:
+    """Draw a plain, six shapes, and the frontier."""
     save_plain()
     save_sheet(meshes)
     with runs.open(newline="") as file:

@@ -77,9 +77,9 @@ def test_a_fan_over_a_flat_face_is_warned_of_once_with_what_to_do():
 def test_after_what_the_warning_says_regions_are_rounder_and_there_is_no_warning():
     block = shapes.drilled_block(256)
     with pytest.warns(SliverWarning):
-        striped = segment(block, 50)
+        striped = segment(block, 100)
     fine = subdivide(block, striped.params["expected_radius"] / 4)
-    result = segment(fine.mesh, 50)
+    result = segment(fine.mesh, 100)
     assert result.sliver_share == 0
     assert compactness(fine.mesh, result.labels) < 0.8 * compactness(block, striped.labels)
 
