@@ -121,7 +121,7 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
   return (1.0 - alpha) * geodesic + alpha * angular;
 }
 
-// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0; If given,
+// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0. If given,
 // crease_length replaces |e|. If steps are straight, |c_i - c_j| replaces the distance over m, and
 // crease_length must be given. theta is in [0, pi], and 0 if a face has no normal. An arc and its
 // reverse arc get the same bits. Ridges may cost more than other convex edges. The net turn is 0 if
