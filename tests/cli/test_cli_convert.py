@@ -182,6 +182,8 @@ def test_regions_without_a_vertex_are_a_note(run, folder):
     assert err == (
         "superfacets: note: .bin and .segs.json lack 4 regions, for which no vertex could be"
         " spared\n"
+        "superfacets: note: labels are renumbered without gaps in .bin; .segs.json keeps 0, 1, 2,"
+        " ...\n"
     )
     labels = np.zeros(72, int)
     labels[[10, 40]] = 1, 2  # single faces amid others get a vertex
