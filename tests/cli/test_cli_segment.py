@@ -202,10 +202,11 @@ def test_connect_without_paper_is_a_note(run, sheet):
     assert run("segment", sheet, "-n", 20, "--islands", "nearest", "--connect")[2] == ""
 
 
-def test_what_auto_denoising_took_is_a_note(run, sheet):
-    auto = ("segment", sheet, "-n", 6, "--denoise", "auto")
+def test_what_auto_denoising_took_is_a_note(run, sheet, tmp_path):
+    write_mesh(tmp_path / "cube.ply", shapes.cube())
+    auto = ("segment", tmp_path / "cube.ply", "-n", 6, "--denoise", "auto")
     assert "note: denoise: auto took 0 steps\n" in run(*auto)[2]
-    assert "auto took 0 steps in place of 5 of --scans\n" in run(*auto, "--scans")[2]
+    assert "auto took 0 steps (--scans takes 5)\n" in run(*auto, "--scans")[2]
     assert "denoise" not in run("segment", sheet, "-n", 6, "--scans")[2]
     assert run(*auto, "-q")[2] == ""
 

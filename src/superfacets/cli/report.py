@@ -164,8 +164,8 @@ def notes_on_denoising(asked: object, taken: int | None, *, scans: bool) -> list
     """A note on the steps that ``--denoise auto`` took."""
     if asked != "auto":
         return []
-    instead = f" in place of {SCANS['denoise']} of --scans" if scans else ""
-    return [f"denoise: auto took {counted(taken or 0, 'step')}{instead}"]
+    other = f" (--scans takes {SCANS['denoise']})" if scans else ""
+    return [f"denoise: auto took {counted(taken or 0, 'step')}{other}"]
 
 
 def facts_of(result: Segmentation, timings: Mapping[str, float], noun: str) -> dict[str, Any]:
