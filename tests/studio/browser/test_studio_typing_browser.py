@@ -1,6 +1,17 @@
 """Names, keys and messages, as somebody uses them who labels a first room."""
 
 import numpy as np
+import pytest
+
+
+@pytest.fixture
+def desk(studio):
+    """A window in which whole names are seen."""
+    _, tab = studio
+    tab.page.set_viewport_size({"width": 1000, "height": 560})
+    tab.ready()
+    return studio
+
 
 def name_of(tab, number):
     return tab.locator(f"#classes input[aria-label='Name of {number}']")
@@ -15,8 +26,8 @@ def in_middle_of(tab, locator):
     tab.page.mouse.click(box["x"] + 0.3 * box["width"], box["y"] + box["height"] / 2)
 
 
-def test_names_are_typed_over_one_after_the_other_and_enter_paints_nothing(studio):
-    server, tab = studio
+def test_names_are_typed_over_one_after_the_other_and_enter_paints_nothing(desk):
+    server, tab = desk
     tab.press("s")  # a region is chosen on the mesh
     in_middle_of(tab, name_of(tab, "class 1"))
     tab.page.keyboard.type("floor")
@@ -49,8 +60,8 @@ def test_names_are_typed_over_one_after_the_other_and_enter_paints_nothing(studi
     tab.wait_for_status("Undone: renamed desk to table.")
 
 
-def test_a_new_class_is_named_at_once(studio):
-    server, tab = studio
+def test_a_new_class_is_named_at_once(desk):
+    server, tab = desk
     before = names(server)
     tab.locator("#add-class").click()
     new = f"class {len(before) + 1}"
@@ -63,8 +74,8 @@ def test_a_new_class_is_named_at_once(studio):
     tab.wait_for_status(f"Undone: new class {new}.")
 
 
-def test_a_list_gives_the_keys_back_and_the_number_pad_chooses_no_class(studio):
-    _, tab = studio
+def test_a_list_gives_the_keys_back_and_the_number_pad_chooses_no_class(desk):
+    _, tab = desk
     scheme = tab.locator("#scheme")
     scheme.click()
     tab.press("ArrowDown", "Enter")
@@ -80,8 +91,8 @@ def test_a_list_gives_the_keys_back_and_the_number_pad_chooses_no_class(studio):
     scheme.select_option("studio")
 
 
-def test_an_empty_view_and_a_card_of_another_view(studio):
-    _, tab = studio
+def test_an_empty_view_and_a_card_of_another_view(desk):
+    _, tab = desk
     _, x, y = tab.spots(1)[0]
     tab.page.mouse.move(*tab._on_page(x, y))
     tab.until("!document.querySelector('#tip').hidden")
@@ -93,8 +104,8 @@ def test_an_empty_view_and_a_card_of_another_view(studio):
     tab.until("document.querySelector('#status').textContent === ''")
 
 
-def test_strokes_say_what_they_replace_and_undo_what_it_reverts(studio):
-    server, tab = studio
+def test_strokes_say_what_they_replace_and_undo_what_it_reverts(desk):
+    server, tab = desk
     (first, *a), (second, *b) = tab.spots(2)
     tab.press("2")
     tab.click(*a)
@@ -111,8 +122,8 @@ def test_strokes_say_what_they_replace_and_undo_what_it_reverts(studio):
     np.testing.assert_array_equal(server.classes(), tab.classes())
 
 
-def test_a_download_is_named(studio):
-    _, tab = studio
+def test_a_download_is_named(desk):
+    _, tab = desk
     tab.locator("#export-what").select_option("cells")
     tab.locator("#export-format").select_option("npy")
     assert tab.locator("#export-name").text_content() == "bear.classes.npy"

@@ -55,7 +55,10 @@ export class ClassesPanel {
     const controls = (): HTMLElement[] => [...this.box.querySelectorAll<HTMLElement>("input, button, select")];
     const at = controls().indexOf(document.activeElement as HTMLElement);
     this.fill(this.classes);
-    if (at >= 0) controls()[at]?.focus();
+    if (at < 0) return;
+    const control = controls()[at];
+    control?.closest(".class")?.querySelector("input")?.focus(); // it shows the buttons of the row
+    control?.focus();
   }
 
   private async during(edit: Promise<unknown>): Promise<void> {
