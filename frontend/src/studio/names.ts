@@ -12,11 +12,12 @@ export interface Side {
   paint: Uint32Array;
 }
 
-// Names of steps whose changes are not told.
+// Names of steps by kind.
 const STEPS: Record<string, string> = {
   paint: "stroke", split: "split of a region", segment: "new regions", classes: "list of classes",
   objects: "name of an object", review: "mark of review", suggest: "import of suggestions", settle: "suggestion",
 };
+const TOLD = new Set(["paint", "classes", "objects"]); // kinds of steps whose changes say all
 const MAX_TOLD = 2; // changes of lists that are told of a step
 
 export const classNameIn = ({ classes }: Lists, id: number): string =>
@@ -68,6 +69,7 @@ export function stepName(
 ): string {
   const told = [...classChanges(old.lists, now.lists), ...objectChanges(old.lists, now.lists)];
   const more = told.length > MAX_TOLD ? [`${told.length - MAX_TOLD} more changes of names`] : [];
-  const all = [...told.slice(0, MAX_TOLD), ...more, ...paintChanges(open, cells, now)];
+  const named = TOLD.has(kind) ? [] : [STEPS[kind] ?? kind];
+  const all = [...named, ...told.slice(0, MAX_TOLD), ...more, ...paintChanges(open, cells, now)];
   return all.join(", ") || (STEPS[kind] ?? kind);
 }
