@@ -21,37 +21,32 @@ def names(server):
     return [entry["name"] for entry in server.state()["classes"]]
 
 
-def in_middle_of(tab, locator):
-    box = locator.bounding_box()
-    tab.page.mouse.click(box["x"] + 0.3 * box["width"], box["y"] + box["height"] / 2)
-
-
 def test_names_are_typed_over_one_after_the_other_and_enter_paints_nothing(desk):
     server, tab = desk
     tab.press("s")  # a region is chosen on the mesh
-    in_middle_of(tab, name_of(tab, "class 1"))
+    name_of(tab, "class 1").click()  # in the middle of the word
     tab.page.keyboard.type("floor")
     tab.press("Enter")
-    in_middle_of(tab, name_of(tab, "class 2"))  # perhaps before the server has answered
+    name_of(tab, "class 2").click()  # perhaps before the server has answered
     tab.page.keyboard.type("chair")
     tab.press("Enter", "Enter", "Delete", "f")
     assert tab.status.startswith("Nothing is painted")
     tab.settled()
-    in_middle_of(tab, name_of(tab, "class 3"))
+    name_of(tab, "class 3").click()
     tab.page.keyboard.type("no name")
     tab.press("Escape")
     assert name_of(tab, "class 3").input_value() == "class 3"
-    in_middle_of(tab, name_of(tab, "class 3"))
+    name_of(tab, "class 3").click()
     tab.page.keyboard.type("desk")
     tab.press("Tab")
     tab.settled()
     assert names(server)[:3] == ["floor", "chair", "desk"]
-    focused = "document.activeElement.ariaLabel"
-    assert tab.evaluate(focused).startswith("desk has objects")  # also after the list is made anew
+    focused = "document.activeElement.ariaLabel"  # also after the list is made anew
+    tab.until(f"{focused}?.startsWith('desk has objects')")
     assert not server.classes().any()
 
     tab.evaluate("studio.desk.session.savedAt = null")
-    in_middle_of(tab, name_of(tab, "desk"))
+    name_of(tab, "desk").click()
     tab.page.keyboard.type("table")
     tab.press("Enter")
     tab.settled()
