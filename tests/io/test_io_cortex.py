@@ -182,7 +182,7 @@ def test_entities_are_refused(refuse):
     ("change", "message"),
     [
         (lambda data: b"\xff\xff\xfd" + data[3:], "quads of an old version"),
-        (lambda data: b"# text\n" + data, "does not begin as a surface"),
+        (lambda data: b"# text\n" + data, "not a FreeSurfer surface"),
         (lambda data: data[:30], "within 8 vertices"),
         (lambda data: data[: 3 + 16 + 8 + 96 + 100], "within 12 faces"),
         (lambda data: data.replace(struct.pack(">i", 8), b"\xff" * 4, 1), "within -1 vertices"),

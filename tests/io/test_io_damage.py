@@ -46,7 +46,7 @@ def test_a_file_cut_at_any_byte_is_refused_or_complete(read, tmp_path, name):
 def test_a_text_that_lacks_its_last_lines_is_refused(refuse, make, n_lines):
     ending = {"ply_text": ".ply", "off": ".off", "tri": ".tri"}[make.__name__]
     lines = make().splitlines(keepends=True)
-    refuse(f"a{ending}", b"".join(lines[:-n_lines]), "cut?")
+    refuse(f"a{ending}", b"".join(lines[:-n_lines]), "truncated")
 
 
 def test_randomly_damaged_files_are_read_or_refused():

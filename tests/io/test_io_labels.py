@@ -158,8 +158,11 @@ def test_npy_of_something_else_is_refused(refuse, array, message):
         (b"\x93NUMPY\2\0\x58\x1b\0\0" + 7_000 * b"[", "got '[[[[[[[[[[[[...[[[[[[[[[[[[['"),
         (b"\x93NUMPY\2\0\xff\xff\xff\xff" + 90_000 * b" ", "it has 4294967295 bytes; expected at"),
         (npy(np.array([1, None]), allow_pickle=True), "integers: the .npy header declares object"),
-        (npy(LABELS)[:-1], "declares 12 bytes of labels but 11 follow: is the file cut?"),
-        (npy(LABELS) + b"1", "declares 12 bytes of labels but 13 follow: is the file cut?"),
+        (npy(LABELS)[:-1], "declares 12 bytes of labels but 11 follow: the file may be truncated"),
+        (
+            npy(LABELS) + b"1",
+            "declares 12 bytes of labels but 13 follow: the file may be truncated",
+        ),
         (
             npy(LABELS).replace(b"(3,)", b"(9999999999,)"),
             "declares 39999999996 bytes of labels but",

@@ -33,7 +33,7 @@ export class Drawing {
   shareOfTexture: () => number = () => 0;
   readonly texture: TexturePaint;
   readonly nEdges: number;
-  /** Width of borders in CSS pixels, given the pixels of a length of 1. */
+  /** Width of borders in CSS pixels; `pixels` is the number of them per unit of length. */
   lineWidth: (pixels: number, height: number) => number = () => 1;
   isCoarse = false;
   frameMs: number | undefined;

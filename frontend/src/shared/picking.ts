@@ -5,7 +5,7 @@ import type { Frame, Gpu } from "./gl";
 
 const LINE_PIXELS = 30; // pixels per line, for wheels that count lines
 const BESIDE = 15; // pixels from the pointer to the tip
-const FREE = 4; // pixels from the tip to the edge of the canvas
+const FREE = 4; // smallest gap in pixels between tooltip and edge of the canvas
 
 /** Pixels of the page, from the upper left corner of the canvas. */
 export interface Place {

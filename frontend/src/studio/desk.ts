@@ -116,7 +116,7 @@ export class Desk {
     return classNameIn(this.session.state, id);
   }
 
-  /** Name of an object, or of a class without one. */
+  /** Name of a paint: of its object or, if it has none, of its class. */
   paintName(paint: number): string {
     return paintNameIn(this.session.state, paint);
   }
@@ -224,7 +224,7 @@ export class Desk {
     return true;
   }
 
-  /** Paint the selection, or the region under pointer or cursor. */
+  /** Paint the selection or, without one, the region under the pointer or the keyboard's cursor. */
   paintActive(paint: number): void {
     const { activeRegion } = this;
     const list = this.selection.size && !this.isPainted ? [...this.selection] : [activeRegion];
@@ -347,7 +347,7 @@ export class Desk {
     this.afterHiding(`${name} alone is shown; U shows all.`);
   }
 
-  /** Isolate an object, or all cells of a class that have none. */
+  /** Isolate an object or, for a paint without one, the cells of its class in no object. */
   isolatePaint(paint: number): void {
     if (!paint) return this.say("Nothing painted is under the pointer.");
     this.isolate(this.session.paints.cellsOf(classOf(paint), objectOf(paint)), this.paintName(paint));

@@ -23,7 +23,7 @@ const MAX_TOLD = 2; // changes of lists that are told of a step
 export const classNameIn = ({ classes }: Lists, id: number): string =>
   classes.find((entry) => entry.id === id)?.name ?? "no class";
 
-/** Name of an object, or of a class without one. */
+/** Name of a paint: of its object or, if it has none, of its class. */
 export function paintNameIn(lists: Lists, paint: number): string {
   const [id, object] = [classOf(paint), objectOf(paint)];
   const name = classNameIn(lists, id);

@@ -383,7 +383,7 @@ export class Session {
     return this.compared("compare", files ? { files } : {});
   }
 
-  /** Settle cells on which both works differ. */
+  /** Resolve conflicts of two work files: these cells get the labels of the given side. */
   async accept(cells: Uint32Array, side: "mine" | "theirs"): Promise<CompareReply | null> {
     return this.compared("accept", { cells: toBase64(cells), side });
   }

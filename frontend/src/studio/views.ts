@@ -46,7 +46,7 @@ export class Views {
     this.desk.say(drawing.hidesBacks ? "What is seen from behind is hidden; W shows it." : "Everything is shown from both sides.");
   }
 
-  /** Whether much of what is seen is seen from behind, as the walls of a room from outside. */
+  /** Whether many visible cells are back-facing, such as the walls of a room seen from outside. */
   get isSeenFromBehind(): boolean {
     const { drawing, session: { mesh } } = this.desk;
     const eye = plus(drawing.camera.target, drawing.camera.directions()[2], drawing.camera.distance);

@@ -145,7 +145,7 @@ class NearestPlace {
   // returns false if more would be needed.
   template <typename IsWanted>
   bool search(const IsWanted& is_wanted, std::int64_t n_visits) {
-    // A box at exactly this distance may still hold a lower cell.
+    // <=, not <: a box at this distance may hold an equally near cell with a lower index.
     const auto may_hold = [&](std::size_t level, std::size_t index) {
       return graph_->tree.level(level)[index].squared_distance(target_) <= squared_ &&
              --n_visits >= 0;

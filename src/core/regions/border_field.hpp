@@ -26,7 +26,7 @@ struct FaceShares {
 // - three sides: three cuts run from a junction to the crossings.
 struct FaceCut {
   Label labels[3];      // of the corners
-  double crossings[3];  // of side s, as a fraction of the way from corner s to corner s + 1
+  double crossings[3];  // [s] position of the cut on side s, 0 at corner s to 1 at corner s + 1
   Label whole;          // of the face, if no side is cut
   int n_cuts = 0;
 
@@ -174,7 +174,7 @@ class BorderField {
   Buffer<Label> chosen_;             // (V,) kNoLabel: the border runs through the vertex
   std::vector<Vertex> near_;         // not pinned, within a few rings of a border; ascending
   std::vector<Face> near_faces_;     // with a corner that is near or pinned
-  std::vector<double> far_areas_;    // (n_labels,) area of each label in all other faces
+  std::vector<double> far_areas_;    // (n_labels,) area of each label in faces outside near_faces_
   std::vector<double> goals_;        // (n_labels,) initial area of each label
   std::vector<double> steps_;        // (n_labels,) change of the offset for an area of 0
   std::vector<double> offsets_;      // (n_labels,) added to shares

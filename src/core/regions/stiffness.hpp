@@ -15,7 +15,8 @@ struct AreaChange {
   double change;
 };
 
-// Data of a candidate cell for the stiffness cost of its move between two regions.
+// Area and position of a cell that may move to another region. StiffGain computes the change of
+// cost.
 struct StiffCell {
   double area = 0.0;
   double gain = 0.0;  // decrease of the roundness cost by the move

@@ -155,7 +155,7 @@ std::vector<RegionSums> sum_regions(const ProxySurface& surface, std::span<const
   return sums;
 }
 
-// Sets the normal of each proxy: the plane through its center is the nearest to the region (L2).
+// Sets the normal of each proxy to that of the least-squares plane of its region.
 // The integral of x x^T over a triangle of area A is A / 12 (a a^T + b b^T + c c^T + s s^T), s = a
 // + b + c. The factor 1 / 12 is omitted, because it does not change the axes.
 void fit_planes(const ProxySurface& surface, std::span<const Label> labels,

@@ -35,8 +35,8 @@ _MARGIN = 0.1
 compactness is 0.3 % lower."""
 
 _MOST_CHANGE = 0.15
-"""Largest relative change of the area of a region. A region with a larger change keeps its faces:
-7 of 150 regions; 12 with a limit of 0.05."""
+"""Largest relative change of the area of a region. Regions that would change more
+are not cut: 7 of 150 regions with this limit, 12 with 0.05."""
 
 _MOST_TOTAL = 0.01
 """Largest sum of all changes of areas, as a fraction of the area of the mesh. Few models would

@@ -117,8 +117,8 @@ class TileOptions:
         wrong = [text for text in named if not text.endswith(".npy")]
         if wrong or set(formats) - {"npy"} or len(outputs) > 1:
             raise click.UsageError(
-                "--tiled writes one .npy of labels, or a folder of them; superfacets convert puts"
-                " them into a mesh"
+                "with --tiled, give one output: a .npy file, or a folder, of labels; superfacets"
+                " convert writes a mesh with these labels afterwards"
             )
         return () if named else ("npy",)
 

@@ -84,7 +84,7 @@ def read_json(path: Path) -> Any:
     try:
         return json.loads(path.read_bytes())
     except (ValueError, RecursionError):
-        raise MeshError(f"{path}: it is not JSON: is the file cut?") from None
+        raise MeshError(f"{path}: it is not JSON: the file may be truncated") from None
 
 
 def open_regular(path: Path) -> io.FileIO:
@@ -185,7 +185,7 @@ def check_corner_counts(corner_counts: Array) -> None:
         first = int(np.argmax(corner_counts < 3))
         raise MeshError(
             f"faces[{first}] has {counted(int(corner_counts[first]), 'corner')}:"
-            " is the file cut or damaged?"
+            " the file may be truncated or damaged"
         )
 
 

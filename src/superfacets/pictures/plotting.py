@@ -158,7 +158,8 @@ def plot(
     Returns
     -------
     Plot
-        Has ``image``, ``frames`` and ``save(path)``; a notebook shows the picture or the turn.
+        Has ``image``, ``frames`` and ``save(path)``; a notebook shows the picture or the
+        animation.
 
     Raises
     ------

@@ -27,8 +27,8 @@ def move_cells(
 ) -> list[int]:
     """Labels after cells have moved on along paths of regions, until sizes are within bounds.
 
-    Tests of whether a face may leave its region: by the faces around its corners; by paths in the
-    region; none, if regions may split.
+    Whether a face may leave its region is tested in passes: first by the faces around its corners,
+    then by paths in the region, and last, only if regions may split, not at all.
     """
     moving = _Moves(graph, mesh, steps, labels, crease_scale)
     moving.begin(sizes, *bounds)

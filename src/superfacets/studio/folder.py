@@ -26,7 +26,7 @@ class Files:
     paths: list[Path]
     work: Path | None = None  # work file of a single input, if it is not the default
     n_segments: int | None = None  # number of regions for new work
-    classes: ClassList = ()  # classes for new work, or for all files of the folder
+    classes: ClassList = ()  # initial classes of a new work file; a folder shares them
     folder: Path | None = None
     _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)  # least recent first
     _users: Counter[int] = field(default_factory=Counter)  # number of blocks that use each document

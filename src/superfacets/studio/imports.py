@@ -82,7 +82,7 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
 
 def _reason(error: Exception) -> str:
     if isinstance(error, (json.JSONDecodeError, UnicodeDecodeError)):
-        return "it is not JSON: is the file cut?"
+        return "it is not JSON: the file may be truncated"
     if isinstance(error, IndexError):
         return "a list in it is empty"
     if isinstance(error, RecursionError):

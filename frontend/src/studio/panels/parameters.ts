@@ -122,7 +122,7 @@ export class ParametersPanel {
     allow(part("coarser"), at < levels.length - 1, "Merge regions with their neighbors; classes and objects stay", "There is no coarser level");
   }
 
-  /** Index of a level in the list of levels, which is ordered from fine to coarse. */
+  /** Index of the current level in `levels`, which runs from fine to coarse. */
   private levelIndex(): number {
     const { parameters, levels } = this.session.state;
     return parameters.level === null ? 0 : levels.indexOf(parameters.level);

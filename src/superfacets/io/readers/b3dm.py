@@ -82,7 +82,7 @@ def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
     if version != 1:
         raise MeshError(f"b3dm version {version} is not supported, only 1 is")
     if size > len(data) or begin + 12 > size:
-        raise MeshError("the b3dm file is shorter than it declares: is it cut?")
+        raise MeshError("the b3dm file is shorter than it declares: it may be truncated")
     if data[begin : begin + 4] != b"glTF":
         raise MeshError("the b3dm file holds no binary glTF")
     (glb_size,) = struct.unpack_from("<I", data, begin + 8)

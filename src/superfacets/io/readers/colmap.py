@@ -181,7 +181,7 @@ class _Reader:
 
     def _check(self) -> None:
         if self._at > len(self._data):
-            raise MeshError(f"the file ends after {len(self._data)} bytes: is it cut?")
+            raise MeshError(f"the file ends after {len(self._data)} bytes: it may be truncated")
 
 
 def _cameras_in_binary(data: bytes) -> Iterator[tuple[int, _Camera]]:

@@ -59,7 +59,7 @@ def read_surface(data: Content) -> Arrays:
         raise MeshError("the surface has quads of an old version: convert it by mris_convert first")
     begin = data.find(b"\n") + 1
     if data[:3] != TRIANGLES or not begin:
-        raise MeshError("the file does not begin as a surface of FreeSurfer")
+        raise MeshError("not a FreeSurfer surface: the magic number is missing")
     begin += data[begin : begin + 1] == b"\n"
     n_vertices, n_faces = _numbers(data, begin, 2, "counts").tolist()
     begin += 8
@@ -111,14 +111,14 @@ def _behind_text(data: Content, at: int) -> int:
     """Offset behind a text that begins with its length."""
     n_bytes = int(_numbers(data, at, 1, "the length of a name")[0])
     if not 0 <= n_bytes <= len(data) - at - 4:
-        raise MeshError("a name ends behind the file: is it cut or damaged?")
+        raise MeshError("a name ends behind the file: the file may be truncated or damaged")
     return at + 4 + n_bytes
 
 
 def _numbers(data: Content, begin: int, n: int, what: str, dtype: str = ">i4") -> Array:
     """The `n` numbers of four bytes at an offset; a MeshError if the file ends before."""
     if not 0 <= 4 * n <= len(data) - begin:
-        raise MeshError(f"the file ends within {what}: is it cut or damaged?")
+        raise MeshError(f"the file ends within {what}: the file may be truncated or damaged")
     return np.frombuffer(data, dtype, n, begin)
 
 

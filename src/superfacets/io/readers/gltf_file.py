@@ -171,7 +171,9 @@ def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
     if stride < row_size:
         raise MeshError(f"broken glTF: {where} has rows that overlap")
     if n_rows and begin + stride * (n_rows - 1) + row_size > len(content):
-        raise MeshError(f"broken glTF: {where} is longer than its buffer view: is the file cut?")
+        raise MeshError(
+            f"broken glTF: {where} is longer than its buffer view: the file may be truncated"
+        )
     shape = (n_rows,) if kind == "SCALAR" else (n_rows, WIDTHS[kind])
     strides = (stride,) if kind == "SCALAR" else (stride, dtype.itemsize)
     if not n_rows:
@@ -220,7 +222,9 @@ def _range(gltf: Gltf, view: dict[str, Any]) -> memoryview:
     buffer = gltf.buffers[view["buffer"]]
     begin, size = whole(view, "byteOffset", 0), whole(view, "byteLength")
     if begin + size > len(buffer):
-        raise MeshError("broken glTF: a buffer view is longer than its buffer: is the file cut?")
+        raise MeshError(
+            "broken glTF: a buffer view is longer than its buffer: the file may be truncated"
+        )
     content: memoryview = buffer[begin : begin + size]
     return content
 
@@ -245,7 +249,7 @@ def _read_buffers(
         if declared > len(content):
             raise MeshError(
                 f"buffers[{index}] declares {reprlib.repr(declared)} bytes but has {len(content)}:"
-                " is the file cut?"
+                " the file may be truncated"
             )
         contents.append(content)
     return contents

@@ -112,7 +112,7 @@ class Cursor:
         """The counts on the next line that is not blank; a MeshError if fewer than `n`."""
         tokens = self.line().split()
         if len(tokens) < n:
-            raise MeshError(f"{what} are missing: is the file cut?")
+            raise MeshError(f"{what} are missing: the file may be truncated")
         return [as_count(token, what) for token in tokens]
 
     def numbers(self, n: int, dtype: str, what: str, unit: str = "number") -> Array:
@@ -137,7 +137,7 @@ class Cursor:
         if n > len(lines) - first:
             raise MeshError(
                 f"{counted(n, 'line')} of {what} are declared, but {len(lines) - first} are there:"
-                " is the file cut?"
+                " the file may be truncated"
             )
         found = lines[first : first + n]
         if n:
@@ -163,5 +163,5 @@ class Cursor:
 def _too_few(n: int, n_left: int, what: str, unit: str = "number") -> MeshError:
     return MeshError(
         f"{counted(n, unit)} of {what} are declared, but at most {n_left} are there:"
-        " is the file cut?"
+        " the file may be truncated"
     )

@@ -101,7 +101,7 @@ def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array], LasFram
     elif n_bytes > len(data) - header.begin:
         raise MeshError(
             f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes but"
-            f" {len(data) - header.begin} bytes follow: is the file cut?"
+            f" {len(data) - header.begin} bytes follow: the file may be truncated"
         )
     else:
         records = np.frombuffer(data, np.uint8, n_bytes, header.begin)
@@ -121,7 +121,7 @@ def _header_of(data: Content) -> _Header:
     begin, n_records, point_format, size, n_points = struct.unpack_from("<IIBHI", data, 96)
     if minor >= 4:
         if len(data) < 375:
-            raise MeshError("the file ends within its header: is it cut?")
+            raise MeshError("the file ends within its header: it may be truncated")
         (n_points,) = struct.unpack_from("<Q", data, 247)
     is_compressed, point_format = point_format >= 128, point_format & 63
     if point_format >= len(_FORMATS):
@@ -264,7 +264,9 @@ def _begin_of_table(data: Content, header: _Header) -> int:
             (place,) = struct.unpack_from("<q", data, at)
             if begin <= place <= len(data) - 8:
                 return int(place)
-    raise MeshError("the table of the compressed points lies outside of the file: is it cut?")
+    raise MeshError(
+        "the table of the compressed points lies outside of the file: it may be truncated"
+    )
 
 
 def _chunks(

@@ -62,7 +62,7 @@ def _rows_of(
         declared = f"{n_rows} rows" if n_rows >= 0 else "one count"
         raise MeshError(
             f"{what} must be {declared} of {counted(width, 'number')}, but {n_found} numbers"
-            f" follow: is the file cut?"
+            f" follow: the file may be truncated"
         )
     values = section.parse(dtype) if dtype is np.float64 else section.parse_integers_or_floats()
     return values.reshape(n_rows, width)

@@ -78,7 +78,7 @@ class _MshReader(Cursor):
     def _skip(self, section: bytes) -> None:
         end = self.data.find(b"$End" + section, self.place)
         if end < 0:
-            raise MeshError(f"the section {shown(section)} does not end: is the file cut?")
+            raise MeshError(f"the section {shown(section)} does not end: the file may be truncated")
         self.place = end
 
     def _close(self, section: bytes) -> None:
@@ -118,7 +118,7 @@ class _MshReader(Cursor):
         rows = self.rows(n_elements, "Elements")
         values = as_integers(rows.parse_integers_or_floats(), "Elements")
         if n_elements and rows.counts.min() < 3:
-            raise MeshError("an element has fewer than 3 numbers: is the file cut?")
+            raise MeshError("an element has fewer than 3 numbers: the file may be truncated")
         starts = np.cumsum(rows.counts, dtype=np.int64) - rows.counts
         types, n_tags = values[starts + 1], values[starts + 2]
         n_nodes = _N_NODES[_checked_types(types)]
@@ -241,7 +241,7 @@ class _MshReader(Cursor):
 
     def _grid(self) -> Grid:
         if self._nodes is None or not self._elements:
-            raise MeshError("the file has no Nodes, or no Elements: is it cut?")
+            raise MeshError("the file has no Nodes, or no Elements: it may be truncated")
         node_tags, points = self._nodes
         tags, types, first, second, nodes = map(np.concatenate, zip(*self._elements, strict=True))
         corners = _places(node_tags, nodes, "nodes")

@@ -54,7 +54,7 @@ def npy_array(data: Content, what: str = "numbers") -> Array:
     if n_bytes != len(data) - begin:
         raise MeshError(
             f"the .npy header declares {n_bytes} bytes of {what} but"
-            f" {len(data) - begin} follow: is the file cut?"
+            f" {len(data) - begin} follow: the file may be truncated"
         )
     order: Literal["F", "C"] = "F" if is_fortran else "C"
     return np.frombuffer(data, dtype=dtype, offset=begin).reshape(shape, order=order)

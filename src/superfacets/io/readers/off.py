@@ -35,7 +35,7 @@ def read_off(data: Content) -> Arrays:
     if n_rows < n_vertices + n_faces:
         raise MeshError(
             f"the header declares {counted(n_vertices, 'vertex')} and {counted(n_faces, 'face')}"
-            f" but only {counted(n_rows, 'line')} follow: is the file cut?"
+            f" but only {counted(n_rows, 'line')} follow: the file may be truncated"
         )
     if n_rows > n_vertices + n_faces:
         extra = lines.number(n_header + n_vertices + n_faces)
@@ -108,7 +108,7 @@ def _read_block(
     if len(lines) - 1 < n_rows:
         raise MeshError(
             f"the file declares {counted(n_rows, thing)} but only"
-            f" {counted(len(lines) - 1, 'line')} follow: is it cut?"
+            f" {counted(len(lines) - 1, 'line')} follow: it may be truncated"
         )
     rows = lines[1 : 1 + n_rows]
     rows.refuse(rows.counts != 3, f"a {thing} needs 3 numbers")

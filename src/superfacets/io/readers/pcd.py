@@ -190,7 +190,7 @@ def _read_compressed(data: Content, header: _Header) -> list[Array]:
     if len(packed) != sizes[0] or sizes[1] != n_bytes or n_bytes > _MOST_COMPRESSED * len(packed):
         raise MeshError(
             f"{counted(header.n_points, 'point')} take {n_bytes} bytes; the file declares"
-            f" {sizes[1]} in {sizes[0]} and has {len(packed)}: is it cut or damaged?"
+            f" {sizes[1]} in {sizes[0]} and has {len(packed)}: the file may be truncated or damaged"
         )
     content = _core.unpack_lzf(packed, n_bytes)
     if len(content) != n_bytes:
@@ -208,7 +208,7 @@ def _check_points(n_found: int, header: _Header) -> None:
     if n_found < header.n_points:
         raise MeshError(
             f"the header declares {counted(header.n_points, 'point')} and the file holds"
-            f" {n_found}: is it cut?"
+            f" {n_found}: it may be truncated"
         )
 
 

@@ -177,7 +177,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
                 break
             raise MeshError(
                 f"{path}: the PLY header declares {element.n_rows} rows of element"
-                f" {element.name!r} but the file ends before: is it cut?"
+                f" {element.name!r} but the file ends before: it may be truncated"
             )
         found[element.name] = begin, element, record
         begin += element.n_rows * record.itemsize

@@ -42,7 +42,7 @@ def read_tables(header: Header, data: Content) -> list[list[Column]]:
 def _raise_cut(element: Element, what: str) -> NoReturn:
     raise MeshError(
         f"the PLY header declares {counted(element.n_rows, 'row')} of element"
-        f" {reprlib.repr(element.name)} but the file ends {what}: is it cut?"
+        f" {reprlib.repr(element.name)} but the file ends {what}: it may be truncated"
     )
 
 

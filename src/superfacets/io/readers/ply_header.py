@@ -122,7 +122,7 @@ def parse_header(data: Content) -> Header:
     newline = b"\r\n" if data[3:5] == b"\r\n" else data[3:4]
     end = data.find(newline + b"end_header" + newline)
     if end < 0:
-        raise MeshError("the PLY header has no line end_header: is the file cut?")
+        raise MeshError("the PLY header has no line end_header: the file may be truncated")
     size = end + len(newline + b"end_header" + newline)
     lines = data[:end].decode("latin-1").split(newline.decode())
     byte_order = _parse_format(lines[1].split() if len(lines) > 1 else [])

@@ -148,7 +148,7 @@ class _LegacyReader(Cursor):
         missing = [key for key in ("points", "corners", "kinds") if key not in self._arrays]
         if missing:
             section = {"points": "POINTS", "corners": "CELLS", "kinds": "CELL_TYPES"}[missing[0]]
-            raise MeshError(f"the file has no {section}: is it cut?")
+            raise MeshError(f"the file has no {section}: it may be truncated")
         points = as_doubles(self._arrays["points"]).reshape(-1, 3)
         kinds, sizes, corners = (self._arrays[key] for key in ("kinds", "sizes", "corners"))
         return Grid(points, kinds, sizes, corners, self._values)
@@ -156,7 +156,9 @@ class _LegacyReader(Cursor):
 
 def _word(words: list[str], place: int) -> str:
     if place >= len(words):
-        raise MeshError(f"the line {shown(' '.join(words))} is too short: is the file cut?")
+        raise MeshError(
+            f"the line {shown(' '.join(words))} is too short: the file may be truncated"
+        )
     return words[place]
 
 

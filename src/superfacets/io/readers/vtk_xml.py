@@ -105,7 +105,7 @@ class XmlFile:
             tag_end = data.find(b">", begin) + 1
             body, end = data.find(b"_", tag_end), data.rfind(b"</AppendedData")
             if not 0 < tag_end <= body < end:
-                raise MeshError("the appended data of the file does not end: is it cut?")
+                raise MeshError("the appended data of the file does not end: it may be truncated")
             self._parse(data[:tag_end] + data[end:])
             self._appended = memoryview(data[body + 1 : end])
         found = self._attributes.get("VTKFile", {})
@@ -218,7 +218,9 @@ class XmlFile:
             values = parsed("".join(array.texts).encode(), stored)
             if len(values) != n:
                 n_found = len(values)
-                raise MeshError(f"expected {counted(n, 'number')}, got {n_found}: is the file cut?")
+                raise MeshError(
+                    f"expected {counted(n, 'number')}, got {n_found}: the file may be truncated"
+                )
             return values
         if form == "binary":
             data: Any = "".join("".join(array.texts).split()).encode()
@@ -294,7 +296,9 @@ def first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
     """The first `n` bytes; a MeshError, before memory is allocated, if there are fewer."""
     size = _stored_size(n, is_base64)
     if size > len(data):
-        raise MeshError(f"{counted(size, 'byte')} are needed, {len(data)} are left: is it cut?")
+        raise MeshError(
+            f"{counted(size, 'byte')} are needed, {len(data)} are left: it may be truncated"
+        )
     if not is_base64:
         return bytes(data[:n])
     try:  # the last group of four characters may also encode bytes behind the first n

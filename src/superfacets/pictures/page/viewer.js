@@ -40,7 +40,7 @@ vec3 textureColor(uint piece, vec3 at) {
   vec3 c = seen(texelFetch(vertices, place(corners.z), 0)) - a;
   vec3 across = cross(b, c);
   float scale = max(dot(across, across), 1e-30);
-  mat3x2 shares = transpose(mat2x3(cross(c, across), cross(across, b))) / scale;  // of b and c in a vector
+  mat3x2 shares = transpose(mat2x3(cross(c, across), cross(across, b))) / scale;  // maps a vector in the plane to its coefficients in b and c
   uvec4 first = texelFetch(texture_pairs, place(2u * piece), 0);
   uvec4 second = texelFetch(texture_pairs, place(2u * piece + 1u), 0);
   vec2 origin = uintBitsToFloat(first.xy);
