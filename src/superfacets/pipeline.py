@@ -602,7 +602,7 @@ def _cluster(work: _Work) -> _Work:
     result = segment_cells(
         work.graph, work.levels, work.surface.bounds, work.plan, options.loop, join_pieces, balancer
     )
-    warn_of_islands(result, 6)
+    warn_of_islands(replace(result, params=options.params(result)), 6)
     work = replace(work, graph=None, levels=None, arcs=None, sizes=None)
     return replace(work, balancer=balancer, result=result)
 
