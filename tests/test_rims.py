@@ -92,12 +92,21 @@ def test_rims_are_borders(name):
         assert np.array_equal(np.unique(shares.argmax(axis=1)), np.arange(n_sides))
 
 
-def weights_of_parts(mesh, n_threads=1, **options):
+def weighed(mesh, n_threads=1, **options):
     kind = kind_of(mesh)
     graph, found = kind.build_graph(mesh, True, n_threads)
     surface = kind.surface(mesh, graph, n_threads)
     options = WeightOptions.checked("parts", None, None, **options)
-    return graph, np.asarray(kind.weights(surface, graph, found, 0.3, options).weights)
+    return graph, kind.weights(surface, graph, found, 0.3, options)
+
+
+def weights_of_parts(mesh, n_threads=1, **options):
+    graph, found = weighed(mesh, n_threads, **options)
+    return graph, np.asarray(found.weights)
+
+
+def is_machine_part(mesh):
+    return weighed(mesh)[1].of_machine_part
 
 
 def is_ridge(mesh, **options):
@@ -114,6 +123,52 @@ def test_all_sharp_edges_of_a_machine_part_are_ridges():
     polygons = sf.PolygonMesh.of_faces(gear.vertices, gear.faces.tolist())
     assert np.array_equal(is_ridge(polygons), is_sharp)
     assert np.array_equal(*(weights_of_parts(gear, n_threads=n)[1] for n in (1, 3)))
+
+
+def turned(mesh, seed, scale):
+    matrix, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    matrix *= np.linalg.det(matrix) * scale
+    return sf.Mesh(mesh.vertices @ matrix.T, mesh.faces)
+
+
+def prism(n_sides, n_rings, height):
+    """A prism over a regular polygon, with its ends."""
+    angles = 2 * np.pi * np.arange(n_sides) / n_sides
+    outline = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    heights = np.linspace(0.0, height, n_rings + 1)
+    rings = np.concatenate([np.insert(outline, 2, z, axis=1) for z in heights])
+    vertices = np.concatenate([rings, [[0, 0, 0], [0, 0, height]]])
+    here = np.arange(n_sides * n_rings)
+    after = here + 1 - n_sides * (here % n_sides == n_sides - 1)
+    sides = [(here, after, after + n_sides), (here, after + n_sides, here + n_sides)]
+    first, second = here[:n_sides], after[:n_sides]
+    last, ends = n_sides * n_rings, np.full(n_sides, len(rings))
+    caps = [(second, first, ends), (last + first, last + second, ends + 1)]
+    return sf.Mesh(vertices, np.concatenate([np.stack(corners, 1) for corners in sides + caps]))
+
+
+def test_rounding_does_not_decide_what_is_a_machine_part():
+    """Edges of a tube of 36 segments turn by 10 degrees, plus or minus rounding errors."""
+    tube = prism(36, 8, 1.6)
+    polygons = sf.PolygonMesh.of_faces(tube.vertices, tube.faces.tolist())
+    for mesh in (tube, polygons, turned(tube, 1, 1e-3), turned(tube, 2, 1e9)):
+        assert is_machine_part(mesh)
+
+
+def test_coarse_cells_end_at_all_edges_of_a_hexagonal_prism():
+    """They turn by 60 degrees, plus or minus rounding errors, in every position."""
+    nut = subdivided(prism(6, 1, 1.0), 3)
+    for seed in range(6):
+        mesh = turned(nut, seed, 1.0)
+        graph, weights = weights_of_parts(mesh)
+        angles = sf.arc_measures(mesh, graph).angles
+        is_rim = angles < -np.radians(59.9)
+        ends = graph.positions[graph.sources], graph.positions[graph.neighbors]
+        steps = np.linalg.norm(ends[1] - ends[0], axis=1)
+        diagonal = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
+        prices = weights * diagonal - steps
+        barrier = WeightOptions.checked("parts", None, None).rim_price(0.3)
+        assert np.array_equal(prices >= barrier, is_rim)
 
 
 def test_sharp_edges_of_other_shapes_are_not():

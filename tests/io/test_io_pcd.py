@@ -181,6 +181,7 @@ COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + REC
         (text(XYZ, POINTS.T * np.nan), "no point of the file has a position"),
         (header(XYZ, "binary", 5) + RECORDS, "declares 5 points and the file holds 4: is it cut?"),
         (header([*XYZ, ("w", "F4", 10**17)], "binary") + RECORDS, "the file holds 0"),
+        (header(XYZ, "binary_compressed"), "has 0: is it cut or damaged?"),
         (header(XYZ, "binary_compressed") + COMPRESSED[:-1], "has 49: is it cut or damaged?"),
         (header(XYZ, "binary_compressed", 10**9) + COMPRESSED, "is it cut or damaged?"),
         (header(XYZ, "binary_compressed") + COMPRESSED.replace(b"\x1f", b"\x20"), "are damaged"),
@@ -192,6 +193,14 @@ def test_what_is_wrong_with_a_file_is_said(cloud_of, data, message):
         cloud_of(data)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("number", [np.inf, np.nan, 1e300])
+def test_colors_that_are_no_packed_integers_give_no_warning(cloud_of, number):
+    colors = np.array([number, 1, 2, 3])
+    cloud, _ = cloud_of(text([*XYZ, ("rgb", "F4", 1)], [*POINTS.T, colors]))
+    assert np.array_equal(cloud.points, POINTS)
 
 
 def test_compressed_points_without_compression_are_read(cloud_of):

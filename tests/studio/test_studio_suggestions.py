@@ -146,6 +146,10 @@ def test_what_cannot_be_settled_changes_nothing(suggested, document):
             suggested.settle(accepted)
         assert suggested.state.suggestions == state
         assert not suggested.state.paint.any()
+    with pytest.raises(ValueError, match=f"suggestion {ids[2]} is both accepted and rejected"):
+        suggested.settle({ids[2]: 2}, [ids[2]])
+    with pytest.raises(ValueError, match="name suggestions to accept or reject"):
+        suggested.settle({})
     suggested.paint(np.arange(900, 910, dtype=np.uint32), 2, objects=999)
     with pytest.raises(ValueError, match="at most 999 objects"):
         suggested.settle({ids[2]: 2})
@@ -168,6 +172,18 @@ def test_files_without_objects_and_with_wrong_scores(document, groups):
         files = groups | {"lifted.aggregation.json": json.dumps({"segGroups": [entry]}).encode()}
         with pytest.raises(MeshError, match="score must be 0 to 1"):
             read_import(files, document.cells, ())
+
+
+def test_groups_of_no_cells_suggest_nothing(document, groups):
+    files = groups | {"lifted.aggregation.json": b'{"segGroups": []}'}
+    with pytest.raises(ValueError, match="suggest no object"):
+        document.suggest(read_import(files, document.cells, ()))
+
+
+@pytest.mark.parametrize("text", [b"[]", b"null", b'{"segGroups": 5}', b'{"segGroups": [5]}'])
+def test_json_of_another_shape_is_refused_in_plain_words(document, groups, text):
+    with pytest.raises(MeshError, match="not where this format has it"):
+        read_import(groups | {"lifted.aggregation.json": text}, document.cells, ())
 
 
 def test_exported_objects_are_suggestions_with_the_scores_that_were_added(document):

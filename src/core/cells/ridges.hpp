@@ -17,7 +17,7 @@ namespace superfacets {
 inline constexpr double kSharpCosine = 0.7661;
 
 // The cosine of kSoftAngle.
-inline constexpr double kSoftCosine = 0.984807753012208;
+inline constexpr double kSoftCosine = 0.9835714708133859;
 
 // An edge that bends by less than this fraction of a ridge counts as flat beside it.
 inline constexpr double kFlatShare = 0.3;

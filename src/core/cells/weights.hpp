@@ -22,9 +22,10 @@ inline constexpr int kTotalBits = 48;
 // of rounded limbs bend by less on all but coarse meshes.
 inline constexpr double kSharpAngle = std::numbers::pi * 2.0 / 9.0;
 
-// Smallest angle of a soft edge: 10 degrees. An edge that bends by less is flat, or part of a round
-// face.
-inline constexpr double kSoftAngle = kSharpAngle / 4.0;
+// Smallest angle of a soft edge: 10.4 degrees. An edge that bends by less is flat, or part of a
+// round face. A bound of 10 degrees would leave edges of cylinders with 36 segments to rounding
+// errors.
+inline constexpr double kSoftAngle = kSharpAngle * 0.26;
 
 struct WeightOptions {
   double alpha = 200.0;        // weight of the angular term, >= 0
@@ -120,7 +121,7 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
   return (1.0 - alpha) * geodesic + alpha * angular;
 }
 
-// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0; If given,
+// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0. If given,
 // crease_length replaces |e|. If steps are straight, |c_i - c_j| replaces the distance over m, and
 // crease_length must be given. theta is in [0, pi], and 0 if a face has no normal. An arc and its
 // reverse arc get the same bits. Ridges may cost more than other convex edges. The net turn is 0 if

@@ -56,16 +56,18 @@ NO_NORMALS = np.empty((0, 3))
 """Argument for the core: no normals given, the core computes them."""
 
 MOST_SOFT = 2
-"""Largest ratio of soft edges (10 to 40 degrees) to sharp edges in machine parts. Machine parts of
-the benchmark have up to 1.3; models of other categories that have sharp edges have 3.4 or more."""
+"""Largest ratio of soft edges (10.4 to 40 degrees) to sharp edges in machine parts. Machine parts
+of the benchmark have up to 1.3; models of other categories that have sharp edges have 3.4 or
+more."""
 
 RIM_FACTOR = 2.0
 """What ridges count in multiples of `ridges` on machine parts. With 1, borders leave up to 2 % of
 the rims at some numbers of regions."""
 
-RIM_TURN = 60 / 180
+RIM_TURN = 59 / 180
 """Turn, in multiples of pi, of the ridges that coarse cells of machine parts do not extend across.
-Otherwise faces that are narrower than a coarse cell would get no region of their own."""
+Otherwise faces that are narrower than a coarse cell would get no region of their own. Edges of a
+hexagonal prism turn by 60 degrees, plus or minus rounding errors."""
 
 ALL_COUNT = np.empty(0, np.uint8)
 """Argument for the core: all arcs count."""
@@ -108,7 +110,7 @@ class EdgeSums(NamedTuple):
 
     turn: int  # sum of length times angle, for `evened_share`
     n_edges: int  # number of edges; this and the following are 0 without ridges
-    n_soft: int  # number of edges with an angle of 10 to 40 degrees
+    n_soft: int  # number of edges with an angle of 10.4 to 40 degrees
     n_sharp: int  # number of convex edges with a larger angle
 
     @classmethod

@@ -331,9 +331,13 @@ class Document:
         `accepted` holds the class of each suggestion by its id. The cells of each that have no
         class become a new object of that class, or a part of it if the class is stuff.
 
-        Raises ValueError if there is no such suggestion or class, or a class would have more than
-        `MAX_OBJECT` objects.
+        Raises ValueError if there is no such suggestion or class, a suggestion is both accepted and
+        rejected, none is named, or a class would have more than `MAX_OBJECT` objects.
         """
+        if both := {*accepted}.intersection(rejected):
+            raise ValueError(f"suggestion {min(both)} is both accepted and rejected")
+        if not accepted and not rejected:
+            raise ValueError("name suggestions to accept or reject")
         with self.lock:
             stroke = f"settle {self.history.seq + 1}"
             settled = settling(self.state, {*accepted, *rejected}, stroke)

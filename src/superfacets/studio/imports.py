@@ -87,6 +87,8 @@ def _reason(error: Exception) -> str:
         return "a list in it is empty"
     if isinstance(error, RecursionError):
         return "it is nested too deeply"
+    if isinstance(error, TypeError):
+        return "a list, an object or a number is not where this format has it"
     return f"it has no {error}" if isinstance(error, KeyError) else str(error)
 
 

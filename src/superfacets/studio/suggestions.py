@@ -61,7 +61,7 @@ def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, C
     keys = imported.classes.astype(np.int64) * INSTANCES + imported.objects
     order = np.argsort(keys, kind="stable")  # keeps cells of an object ascending
     found, starts = np.unique(keys[order], return_index=True)
-    parts = np.split(imported.cells[order], starts[1:])
+    parts = np.split(imported.cells[order], starts)[1:]  # before the first start is nothing
     suggestions = []
     for place, (key, cells) in enumerate(zip(found.tolist(), parts, strict=True), 1):
         class_id, object_id = divmod(key, INSTANCES)

@@ -161,7 +161,7 @@ def _as_declared(values: Floats, field: _Field) -> Array:
     if field.name in ("x", "y", "z"):
         return values
     kind = field.dtype.kind
-    is_whole = np.all(values == np.floor(values))
+    is_whole = np.all((values == np.floor(values)) & (np.abs(values) < 2.0**32))
     # Text has packed colors as integers, whatever type the header declares.
     if field.name in ("rgb", "rgba") and is_whole and (kind != "f" or values.max() >= 1):
         return (values.astype(np.int64) & 0xFFFFFFFF).astype(np.uint32)
@@ -185,7 +185,7 @@ def _read_compressed(data: Content, header: _Header) -> list[Array]:
     """Read columns, one after the other, that are compressed together."""
     begin = header.begin + 8
     sizes = np.frombuffer(data[header.begin : begin].ljust(8, b"\0"), "<u4").tolist()
-    packed = np.frombuffer(data, np.uint8, min(sizes[0], max(len(data) - begin, 0)), begin)
+    packed = np.frombuffer(data, np.uint8)[begin : begin + sizes[0]]
     n_bytes = header.n_points * header.record_size
     if len(packed) != sizes[0] or sizes[1] != n_bytes or n_bytes > _MOST_COMPRESSED * len(packed):
         raise MeshError(

@@ -145,8 +145,9 @@ class _Walk:
         if file.resolve() in files:
             raise MeshError(f"the tileset {file.name} includes itself")
         if file not in self.documents:
+            content = read_content(file)[:]
             with named_errors(file):
-                self.documents[file] = _parsed(file)
+                self.documents[file] = _parsed(content)
         document = self.documents[file]
         up = str(document["asset"].get("gltfUpAxis", "Y")).upper()
         if up not in UP_AXES:
@@ -188,9 +189,9 @@ class _Walk:
         return rounded if np.abs(center).max() >= FAR else np.zeros(3)
 
 
-def _parsed(file: Path) -> dict[str, Any]:
+def _parsed(content: bytes) -> dict[str, Any]:
     """The JSON of a tileset, which has an asset and a root."""
-    document = parsed_json(read_content(file)[:], "tileset")
+    document = parsed_json(content, "tileset")
     asset, root = document.get("asset"), document.get("root")
     if not isinstance(asset, dict) or not isinstance(root, dict):
         raise MeshError("not a tileset: the JSON has no asset and root")
