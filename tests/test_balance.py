@@ -257,6 +257,7 @@ def test_islands_that_are_too_small_are_told():
         ({"max_measure": 1.0, "min_measure": 2.0}, "more than max_measure"),
         ({"max_measure": 20.0, "n_segments": 3}, "at least 40 are needed"),
         ({"min_measure": 300.0, "n_segments": 3}, "at most 2 are possible"),
+        ({"min_measure": 900.0, "n_segments": 3}, "is 900, more than the whole mesh has: 800"),
         ({"max_measure": 0.1, "n_segments": 3}, "but the largest cell has measure 0.5"),
         ({"cell_weights": np.ones(1600)}, "cell_weights need balance"),
         ({"balance": 1.0, "cell_weights": np.ones(7)}, r"cell_weights must have shape \(1600,\)"),
@@ -575,3 +576,15 @@ def test_sizes_that_overflow_are_refused(weight):
     mesh = shapes.bumpy_sheet(8)
     with pytest.raises(sf.MeshError, match=r"the sum of cell sizes is .*: scale cell_weights"):
         sf.segment(mesh, 4, balance=1.0, cell_weights=np.full(mesh.n_faces, weight))
+
+
+def test_fewer_regions_than_asked_for_are_explained():
+    block = shapes.drilled_block(64)
+    edges = sf.sharp_edges(block)
+    with pytest.warns(sf.IslandWarning) as warned:
+        result = sf.segment(block, 12, balance=1, barriers=edges)
+    assert result.n_unreached == 0
+    assert str(warned[0].message) == (
+        f"{result.n_segments} regions in place of 12: some components of the mesh, or parts between"
+        " barriers, are too small to be divided into as many regions as their area asks for"
+    )

@@ -18,6 +18,7 @@ from superfacets import (
     crease_weights,
     segment,
     segment_graph,
+    sharp_edges,
 )
 from superfacets.cells.constraints import ConstraintOptions
 from superfacets.cells.kinds import as_surface
@@ -448,3 +449,59 @@ def test_what_does_not_fit_the_cells_is_named():
             segment(cells, 2, barriers=[[0, 1]])
     with pytest.raises(ValueError, match=r"barriers of shape \(E, 2\) need a mesh"):
         segment_graph(shapes.line_graph([1.0, 1.0]), 2, barriers=[[0, 1]])
+
+
+def test_sharp_edges_divide_a_part_into_its_faces():
+    block = shapes.drilled_block(64)
+    edges = sharp_edges(block)
+    with pytest.warns(IslandWarning, match=r"parts between barriers, got no seed$"):
+        labels = segment(block, 1, barriers=edges).labels
+    assert sorted(np.bincount(labels)) == [2, 2, 2, 2, 68, 68, 128]  # sides, ends, the hole
+    assert len(sharp_edges(block, 5)) == len(edges) + 64  # the hole bends by 360 / 64 degrees
+    assert len(sharp_edges(block, 90)) == len(edges)
+    assert len(sharp_edges(block, 91)) == 0
+
+
+def test_sharp_edges_are_those_of_polygons_and_of_turned_faces():
+    cube = shapes.cube()
+    rim = sharp_edges(cube)
+    assert rim.shape == (12, 2)
+    assert rim.dtype == np.int32
+    assert (rim[:, 0] < rim[:, 1]).all()
+    assert (np.ptp(cube.vertices[rim], axis=1) > 0).sum() == 12  # along the axes, no diagonals
+    faces = np.array(cube.faces)
+    faces[::3] = faces[::3, ::-1]
+    assert sharp_edges(Mesh(cube.vertices, faces)).tolist() == rim.tolist()
+    assert sharp_edges(PolygonMesh.of_faces(cube.vertices, cube.faces)).tolist() == rim.tolist()
+    assert len(sharp_edges(grid(3))) == 0
+
+
+def test_sharp_edges_are_welded_as_barriers_are():
+    block = shapes.drilled_block(16)
+    soup = shapes.soup(block)
+    edges = sharp_edges(soup)
+    assert len(edges) == len(sharp_edges(block))
+    assert len(sharp_edges(soup, weld=False)) == 0
+    with pytest.warns(IslandWarning):
+        labels = segment(soup, 1, barriers=edges).labels
+    with pytest.warns(IslandWarning):
+        assert np.array_equal(labels, segment(block, 1, barriers=sharp_edges(block)).labels)
+
+
+def test_an_edge_of_three_faces_is_sharp_at_any_angle():
+    fan = Mesh(
+        [[0, 0, 0], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [-1, 0.1, 0]],
+        [[0, 1, 2], [1, 0, 3], [1, 0, 4]],
+    )
+    assert sharp_edges(fan, 180).tolist() == [[0, 1]]
+
+
+@pytest.mark.parametrize("angle", [0, -1, 181, np.nan])
+def test_angles_out_of_range_are_refused(angle):
+    with pytest.raises(ValueError, match="angle must be"):
+        sharp_edges(grid(1), angle)
+
+
+def test_sharp_edges_need_faces():
+    with pytest.raises(ValueError, match="a point cloud has no faces"):
+        sharp_edges(points())

@@ -9,6 +9,7 @@ from .cells.border_cut import BorderCut as BorderCut
 from .cells.border_cut import cut_borders as cut_borders
 from .cells.cell_graph import ArcMeasures as ArcMeasures
 from .cells.cell_graph import CellGraph as CellGraph
+from .cells.constraints import sharp_edges as sharp_edges
 from .cells.face_graph import EdgeCounts as EdgeCounts
 from .cells.face_graph import FaceGraph as FaceGraph
 from .cells.face_graph import build_face_graph as build_face_graph

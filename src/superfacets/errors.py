@@ -33,7 +33,7 @@ class RenderError(RuntimeError):
 
 
 class IslandWarning(UserWarning):
-    """There are more regions than asked for, because components of the mesh got no seed."""
+    """There are more or fewer regions than asked for; the message says why."""
 
 
 class BalanceWarning(UserWarning):

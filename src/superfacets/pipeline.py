@@ -612,7 +612,7 @@ def _cluster(work: _Work) -> _Work:
     result = segment_cells(
         work.graph, work.levels, work.surface.bounds, work.plan, options.loop, join_pieces, balancer
     )
-    warn_of_islands(result, 6)
+    warn_of_islands(replace(result, params=options.params(result)), 6)
     work = replace(work, graph=None, levels=None, arcs=None, sizes=None)
     return replace(work, balancer=balancer, result=result)
 
@@ -725,18 +725,40 @@ def sliver_advice(radius: float) -> str:
     return f"subdivide first, mesh = superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh"
 
 
+def fewer_note(result: Segmentation) -> str | None:
+    """Why there are fewer regions than asked for, if `balance` or its like made them fewer."""
+    asked, n_made = result.params["n_segments"], result.n_segments + result.n_merged
+    is_sized = {"balance", "max_measure", "min_measure"} & result.params.keys()
+    if asked is None or n_made >= asked or not is_sized:
+        return None
+    what = whole_parts(result.params)
+    return (
+        f"{n_made} regions in place of {asked}: some {what} are too small to be divided into as"
+        " many regions as their area asks for"
+    )
+
+
+def whole_parts(params: Mapping[str, Any]) -> str:
+    """What no region extends beyond, in words."""
+    between = ", or parts between barriers," if "barriers" in params else ""
+    return f"components of the mesh{between}"
+
+
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
-    """Say where there are more regions than asked for; in the halted mode that is usual."""
+    """Say where there are not as many regions as asked for; in the halted mode that is usual."""
     params = result.params
     asked = params["n_segments"]  # None: a radius was asked for
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
         return
     n_more = result.n_segments - asked
+    fewer = fewer_note(result)
+    if fewer is not None:
+        warnings.warn(fewer, IslandWarning, stacklevel=stacklevel)
+        return
     if params["islands"] == "keep" and result.n_unreached:
-        note = (
-            f"{result.n_unreached} components of the mesh got no seed; islands='nearest' lets them"
-            " join the nearest region"
-        )
+        note = f"{result.n_unreached} {whole_parts(params)} got no seed"
+        if "barriers" not in params:
+            note += "; islands='nearest' lets them join the nearest region"
     elif params["islands"] == "nearest" and n_more > 0 and params["init"] not in ("flood", "grid"):
         note = f"{counted(n_more, 'part')} between barriers got no seed, and may join no other"
     else:

@@ -146,3 +146,42 @@ def test_masks_and_barriers_are_not_replaced(run, sheet, halves):
     for option in ("--mask", "--barriers"):
         status, _, err = run("segment", sheet, option, halves / "low.npy", "-o", halves / "low.npy")
         assert (status, "the output would take the place of the input" in err) == (2, True)
+
+
+def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
+    block = shapes.drilled_block(64)
+    write_mesh(tmp_path / "block.ply", block)
+    out = tmp_path / "out.npy"
+    options = ("-n", 1, "--barrier-angle", 30, "--force", "-o", out)
+    more = (
+        "superfacets: note: 6 more regions than asked for, for components of the mesh, or parts"
+        " between barriers, that got no seed\n"
+    )
+    status, _, err = run("segment", tmp_path / "block.ply", *options)
+    assert (status, err) == (0, more)
+    labels = np.load(out)
+    assert len(np.unique(labels)) == 7
+    status, _, err = run("segment", tmp_path / "block.ply", *options, "--max-edge", 0.3)
+    assert status == 0
+    assert err.endswith(more)
+    back = np.load(out)
+    assert len(np.unique(labels * 7 + back)) == 7  # the same faces, subdivided
+    status, _, err = run("segment", tmp_path / "block.ply", "-n", 12, "--balance", 1, *options[2:])
+    assert status == 0
+    assert "regions in place of 12: some components of the mesh, or parts between barriers" in err
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["--barriers", "m.npy"], "give --barriers or --barrier-angle, not both"),
+        (["--tiled"], "--barrier-angle does not go with --tiled"),
+        (["--barrier-angle", 0], "0.0 is not in the range"),
+    ],
+)
+def test_what_a_barrier_angle_does_not_go_with_is_one_line(run, sheet, tmp_path, more, message):
+    np.save(tmp_path / "m.npy", np.zeros(1152, int))
+    more = [tmp_path / text if text == "m.npy" else text for text in more]
+    status, _, err = run("segment", sheet, "--barrier-angle", 30, *more)
+    assert (status, err.count("\n")) == (2, 1)
+    assert message in err

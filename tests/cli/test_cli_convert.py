@@ -95,6 +95,14 @@ def test_options_of_labels_go_to_the_files(run, folder):
     assert "label_name is for .vtp, .vtu, .vtk: no such file is written" in err
 
 
+def test_solids_of_split_regions_are_named_after_them(run, folder):
+    assert run("convert", "a.ply", "a.npy", "--split", "parts", "--to", "stl")[0] == 0
+    written = sorted((folder / "parts").glob("*.stl"))
+    assert len(written) > 1
+    for path in written:
+        assert path.read_text().startswith(f"solid {path.stem}\n")
+
+
 def test_regions_are_split(run, folder):
     status, printed, _ = run("convert", "a.ply", "a.npy", "--split", "parts", "--to", "obj")
     assert (status, printed) == (0, "wrote 9 files in parts\n")

@@ -178,3 +178,21 @@ def test_results_of_a_read_only_input_go_to_the_current_folder(run, folder):
     assert out.startswith("wrote a.superfacets.ply\n")
     assert files_in(folder / "data") == ["a.ply"]
     assert (folder / "a.superfacets.ply").exists()
+
+
+def test_nothing_is_said_of_a_read_only_input_in_the_current_folder(run, folder):
+    (folder / "a.ply").chmod(0o444)
+    assert run("segment", "a.ply", "-n", 4, "-q", "--force")[::2] == (0, "")
+    assert (folder / "a.superfacets.ply").exists()
+
+
+def test_a_read_only_folder_is_named(run, folder):
+    (folder / "data").mkdir()
+    write_mesh(folder / "data" / "a.ply", shapes.bumpy_sheet(4))
+    (folder / "data").chmod(0o555)
+    try:
+        status, _, err = run("segment", "data/a.ply", "-n", 4)
+    finally:
+        (folder / "data").chmod(0o755)
+    assert status == 0
+    assert err == "superfacets: note: data is read-only: results go to the current folder\n"

@@ -133,13 +133,18 @@ def test_subdivide_writes_the_parts_and_labels_of_the_faces_of_the_input(run, bl
     assert n_lost > 0
     assert err == (
         f"superfacets: note: {mesh.n_faces} faces were subdivided into {parts.mesh.n_faces}\n"
-        f"superfacets: note: {n_lost} regions have the most area in no face of the input:"
-        " label files lack them\n"
+        f"superfacets: note: {n_lost} regions are smaller than the long faces of the input;"
+        " label files have no face of them\n"
     )
     facts = json.loads(out)
     assert facts["sliver_share"] == 0
     assert facts["n_faces"] == parts.mesh.n_faces
     assert "subdivide" in facts["seconds"]
+
+
+def test_a_mesh_that_is_fine_enough_is_not_said_to_be_subdivided(run, block, tmp_path):
+    status, _, err = run("segment", block, "-n", 9, "--max-edge", 9, "-o", tmp_path / "a.npy")
+    assert (status, err) == (0, "superfacets: note: no edge is longer than max_edge\n")
 
 
 def test_subdivide_heeds_a_radius_or_a_longest_edge(run, block, tmp_path):

@@ -20,12 +20,22 @@ def test_an_empty_file_is_refused(refuse, ending):
 
 @pytest.mark.parametrize(
     ("name", "got"),
-    [("a.step", ".step: convert the file first"), ("a", "none"), (".ply", "none")],
+    [("a.dwg", ".dwg: convert the file first"), ("a", "none"), (".ply", "none")],
 )
 def test_an_unknown_ending_is_refused(refuse, name, got):
     endings = ".glb, .gltf, .b3dm, .obj, .off, .ply, .stl, .tri, .vtp, .gii, .white, .pial"
     endings += ", .inflated, .smoothwm, .orig, .sphere, .mesh, .msh, .vtk, .vtu"
     refuse(name, b"ply", f"expected the ending {endings}, got {got}")
+
+
+@pytest.mark.parametrize(
+    ("name", "format"),
+    [("a.STEP", "STEP"), ("a.stp", "STEP"), ("a.iges", "IGES"), ("a.igs", "IGES"),
+     ("a.brep", "BREP"), ("a.FCStd", "FCStd"), ("a.stl", "STEP")],
+)  # fmt: skip
+def test_files_of_cad_programs_are_refused_with_advice(refuse, name, format):
+    advice = "export an STL from your CAD program, or gmsh part.step -2 -o part.stl"
+    refuse(name, b"ISO-10303-21;\nHEADER;\n", f"{format} is CAD, not a mesh: {advice}")
 
 
 @pytest.mark.parametrize("ending", MESH_ENDINGS)

@@ -15,6 +15,7 @@ from .._timing import OnStage, timed
 from .._types import Array, Floats, Longs
 from .._validate import checked_choice, checked_flag, checked_number, checked_share, checked_threads
 from ..adapters.convert import as_mesh
+from ..cells.constraints import sharp_edges
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions
 from ..cells.kinds import kind_of
 from ..cells.named_features import features_of
@@ -155,6 +156,7 @@ def segment_file(
     holds_attributes: bool,
     timings: dict[str, float],
     constraints: Callable[[Cells], dict[str, Array]] | None = None,
+    barrier_angle: float | None = None,
     progress: Progress | None = None,
     on_stage: OnStage | None = None,
 ) -> Outcome:
@@ -162,7 +164,8 @@ def segment_file(
 
     `holds_attributes`: whether an output has a place for attributes of vertices and faces.
     `timings` gets the seconds of "mesh" and "subdivide", which do not overlap the timings of the
-    result. `constraints` returns mask and barriers of the cells, as keywords of `segment`.
+    result. `constraints` returns mask and barriers of the cells, as keywords of `segment`. Edges
+    that bend by `barrier_angle` degrees are barriers.
     """
     keeps = not options.drop_attributes and holds_attributes
     with timed(timings, "mesh", on_stage):
@@ -185,6 +188,8 @@ def segment_file(
         mesh = parts.mesh
         of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
         attributes = None if attributes is None else attributes_of_parts(attributes, given, parts)
+    if barrier_angle is not None:
+        of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
     seen = mesh if options.viewpoint is None else _seen_from(options.viewpoint, mesh)
     result = replace(_segmented(seen, of_cells, options, progress, on_stage), cells=mesh)
     if parts is None:

@@ -10,17 +10,28 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Array, Bools, Ints, Longs
-from .._validate import checked_edges, checked_mask, checked_seeds, refuse_mask
+from .._validate import (
+    checked_edges,
+    checked_mask,
+    checked_number,
+    checked_seeds,
+    checked_threads,
+    refuse_mask,
+)
+from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.cells import lowest_vertices
 from ..mesh.faces import ends_of_sides, face_sizes
-from .face_graph import FaceGraph
-from .surface import Surface
+from .face_graph import FaceGraph, build_face_graph
+from .surface import Surface, arc_measures
 
 ANY_GROUP = -1
 """Group of cells that may share a region with any cell."""
 
 NO_GROUPS = np.empty(0, np.int32)
 """Empty array: no barriers, all cells may share regions."""
+
+ANGLE_NOISE = 1e-6
+"""Radians below the given angle that still count: an angle of float32 positions is as uncertain."""
 
 
 @dataclass(frozen=True)
@@ -126,6 +137,62 @@ class Cut:
         whole = np.full(self.n_whole, -1, np.int32)
         whole[self.cells] = labels
         return whole
+
+
+def sharp_edges(
+    mesh: MeshLike, angle: float = 30.0, *, weld: bool = True, n_threads: int | None = None
+) -> Ints:
+    """Return the edges whose faces meet at an angle, for the `barriers` of `segment`.
+
+    With these barriers, ``segment(mesh, 1, ...)`` makes one region per smooth face of a CAD part.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh or mesh-like
+        As for `segment`.
+    angle : float, default 30
+        In degrees, above 0 to 180. Edges that bend by at least this angle are sharp, convex or
+        concave: 0 is flat, and the edges of a cube have 90.
+    weld : bool, default True
+        As for `segment`.
+    n_threads : int, optional
+        As for `segment`.
+
+    Returns
+    -------
+    ndarray of int32, shape (E, 2)
+        The two vertices of each edge, the lower first, in ascending order; of vertices at the same
+        position the lowest. Edges of three faces or more are sharp, too. Boundary edges are not.
+
+    Raises
+    ------
+    MeshError
+        If `mesh` has no faces.
+    ValueError, TypeError
+        If `angle` is not above 0 and at most 180.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh
+    >>> roof = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> sharp_edges(roof).tolist(), sharp_edges(roof, 91).tolist()
+    ([[0, 2]], [])
+    """
+    angle = checked_number(angle, "angle", zero=False)
+    if angle > 180:
+        raise ValueError(f"angle must be at most 180, got {angle:g}")
+    source, threads = as_mesh(mesh), checked_threads(n_threads)
+    graph = build_face_graph(source, weld=weld, n_threads=threads)
+    angles = arc_measures(source, graph, n_threads=threads).angles
+    assert angles is not None  # faces have them
+    sources, is_sharp = graph.sources, np.abs(angles) >= np.radians(angle) - ANGLE_NOISE
+    # Arcs are sorted by side within a face, so an edge of three faces has two in a row.
+    is_same = (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
+    is_sharp[1:] |= is_same
+    lowest = lowest_vertices(source.vertices, weld, threads)
+    ends = lowest[ends_of_sides(source, sources[is_sharp], graph.sides[is_sharp])]
+    keys = np.unique(_keys_of(ends))
+    return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
 
 
 def in_order(values: Array, order: Ints | None) -> Array:

@@ -18,7 +18,7 @@ from ..io.readers.labels import LABEL_ENDINGS, checked_labels, has_labels, read_
 from ..io.readers.npy import npy_array
 from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
 from ..mesh.cells import Cells
-from .options import FILE, STANDARD_STREAM, option, options
+from .options import FILE, STANDARD_STREAM, Real, option, options
 
 VALUE_ENDINGS = (".npy", ".txt")
 
@@ -113,6 +113,12 @@ constraint_options = options(
            "One whole number per face or point, as a file of labels. No region has two of them."),
 )  # fmt: skip
 """Adds the options ``--mask`` and ``--barriers`` to a command."""
+
+barrier_angle_option = option(
+    "--barrier-angle DEG", Real(0.0, 180.0, min_open=True),
+    "No region extends across an edge that bends by this angle or more, convex or concave. With -n"
+    " 1 and 30: one region per face of a CAD part.",
+)  # fmt: skip
 
 
 def constraints_of(

@@ -243,16 +243,17 @@ def plan_jobs(
 
 
 def _folder_beside(text: str) -> Path:
-    """The folder of an input; or the current one, with a note, if the input is read-only."""
+    """The folder of an input; or the current one, with a note, if one is read-only."""
     path = Path(text)
     if not path.exists():  # the run reports it
         return path.parent
-    can_write = all(
-        os.access(place, os.W_OK) and place.stat().st_mode & 0o222 for place in (path, path.parent)
-    )
-    if not can_write:
-        print_note(f"{text} is read-only: results go to the current folder")
-    return path.parent if can_write else Path()
+    if path.parent.samefile(Path()):
+        return Path()
+    for place in (path, path.parent):
+        if not (os.access(place, os.W_OK) and place.stat().st_mode & 0o222):
+            print_note(f"{place} is read-only: results go to the current folder")
+            return Path()
+    return path.parent
 
 
 def _is_folder(text: str) -> bool:

@@ -19,7 +19,7 @@ from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..mesh.cells import Cells
-from ..pipeline import SCANS
+from ..pipeline import SCANS, fewer_note, whole_parts
 
 
 def notes_of(
@@ -34,7 +34,9 @@ def notes_of(
     kind = kind_of(mesh)
     notes = []
     if listed is not None:
-        notes.append(f"{len(listed)} faces were subdivided into {mesh.n_cells}")
+        is_same = len(listed) == mesh.n_cells
+        said = f"{len(listed)} faces were subdivided into {mesh.n_cells}"
+        notes.append("no edge is longer than max_edge" if is_same else said)
     n_kept = int(np.count_nonzero(result.labels >= 0))
     if asked is not None and asked > n_kept:
         whole = "cloud" if kind.are_points else "mesh"
@@ -82,23 +84,27 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
     if asked is None:
-        if n_made - n_kept > 1:
-            return []
-        return ["the radius makes one region of all: -r is a fraction of the mesh's diagonal"]
+        return (
+            []
+            if n_made - n_kept > 1
+            else ["the radius makes one region of all: -r is a fraction of the mesh's diagonal"]
+        )
     if n_made != asked and params["init"] in ("flood", "grid"):
         return [
             f"{counted(n_made, 'region')} in place of {asked}: --init {params['init']} makes only"
             " about as many as asked for"
         ]
     if n_made <= asked:
-        return []
+        fewer = fewer_note(result)
+        return [] if fewer is None else [fewer]
     more = f"{counted(n_made - asked, 'more region')} than asked for"
     if params["islands"] == "nearest":
         return [f"{more}, for parts between barriers that got no seed and may join no other"]
-    why = "components of the mesh that got no seed"
+    why = f"{whole_parts(params)} that got no seed"
     if params["radius_factor"] is not None:
         why += ", or faces that no center reached"
-    return [f"{more}, for {why}; with --islands nearest they join the nearest region"]
+    advice = "; with --islands nearest they join the nearest region"
+    return [f"{more}, for {why}{'' if 'barriers' in params else advice}"]
 
 
 def _notes_on_listed(result: Segmentation, listed: Longs) -> list[str]:
@@ -106,9 +112,11 @@ def _notes_on_listed(result: Segmentation, listed: Longs) -> list[str]:
     n_lost = result.n_segments - len(np.unique(listed[listed >= 0]))
     if not n_lost:
         return []
-    have, them = ("has", "it") if n_lost == 1 else ("have", "them")
+    are, them = ("is", "it") if n_lost == 1 else ("are", "them")
     lost = counted(n_lost, "region")
-    return [f"{lost} {have} the most area in no face of the input: label files lack {them}"]
+    return [
+        f"{lost} {are} smaller than the long faces of the input; label files have no face of {them}"
+    ]
 
 
 def notes_on_written(

@@ -21,6 +21,7 @@ from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
 from .failures import EXIT_DATA, count_failures, print_notes
 from .inputs import (
+    barrier_angle_option,
     check_inputs,
     constraint_options,
     constraints_of,
@@ -41,6 +42,7 @@ from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles,
 @options(
     segment_options,
     constraint_options,
+    barrier_angle_option,
     labels_named_option,
     output_option(
         "A .ply, .vtp, .obj, .stl, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of"
@@ -59,7 +61,7 @@ from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles,
 def segment_command(
     ctx: click.Context, /, inputs: tuple[str, ...], outputs: tuple[str, ...],
     formats: tuple[str, ...], format: str | None, mask: Path | None, barriers: Path | None,
-    labels_named: str, is_quiet: bool, as_json: bool, **given: Any,
+    barrier_angle: float | None, labels_named: str, is_quiet: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Segment meshes and point clouds, and write their labels.
 
@@ -71,8 +73,13 @@ def segment_command(
     scans = given["scans"]
     chosen = options_of(**given)
     check_inputs(inputs)
+    if barriers is not None and barrier_angle is not None:
+        raise click.UsageError("give --barriers or --barrier-angle, not both")
     if tiles is not None:
-        others = {"--mask": mask, "--barriers": barriers, "--format": format}
+        others = {
+            "--mask": mask, "--barriers": barriers, "--barrier-angle": barrier_angle,
+            "--format": format,
+        }  # fmt: skip
         formats = tiles.checked_formats(inputs, outputs, formats, chosen, others)
     also_read = [str(path) for path in (mask, barriers) if path is not None]
     names = names_of_results if tiles is None else names_by_tiles
@@ -81,7 +88,7 @@ def segment_command(
     check_mask(mask, endings)
     form = chosen.form(endings)
     constraints = partial(constraints_of, mask, barriers, name=labels_named)
-    run = _Run(chosen, format, form, constraints, tiles, scans, is_quiet, as_json)
+    run = _Run(chosen, format, form, constraints, barrier_angle, tiles, scans, is_quiet, as_json)
     named = [name_of(job.input) for job in jobs]
     if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.tell(jobs[i], m)):
         ctx.exit(EXIT_DATA)
@@ -95,6 +102,7 @@ class _Run:
     format: str | None
     form: FormatOptions
     constraints: Callable[[int], dict[str, Any]]
+    barrier_angle: float | None
     tiles: TileOptions | None
     scans: bool
     is_quiet: bool
@@ -153,6 +161,7 @@ class _Run:
             holds_attributes=job.holds_attributes,
             timings=timings,
             constraints=lambda cells: self.constraints(cells.n_cells),
+            barrier_angle=self.barrier_angle,
             progress=bar.on_iteration,
             on_stage=bar.on_stage,
         )

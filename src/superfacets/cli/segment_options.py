@@ -38,9 +38,10 @@ def _defaults_of(parameter: str) -> str:
     return ", ".join(dict.fromkeys(f"{value:g}" for value in used))
 
 
-def _users_of(parameter: str) -> str:
-    """Names of the weights that use a parameter."""
-    return " and ".join(name for name, weight in WEIGHTS.items() if parameter in weight.defaults)
+def _default_by_weights(parameter: str) -> str:
+    """The default of a parameter with each kind of weights that uses it, as text."""
+    used = {name: weight.defaults.get(parameter) for name, weight in WEIGHTS.items()}
+    return ", ".join(f"{value:g} with {name}" for name, value in used.items() if value is not None)
 
 
 _GROUPS = {
@@ -54,7 +55,7 @@ _GROUPS = {
         "balance", "max_measure", "min_measure", "cells_per_region",
     ),
     "Data that borders follow": (
-        "features", "feature_weight", "mask", "barriers", "labels_named",
+        "features", "feature_weight", "mask", "barriers", "barrier_angle", "labels_named",
     ),
     "Noise, long faces, clouds": (
         "denoise", "is_subdivided", "max_edge", "viewpoint", "min_opacity",
@@ -87,8 +88,8 @@ segment_options = options(
            "Weight of convex creases relative to concave ones."
            f"  [default: by weights: {_defaults_of('eta_convex')}]"),
     option("--ridges", NOT_NEGATIVE,
-           "The same for sharp edges between flat faces, as on machine parts; 0 turns it off."
-           f"  [default: {_defaults_of('ridges')} with --weights {_users_of('ridges')}]"),
+           "Weight of sharp convex edges between flat faces, as on machine parts, relative to"
+           f" concave creases; 0 for none.  [default: {_default_by_weights('ridges')}]"),
     option("--weights NAME", tuple(WEIGHTS),
            "Cost of a step between neighbors: parts (creases, and steps from one part of a shape to"
            " another), creases, superfacets (as in the paper), or stk02 (Shlafman, Tal and Katz)."

@@ -120,6 +120,8 @@ class SizeRules:
                 f"{n_segments} regions of at most max_measure={high:g} hold {n_segments * high:g}"
                 f" of {total:g}: at least {math.ceil(total / high)} are needed"
             )
+        if low > total + slack:
+            raise MeshError(f"min_measure is {low:g}, more than the whole mesh has: {total:g}")
         if n_segments * low > total + slack:
             raise MeshError(
                 f"{n_segments} regions of at least min_measure={low:g} need {n_segments * low:g}"

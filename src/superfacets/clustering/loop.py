@@ -161,7 +161,7 @@ def segment_cells(
         del first  # the loop frees each coarse graph after use
     run = Iteration(size.radius, loop, timings, balancer=balancer)
     labels, centers = run.run(levels, graph, seeds)
-    n_unreached = len(centers) - len(seeds)
+    n_unreached = max(0, len(centers) - len(seeds))  # balance may remove centers
     if join_pieces is not None and loop.radius_factor is None:
         with timed(timings, "classify"):
             labels = join_pieces(labels, centers)

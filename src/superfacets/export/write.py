@@ -269,9 +269,11 @@ def write_regions(
     splitter = Splitter(cells)
     with output_folder(Path(folder)), atomic_outputs(paths) as temporaries:
         for temporary, cells_of in zip(temporaries, members, strict=True):
-            part = splitter.named_part(cells_of, int(cell_labels[cells_of[0]]))
+            value = int(cell_labels[cells_of[0]])
+            part = splitter.named_part(cells_of, value)
             with temporary.open("wb") as file:
-                CellWriter(part.mesh, None, None, None, options).write(file, ending)
+                named = np.full(len(cells_of), value, np.int32) if ending == ".stl" else None
+                CellWriter(part.mesh, named, None, None, options).write(file, ending)
     return paths
 
 

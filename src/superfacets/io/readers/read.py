@@ -29,7 +29,7 @@ from .obj_texture import read_obj_with_attributes
 from .off import MAGIC as OFF_MAGIC
 from .off import read_off, read_tri
 from .ply import read_ply, read_ply_with_attributes
-from .stl import has_binary_size, read_stl
+from .stl import cad_advice, has_binary_size, read_stl
 from .tets import TET_ENDINGS, read_tets
 from .vtk_xml import is_vtp, read_vtp
 
@@ -55,6 +55,10 @@ ATTRIBUTE_ENDINGS = (*_ATTRIBUTE_READERS, *_GLTF_ENDINGS)
 MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
 """Endings of meshes and of point clouds."""
+
+CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
+               ".fcstd": "FCStd"}  # fmt: skip
+"""Formats of CAD programs that hold no mesh, by their endings."""
 
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb", b"b3dm": ".b3dm",
            TRIANGLES: SURFACE_ENDINGS[0]}  # fmt: skip
@@ -260,6 +264,8 @@ def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
     try:
         return known_ending(path, endings)
     except MeshError as error:
+        if path.suffix.lower() in CAD_FORMATS:
+            raise MeshError(f"{path}: {cad_advice(CAD_FORMATS[path.suffix.lower()])}") from None
         advice = ": convert the file first" if path.suffix else ""
         if path.suffix.lower() == ".json":
             advice = ": tilesets are for batch, convert and segment --tiled"

@@ -23,8 +23,21 @@ FACET, OUTER, VERTEX, ENDLOOP, ENDFACET, SOLID, ENDSOLID = range(7)
 TRIANGLE_LINES = np.array([FACET, OUTER, VERTEX, VERTEX, VERTEX, ENDLOOP, ENDFACET], dtype=np.int8)
 
 
+STEP_MAGIC = b"ISO-10303-21"
+
+
+def cad_advice(name: str) -> str:
+    """What to do with a file in this format of CAD programs."""
+    return (
+        f"{name} is CAD, not a mesh: export an STL from your CAD program, or"
+        " gmsh part.step -2 -o part.stl"
+    )
+
+
 def read_stl(data: Content) -> Arrays:
     """Vertices, three per face, and faces of an STL file; the stored normals are skipped."""
+    if data[: len(STEP_MAGIC)] == STEP_MAGIC:
+        raise MeshError(cad_advice("STEP"))
     corners = _read_binary(data) if _is_binary(data) else _read_ascii(data)
     vertices = as_doubles(corners).reshape(-1, 3)
     index_type = np.int32 if len(vertices) <= MAX_CELLS else np.int64
