@@ -100,7 +100,8 @@ def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
     if keywords[-1] != ENDSOLID or not np.array_equal(borders, expected):
         number = split_lines(data).number(-1)
         raise MeshError(
-            f"line {number}: the file ends, but not each `solid` with an `endsolid`: it may be truncated"
+            f"line {number}: the file ends, but not each `solid` with an `endsolid`: it may be"
+            " truncated"
         )
 
 
