@@ -116,7 +116,7 @@ class CloudInfo:
     has_viewpoints: bool
     """Whether the cloud has viewpoints: the scanner position of each point."""
     has_colors: bool
-    """Whether the cloud has colors, not all of them black: programs write 0 where there are none."""
+    """Whether the cloud has colors that are not all black (files have 0 where there are none)."""
     colors_differ: bool
     """Whether the points have different colors."""
     spacing: float

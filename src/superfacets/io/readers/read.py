@@ -153,10 +153,10 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         numbers per point, separated by blanks, commas or semicolons. The first line may name the
         columns, as in PLY. Without names, the three columns after x, y and z are colors if all
         numbers are whole and 0 to 255, or normals if all have length 1. ``.npy``: an (N, 3) array,
-        or one of up to 12 columns, as in text. ``.las``. ``.laz``, which needs the extra ``las``: its
-        points may take 1,000 times the size of the file, or 64 MB if that is more. ``.pcd`` (text,
-        binary, compressed). ``.e57``, which needs the extra ``e57``: the points of all scans, one
-        scan after the other, each moved to its pose.
+        or one of up to 12 columns, as in text. ``.las``. ``.laz``, which needs the extra ``las``:
+        its points may take 1,000 times the size of the file, or 64 MB if that is more. ``.pcd``
+        (text, binary, compressed). ``.e57``, which needs the extra ``e57``: the points of all
+        scans, one scan after the other, each moved to its pose.
 
     Returns
     -------
