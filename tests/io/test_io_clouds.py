@@ -137,7 +137,7 @@ def test_what_is_wrong_is_named(tmp_path, name, content, message):
 @pytest.mark.parametrize("array", [np.zeros(3), np.zeros((2, 3), complex)])
 def test_arrays_of_other_shapes_are_refused(tmp_path, array):
     np.save(tmp_path / "a.npy", array)
-    with pytest.raises(MeshError, match="expected (an|shape)"):
+    with pytest.raises(MeshError, match=r"expected (an|shape)"):
         read_cloud(tmp_path / "a.npy")
 
 
