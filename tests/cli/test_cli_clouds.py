@@ -170,3 +170,13 @@ def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
 )
 def test_errors_name_the_option_that_was_typed(folder, options, status, message):
     assert message in run("segment", "cloud.ply", *options, status=status)
+
+
+@pytest.mark.parametrize(
+    "command", [["info"], ["segment", "-n", 9], ["segment", "--tiled", "-o", "labels.npy"]]
+)
+def test_commands_refuse_a_height_grid(folder, command):
+    np.save("dem.npy", np.zeros((301, 301)))
+    output = run(*command, "dem.npy", status=1)
+    assert "dem.npy: expected shape (N, 3)" in output
+    assert "got (301, 301): a height grid is made a mesh first" in output
