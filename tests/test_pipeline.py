@@ -13,6 +13,7 @@ from superfacets import (
     PARTS,
     IslandWarning,
     Mesh,
+    MeshError,
     build_face_graph,
     classify,
     crease_weights,
@@ -21,6 +22,7 @@ from superfacets import (
     smooth_borders,
     superfacet_weights,
     update_centers,
+    write_mesh,
 )
 from superfacets.metrics import compactness
 
@@ -463,10 +465,28 @@ def test_an_error_in_on_stage_ends_the_run():
 
 @pytest.mark.parametrize(
     ("name", "meant"),
-    [("compactness", "alpha"), ("sigma", "denoise"), ("max_iter", "max_num_iter"), ("k", "n_seg")],
+    [
+        ("compactness", "alpha"),
+        ("sigma", "denoise"),
+        ("max_iter", "max_num_iter"),
+        ("k", "n_seg"),
+        ("n_superpoints", "n_segments"),
+        ("kThresh", "n_segments, or superfacets.segmentator"),
+        ("segMinVerts", "min_size"),
+        ("scans", r"\*\*superfacets.SCANS"),
+    ],
 )
 def test_names_of_other_tools_are_told_what_is_meant(name, meant):
     with pytest.raises(TypeError, match=f"segment has no parameter {name}: use {meant}"):
         segment(shapes.cube(), 3, **{name: 1})
     with pytest.raises(TypeError, match="unexpected keyword argument 'compactnes'"):
         segment(shapes.cube(), 3, compactnes=1)
+
+
+def test_a_mesh_without_colors_says_where_they_come_from(sheet, tmp_path):
+    hint = "there are normals, height; a Mesh holds no colors: pass the path of the file"
+    with pytest.raises(MeshError, match=hint):
+        segment(sheet, 3, features="color")
+    write_mesh(tmp_path / "plain.ply", sheet)
+    with pytest.raises(MeshError, match=r"there are normals, height$"):
+        segment(tmp_path / "plain.ply", 3, features="color")

@@ -512,13 +512,14 @@ def checked_edges(edges: Any, n_vertices: int, name: str) -> Ints:
 
 
 def checked_partial_labels(
-    labels: Any, n_cells: int, name: str = "labels", *, least: int = -1
-) -> tuple[Ints, int]:
+    labels: Any, n_cells: int, name: str = "labels", *, least: int = -1,
+    n_vertices: int | None = None,
+) -> tuple[Ints, int]:  # fmt: skip
     """Labels as an (N,) int32 array, and the number K of regions.
 
     Each of 0..K-1 must occur. -1 stands for no region, and is refused if `least` is 0.
     """
-    given = _row_of_labels(labels, n_cells, name)
+    given = _row_of_labels(labels, n_cells, name, n_vertices)
     is_wrong = (given < least) | (given >= n_cells)
     refuse_first(is_wrong, name, given, f"labels are {least}..K-1, K <= {n_cells}")
     array = owned_indices(given)
@@ -528,9 +529,9 @@ def checked_partial_labels(
     return array, len(counts)
 
 
-def checked_regions(labels: Any, n_cells: int) -> tuple[Ints, int]:
+def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
     """Like `checked_partial_labels`, but at least one region must occur."""
-    array, n_regions = checked_partial_labels(labels, n_cells)
+    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
     if not n_regions:
         raise ValueError("no cell has a label: all are -1")
     return array, n_regions
@@ -545,25 +546,35 @@ def checked_classes(labels: Any, n_cells: int, name: str) -> Ints:
     return array
 
 
-def _row_of_labels(labels: Any, n_cells: int, name: str) -> Array:
+def _row_of_labels(labels: Any, n_cells: int, name: str, n_vertices: int | None = None) -> Array:
     given = _integer_array(labels, name)
     if len(given) != n_cells:
-        raise ValueError(f"there are {len(given)} {name} for {n_cells} cells")
+        hint = hint_at_vertices(len(given), n_vertices)
+        raise ValueError(f"there are {len(given)} {name} for {n_cells} cells{hint}")
     return given
 
 
-def checked_any_labels(labels: Any, n_cells: int) -> Longs:
+def hint_at_vertices(n_labels: int, n_vertices: int | None) -> str:
+    """The end of the message on a wrong number of labels, if it is that of the vertices."""
+    if n_labels != n_vertices:
+        return ""
+    return ", as many as the vertices: give labels of faces, or transfer them"
+
+
+def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None) -> Longs:
     """Labels, which may be any integers, as an (N,) int64 array."""
-    given = _row_of_labels(labels, n_cells, "labels")
+    given = _row_of_labels(labels, n_cells, "labels", n_vertices)
     array = owned(given, np.int64)
     if given.dtype.kind == "u" and array.min() < 0:
         raise ValueError("labels must fit in int64")
     return array
 
 
-def compact_partial_labels(labels: Any, n_cells: int) -> tuple[Ints, Array]:
+def compact_partial_labels(
+    labels: Any, n_cells: int, n_vertices: int | None = None
+) -> tuple[Ints, Array]:
     """Return `ranked_labels` of labels that may be any integers."""
-    return ranked_labels(checked_any_labels(labels, n_cells))
+    return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 
 def compact_complete(labels: Any, n_cells: int, name: str = "labels") -> tuple[Ints, int]:

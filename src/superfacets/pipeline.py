@@ -43,7 +43,7 @@ from .clustering.graphs import has_small_regions
 from .clustering.loop import coarsened, segment_cells
 from .clustering.plan import Plan, Start
 from .clustering.segmentation import Segmentation
-from .errors import BalanceWarning, IslandWarning, SliverWarning
+from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from .io.guards import counted
 from .io.readers.read import read_cells_and_attributes
 from .mesh.cells import Cells
@@ -92,6 +92,10 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "num_threads": "use n_threads",
         "n_jobs": "use n_threads",
         "k": "use n_segments",
+        "n_superpoints": "use n_segments",
+        "kThresh": "use n_segments, or superfacets.segmentator, which takes kThresh",
+        "segMinVerts": "use min_size: a fraction of the mean area of regions",
+        "scans": "use **superfacets.SCANS",
         "n_clusters": "use n_segments",
         "seed": "labels are the same on every run; init takes faces that are the seeds",
     }
@@ -457,7 +461,13 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
         source, attributes = read_cells_and_attributes(mesh)
     else:
         source, attributes = as_cells(mesh), None
-    table = features_of(names, source, attributes, options.loop.n_threads)
+    try:
+        table = features_of(names, source, attributes, options.loop.n_threads)
+    except MeshError as error:
+        if isinstance(mesh, (str, os.PathLike)) or not kind_of(source).has_faces:
+            raise
+        hint = "a Mesh holds no colors: pass the path of the file, or an array of colors"
+        raise MeshError(f"{error}; {hint}") from None
     return source, replace(options, features=replace(options.features, given=table))
 
 

@@ -163,7 +163,7 @@ def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
 @pytest.mark.parametrize(
     ("options", "status", "message"),
     [
-        (["--scans"], 1, "cloud.ply: --denoise, which --scans contains, is for meshes"),
+        (["--scans"], 1, "cloud.ply: --scans is for meshes"),
         (["--viewpoint", 0, 0, "-n", 9], 2, "three numbers are needed, got '-n'"),
         (["--paper", "--balance", 1], 2, "--balance is not part of the paper"),
     ],

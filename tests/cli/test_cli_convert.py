@@ -32,12 +32,38 @@ def test_a_mesh_and_its_labels_are_written_in_other_formats(run, folder):
     options = [text for name in outputs for text in ("-o", name)]
     status, printed, err = run("convert", "a.ply", "a.npy", *options)
     assert (status, err) == (0, "")
-    assert printed.splitlines() == [f"wrote {name}" for name in outputs]
+    assert printed.splitlines() == [
+        f"wrote {name}" + " (a label per vertex)" * name.endswith((".segs.json", ".bin", ".npy"))
+        for name in outputs
+    ]
     assert {*outputs} <= {*files_in(folder)}
     assert read_mesh("a.obj").n_faces == 72
     assert json.loads((folder / "a.sstk.json").read_text())["elementCount"] == 72
     ids = json.loads((folder / "a.segs.json").read_text())["segIndices"]
     assert_array_equal(np.load("b_sp_label.npy"), ids)
+
+
+def test_classes_that_lose_their_numbers_are_a_note(run, folder):
+    write_labels("classes.npy", np.where(np.arange(72) < 36, 5, 40))
+    assert (
+        "gaps in .bin; .segs.json keeps 5, 40"
+        in run("convert", "a.ply", "classes.npy", "-o", "a.bin")[2]
+    )
+    assert run("convert", "a.ply", "classes.npy", "-o", "a.segs.json")[2] == ""
+
+
+@pytest.mark.parametrize("command", ["render", "regions", "convert"])
+def test_labels_of_vertices_are_told_apart(run, folder, command):
+    n_vertices = read_mesh("a.ply").n_vertices
+    write_labels("v.npy", np.zeros(n_vertices, int))
+    write_labels("v.segs.json", np.zeros(n_vertices, int))
+    for name in ("v.npy", "v.segs.json"):
+        labels = ("--labels", name) if command == "render" else (name,)
+        output = "b.csv" if command == "regions" else "b.png" if command == "render" else "b.ply"
+        status, _, error = run(command, "a.ply", *labels, "-o", output)
+        assert status == 1
+        assert "vertices: give labels of faces, or transfer them" in error
+        assert error.startswith(f"superfacets: error: {name}: ")
 
 
 def test_labels_in_the_mesh_are_used_where_none_are_named(run, folder):
@@ -74,7 +100,7 @@ def test_regions_are_split(run, folder):
     assert (status, printed) == (0, "wrote 9 files in parts\n")
     assert files_in(folder / "parts") == [f"region_{region}.obj" for region in range(9)]
     status, printed, _ = run("convert", "own.ply", "--split", "halves", "-o", "b.seg")
-    assert (status, printed) == (0, "wrote b.seg\nwrote 2 files in halves\n")
+    assert (status, printed) == (0, "wrote b.seg (a label per face)\nwrote 2 files in halves\n")
     assert read_mesh("halves/region_1.ply").n_faces == 36
     status, _, err = run("convert", "a.ply", "--split", "none")
     assert (status, err) == (1, NO_LABELS.format("split it by"))
@@ -156,6 +182,8 @@ def test_regions_without_a_vertex_are_a_note(run, folder):
     assert err == (
         "superfacets: note: .bin and .segs.json lack 4 regions, for which no vertex could be"
         " spared\n"
+        "superfacets: note: labels are renumbered without gaps in .bin; .segs.json keeps 0, 1, 2,"
+        " ...\n"
     )
     labels = np.zeros(72, int)
     labels[[10, 40]] = 1, 2  # single faces amid others get a vertex

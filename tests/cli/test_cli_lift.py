@@ -119,7 +119,7 @@ def test_images_that_do_not_vote_are_noted(run, folder):
     (folder / "masks" / "7.png").rename(folder / "masks" / "other.png")
     status, out, err = run(*LIFT, "-o", "a.npy")
     assert status == 0
-    assert out.startswith("wrote a.npy\ncube.ply: 7 images see")
+    assert out.startswith("wrote a.npy (a label per face)\ncube.ply: 7 images see")
     assert err == (
         "superfacets: note: there is no mask in image 3 (3.jpg)\n"
         "superfacets: note: masks without a camera are left out: other\n"

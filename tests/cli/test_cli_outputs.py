@@ -127,8 +127,8 @@ def test_files_of_all_inputs_go_to_a_folder(run, folder):
     assert (status, err) == (0, "")
     assert files_in(folder / "results") == ["a.superfacets.npy", "b.superfacets.npy"]
     assert [line.split(":")[0].split(",")[0] for line in out.splitlines()] == [
-        f"wrote {Path('results/a.superfacets.npy')}", "a.ply",
-        f"wrote {Path('results/b.superfacets.npy')}", "b.ply",
+        f"wrote {Path('results/a.superfacets.npy')} (a label per face)", "a.ply",
+        f"wrote {Path('results/b.superfacets.npy')} (a label per face)", "b.ply",
     ]  # fmt: skip
     assert read_labels("results/b.superfacets.npy").max() == 2
 

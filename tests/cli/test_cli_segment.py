@@ -202,6 +202,30 @@ def test_connect_without_paper_is_a_note(run, sheet):
     assert run("segment", sheet, "-n", 20, "--islands", "nearest", "--connect")[2] == ""
 
 
+def test_what_auto_denoising_took_is_a_note(run, sheet, tmp_path):
+    write_mesh(tmp_path / "cube.ply", shapes.cube())
+    auto = ("segment", tmp_path / "cube.ply", "-n", 6, "--denoise", "auto")
+    assert "note: denoise: auto took 0 steps\n" in run(*auto)[2]
+    assert "auto took 0 steps (--scans takes 5)\n" in run(*auto, "--scans")[2]
+    assert "denoise" not in run("segment", sheet, "-n", 6, "--scans")[2]
+    assert run(*auto, "-q")[2] == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("--compactness", "--alpha: higher"),
+        ("--n-superpoints", "--n-segments"),
+        ("--kThresh", "--n-segments, or superfacets.segmentator"),
+        ("--sigma", "--denoise: steps"),
+    ],
+)
+def test_options_of_other_tools_are_told_what_is_meant(run, sheet, name, meant):
+    status, _, error = run("segment", sheet, name, 1)
+    assert status == 2
+    assert f"No such option: {name}: use {meant}" in error
+
+
 def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
     note = "superfacets: note: the radius makes one region of all: -r is a fraction of the mesh's"
     assert run("segment", sheet, "-r", 5)[2] == f"{note} diagonal\n"

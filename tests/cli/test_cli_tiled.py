@@ -34,7 +34,7 @@ def test_labels_are_those_of_segment(run, bear):
     assert files_in(bear.parent) == ["bear.ply", "bear.superfacets.npy"]
     assert np.array_equal(np.load(output), expected.labels)
     first, last = out.splitlines()
-    assert first == f"wrote {output}"
+    assert first == f"wrote {output} (a label per face)"
     facts = f"{expected.n_iter} iterations, {expected.stop_reason}; seconds: tiles "
     assert last.startswith(f"bear.ply: {len(expected.labels)} faces, 40 regions, {facts}")
 
@@ -117,7 +117,8 @@ def test_a_folder_takes_the_labels_of_each_file(run, city, tmp_path):
     out = tmp_path / "out"
     status, printed, err = run("segment", folder, "-n", 20, "--tiled", "-o", f"{out}/")
     assert (status, err) == (0, "")
-    assert printed.splitlines()[:2] == [f"wrote {out / name}" for name in ("a.npy", "b.npy")]
+    lines = [f"wrote {out / name} (a label per face)" for name in ("a.npy", "b.npy")]
+    assert printed.splitlines()[:2] == lines
     assert files_in(out) == ["a.npy", "b.npy"]
     found = [np.load(out / name) for name in files_in(out)]
     assert [len(labels) for labels in found] == [600, 552]

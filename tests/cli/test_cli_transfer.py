@@ -115,6 +115,21 @@ def test_what_does_not_fit_is_one_line(run, folder):
         assert err.count("\n") == 1, arguments
 
 
+def test_classes_that_lose_their_numbers_are_a_note(run, folder):
+    classes = np.where(sf.read_labels("labels.npy") > 1, 40, 5)
+    sf.write_labels("classes.npy", classes)
+    given = ("coarse.ply", "classes.npy", "fine.ply")
+    status, out, err = run("transfer", *given, "-o", "a_sp_label.npy", "-o", "b.npy")
+    assert status == 0
+    assert out.startswith(
+        "wrote a_sp_label.npy (a label per vertex)\nwrote b.npy (a label per face)\n"
+    )
+    assert "renumbered without gaps in _sp_label.npy; .segs.json keeps 5, 40\n" in err
+    assert set(np.load("a_sp_label.npy")) == {0, 1}
+    assert run("transfer", *given, "-o", "a.segs.json")[2] == ""
+    assert set(json.loads((folder / "a.segs.json").read_text())["segIndices"]) == {5, 40}
+
+
 def test_the_facts_are_printed_as_json(run, folder):
     options = ("--max-distance", 1, "--json", "-o", "out.ply")
     status, printed, _ = run("transfer", "coarse.ply", "labels.npy", "points.ply", *options)

@@ -48,6 +48,7 @@ export class CellCursor {
     const { desk } = this;
     this.clear();
     this.cell = cell;
+    desk.takeFocus();
     desk.hover(-1);
     desk.drawing.cells.mark(Uint32Array.of(cell), MARK_CURSOR, true);
     desk.drawing.redraw();

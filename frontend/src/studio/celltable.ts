@@ -49,6 +49,11 @@ export class CellTable {
     return (this.marksOf(cell) & MARK_HIDDEN) !== 0;
   }
 
+  get isAllHidden(): boolean {
+    for (let cell = 0; cell < this.nCells; cell++) if (!this.isHidden(cell)) return false;
+    return true;
+  }
+
   /** Set or clear bits of the given cells. */
   mark(cells: Iterable<number>, bits: number, on: boolean): void {
     if (bits & MARK_HIDDEN && on) this.hasHidden = true;

@@ -44,7 +44,7 @@ export interface State extends Progress {
   input: { name: string; n_cells: number; sha256?: string };
   work: string; // path of the work file
   notes: string[];
-  exports?: Record<string, string[]>; // file formats, by what is exported
+  exports?: Record<string, Record<string, string>>; // names of files, by what is exported and by format
 }
 
 export interface FileEntry {

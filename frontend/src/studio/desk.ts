@@ -5,13 +5,16 @@ import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./celltable";
 import { parseColor, regionColors } from "./colors";
 import type { ClassEntry } from "./contract";
-import { classOf, objectOf, paintOf } from "./labeling";
+import { addTo, classOf, objectOf, paintOf } from "./labeling";
 import type { Drawing } from "./drawing";
 import { Events } from "./events";
+import { classNameIn, paintNameIn } from "./names";
 import { Picker } from "./picker";
 import type { Session } from "./session";
 
 const MAX_OBJECT = 999;
+const MAX_NAMED = 3; // classes and objects that a message names
+const EMPTY = "Nothing is in view: Home shows all.";
 
 interface Kinds {
   paint: number; // class and object that strokes give
@@ -40,6 +43,8 @@ export class Desk {
     events.on("file", () => this.takeFile());
     events.on("regions", () => this.takeRegions());
     events.on("classes", (classes) => this.takeClasses(classes));
+    drawing.onView.push(() => this.hoveredCell >= 0 && this.hover(-1)); // another cell may be there now
+    drawing.afterView.push(() => this.sayIfEmpty());
     events.on("cells", (cells) => {
       drawing.cells.setPaint(session.paints.of, cells, this.stuff);
       drawing.redraw();
@@ -108,20 +113,30 @@ export class Desk {
   }
 
   className(id: number): string {
-    return this.session.state.classes.find((entry) => entry.id === id)?.name ?? "no class";
+    return classNameIn(this.session.state, id);
   }
 
   /** Name of an object, or of a class without one. */
   paintName(paint: number): string {
-    const [id, object] = [classOf(paint), objectOf(paint)];
-    const named = this.session.state.object_names.find((one) => one.class === id && one.object === object);
-    const name = this.className(id);
-    if (!object || this.isStuff(id)) return name;
-    return named?.name ?? `${name} ${/\d$/.test(name) ? "#" : ""}${object}`; // "class 1 #2", but "chair 2"
+    return paintNameIn(this.session.state, paint);
   }
 
   say(line: string): void {
     this.session.events.emit("message", line);
+  }
+
+  /** Say that nothing is in view, unless all cells are hidden, which was said. */
+  private sayIfEmpty(): void {
+    const { drawing, session } = this;
+    if (!session.paints) return;
+    const isEmpty = drawing.isEmpty && !drawing.cells.isAllHidden;
+    if (isEmpty) this.say(EMPTY);
+    else if (part("status").textContent === EMPTY) this.say("");
+  }
+
+  /** Give the keys to the mesh, on which a key has chosen something; buttons and fields keep them. */
+  takeFocus(): void {
+    if (!document.activeElement?.matches("a, button, select, [type=text]")) this.drawing.canvas.focus();
   }
 
   regionOf(cell: number): number {
@@ -177,6 +192,7 @@ export class Desk {
 
   setCursor(region: number): void {
     this.cursor = region;
+    this.takeFocus();
     this.hover(-1);
     this.select([region], false);
     this.drawing.mark({ cursor: region });
@@ -216,14 +232,31 @@ export class Desk {
       this.say("No region is chosen: N goes to the next one.");
       return;
     }
+    const replaced = new Map<number, number>();
+    this.noteReplaced(list, paint, replaced);
     this.session.paint(this.session.regions.cellsOfAll(list), paint);
-    this.sayPainted(list, paint);
+    this.sayPainted(list, paint, replaced);
   }
 
-  /** Announce the class and object that regions, or cells, have now. */
-  sayPainted(what: readonly number[] | string, paint: number): void {
+  /** Count regions by the other class or object that they lose to a paint. */
+  noteReplaced(regions: Iterable<number>, paint: number, replaced: Map<number, number>): void {
+    const { session: { paints, regions: all, isLocked } } = this;
+    if (isLocked || !paint) return;
+    for (const region of regions) {
+      const old = paints.mainPaint(all.cellsOf(region), [0, paint]);
+      if (old) addTo(replaced, old, 1);
+    }
+  }
+
+  /** Announce the class and object that regions, or cells, have now, and what these were before. */
+  sayPainted(what: readonly number[] | string, paint: number, replaced: ReadonlyMap<number, number> = new Map()): void {
     const name = typeof what === "string" ? what : nameOf(what);
-    this.say(paint ? `${name}: ${this.paintName(paint)}.` : `${name}: class removed.`);
+    if (!paint) return this.say(`${name}: class removed.`);
+    const was = [...replaced.keys()].map((old) => this.paintName(old));
+    const names = was.length > MAX_NAMED ? `${was.length} other classes or objects` : was.join(", ");
+    const count = [...replaced.values()].reduce((sum, n) => sum + n, 0);
+    const which = typeof what !== "string" && what.length === 1 ? "It was" : `${count} of them ${count === 1 ? "was" : "were"}`;
+    this.say(`${name}: ${this.paintName(paint)}.${count ? ` ${which} ${names}; K: paint only what is unlabeled.` : ""}`);
   }
 
   /** Go to the largest region that is mostly unlabeled. */
@@ -345,7 +378,6 @@ export class Desk {
 
   private afterHiding(line: string): void {
     this.drawing.changeView();
-    this.hover(-1);
     this.say(line);
   }
 }

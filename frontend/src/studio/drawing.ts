@@ -26,11 +26,14 @@ const MAX_FINE_PIXELS = 9_000_000;
 // card.
 const SLOW_MS = 80;
 const MAX_CLASSES = 65536;
+const BANDS = 16; // of the picture, in which cells are looked for
 
 export class Drawing {
   readonly camera = new Camera(() => this.changeView());
   readonly cells: CellTable;
   readonly afterDraw: (() => void)[] = [];
+  readonly onView: (() => void)[] = []; // run when the view changes
+  readonly afterView: (() => void)[] = []; // run when it has changed, and stays for a while
   clip: Box | null = null; // what is outside is not drawn
   hidesBacks = false; // triangles seen from behind are not drawn
   readonly blend = new Blend(part("texture-row"), part<HTMLInputElement>("texture"), () => this.redraw());
@@ -54,6 +57,7 @@ export class Drawing {
   private cursor = NONE;
   private hasBorders = true;
   private isStale = false; // the first pass is out of date
+  private isViewNew = false; // `afterView` is still to run
   private scheduled = 0;
   private refining = 0;
   private viewMs = 0; // milliseconds of a first pass for this mesh; 0: not measured
@@ -188,7 +192,9 @@ export class Drawing {
   /** Draw another view: fast at first, smooth after a while. */
   changeView(): void {
     this.isStale = true;
+    this.isViewNew = true;
     this.stride = 1;
+    for (const run of this.onView) run();
     this.schedule();
     this.refineSoon();
   }
@@ -208,7 +214,27 @@ export class Drawing {
 
   private refineSoon(): void {
     clearTimeout(this.refining);
-    this.refining = window.setTimeout(() => this.refine(), REFINE_MS);
+    this.refining = window.setTimeout(() => this.settle(), REFINE_MS);
+  }
+
+  private settle(): void {
+    if (this.isViewNew) for (const run of this.afterView) run();
+    this.isViewNew = false;
+    this.refine();
+  }
+
+  /** No cell is in view. Reads the picture in bands from the middle, and only one where something is seen. */
+  get isEmpty(): boolean {
+    if (this.isStale || !this.frame) this.draw(1);
+    const { frame, gpu } = this;
+    if (this.isStale || !frame) return false; // there is no picture yet
+    const rows = Math.ceil(frame.height / BANDS);
+    const isBare = (band: number): boolean => {
+      const height = Math.min(rows, frame.height - band * rows);
+      return height <= 0 || cellsIn(gpu, frame, 0, band * rows, frame.width, height).every((cell) => cell === NONE);
+    };
+    const bands = Array.from({ length: BANDS }, (_, band) => band);
+    return bands.sort((a, b) => Math.abs(a - BANDS / 2) - Math.abs(b - BANDS / 2)).every(isBare);
   }
 
   /** Draw antialiased, unless the view is slow (`always`: then too) or the canvas very large. */

@@ -15,7 +15,8 @@ interface Key {
   shown?: string;
   what: string;
   run: () => void;
-  onCanvas?: boolean; // only while the mesh has the focus
+  onCanvas?: boolean; // only while the mesh, or nothing, has the focus
+  paints?: boolean; // paints what is chosen on the mesh
 }
 
 const ARROWS: [string, number, number][] = [["Left", -1, 0], ["Right", 1, 0], ["Up", 0, -1], ["Down", 0, 1]];
@@ -72,6 +73,7 @@ export class Keys {
     }
     part("help-button").addEventListener("click", () => this.openHelp());
     window.addEventListener("keydown", (event) => this.pressed(event));
+    returnFocus(desk.drawing.canvas);
   }
 
   private labeling(): Key[] {
@@ -79,9 +81,9 @@ export class Keys {
     return [
       ...Array.from({ length: 9 }, (_, i) => this.classKey(String(i + 1))),
       { names: ["0"], what: "no class: strokes erase", run: () => desk.choose(0) },
-      { names: ["Enter"], onCanvas: true, what: "paint the chosen region; in split mode: cut", run: () => modes.tool.confirm() },
-      { names: ["Delete", "Backspace"], shown: "Delete", what: "remove its class", run: () => modes.tool.erase() },
-      { names: ["f"], what: "paint similar regions too", run: () => void desk.fillSimilar() },
+      { names: ["Enter"], paints: true, what: "paint the chosen region; in split mode: cut", run: () => modes.tool.confirm() },
+      { names: ["Delete", "Backspace"], paints: true, shown: "Delete", what: "remove its class", run: () => modes.tool.erase() },
+      { names: ["f"], paints: true, what: "paint similar regions too", run: () => void desk.fillSimilar() },
       { names: ["Ctrl+z"], what: "undo", run: () => void desk.session.undo() },
       { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: "redo", run: () => void desk.session.redo() },
     ];
@@ -183,12 +185,25 @@ export class Keys {
   private pressed(event: KeyboardEvent): void {
     const target = event.target as Element;
     if (this.help.open || !this.desk.session.paints || target.closest(FIELDS)) return;
-    const onPad = this.scheme.value === "blender" ? NUMPAD[event.code] : undefined;
-    const key = this.table.get(onPad ?? nameOf(event));
+    const isBlender = this.scheme.value === "blender";
+    if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return; // views in Blender, not classes
+    const key = this.table.get((isBlender && NUMPAD[event.code]) || nameOf(event));
     if (!key || (key.onCanvas && target !== this.desk.drawing.canvas && target !== document.body)) return;
     if (target.matches("[type=range]") && /^(Arrow|Page|Home)/.test(event.key)) return;
+    if (key.paints && !this.isOnMesh(event)) return this.refuse(event);
     event.preventDefault();
     key.run();
+  }
+
+  /** Whether the mesh has the focus or, except for Enter, the pointer is over it. */
+  private isOnMesh({ target, key }: KeyboardEvent): boolean {
+    return target === this.desk.drawing.canvas || (key !== "Enter" && this.desk.hoveredCell >= 0);
+  }
+
+  /** A key that paints was meant for something else than the mesh. */
+  private refuse({ target, key }: KeyboardEvent): void {
+    if (key === "Enter" && (target as Element).matches("a, button")) return;
+    this.desk.say("Nothing is painted: click on the mesh, or press N, before keys that paint.");
   }
 
   private openHelp(): void {
@@ -206,6 +221,15 @@ export class Keys {
     part("help-keys").replaceChildren(...sections);
     this.help.showModal();
   }
+}
+
+/** After the pointer has opened a list and something is chosen, keys go to the mesh. */
+function returnFocus(canvas: HTMLCanvasElement): void {
+  let pressed: EventTarget | null = null;
+  window.addEventListener("pointerdown", ({ target }) => (pressed = target));
+  window.addEventListener("change", ({ target }) => {
+    if (target === pressed && target instanceof HTMLSelectElement) canvas.focus();
+  });
 }
 
 /** Name of a key with its modifiers; Shift counts only where it produces no other character. */

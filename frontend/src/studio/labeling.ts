@@ -190,13 +190,13 @@ export class Paints {
     return sum;
   }
 
-  /** The paint that covers the largest area of the given cells. */
-  mainPaint(cells: Uint32Array): number {
+  /** The paint that covers the largest area of the given cells; some paints do not count. */
+  mainPaint(cells: Uint32Array, ignored: readonly number[] = []): number {
     const sums = new Map<number, number>();
     for (const cell of cells) addTo(sums, this.of[cell], this.areas[cell]);
     let best = 0;
     let most = -1;
-    for (const [paint, area] of sums) if (area > most) [best, most] = [paint, area];
+    for (const [paint, area] of sums) if (area > most && !ignored.includes(paint)) [best, most] = [paint, area];
     return best;
   }
 }

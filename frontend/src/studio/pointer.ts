@@ -102,6 +102,7 @@ export class Pointer {
     list.addEventListener("change", () => {
       remember(SCHEME_KEY, list.value);
       choose();
+      if (list.value === "blender") this.desk.say("Keys that differ from Blender: B brush, X split, L lasso.");
     });
     choose();
   }

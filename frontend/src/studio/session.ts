@@ -8,6 +8,7 @@ import type {
 import { Events } from "./events";
 import { Paints, Regions } from "./labeling";
 import { Mesh } from "./mesh";
+import { type Side, stepName } from "./names";
 import { Saver } from "./saver";
 import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "./suggested";
 
@@ -25,6 +26,9 @@ interface Kinds {
   suggestions: Suggested;
 }
 
+/** A class; the server gives it a color if it has none. */
+export type ClassDraft = Omit<ClassEntry, "color"> & { color?: string };
+
 /** Message for an answer of a server other than the one that sent this page. */
 function strangerLine(error: unknown): string {
   if (error instanceof ServerError && error.status === 403) {
@@ -33,18 +37,14 @@ function strangerLine(error: unknown): string {
   return error instanceof Error ? error.message : String(error);
 }
 
+const cellsIn = ({ cells }: Effect): Uint32Array => new Uint32Array(fromBase64(cells).buffer);
+
 let nStrokes = 0;
 
 /** A unique name for a stroke. */
 export function newStroke(): string {
   return `${Date.now().toString(36)}-${nStrokes++}`;
 }
-
-// Names of steps that are undone, by kind.
-const STEPS: Record<string, string> = {
-  paint: "stroke", split: "split of a region", segment: "new regions", classes: "list of classes",
-  objects: "name of an object", review: "mark of review", suggest: "import of suggestions", settle: "suggestion",
-};
 
 const RETRY_MS = 1000;
 const BEAT_MS = 5000;
@@ -227,8 +227,12 @@ export class Session {
     try {
       await this.alone(async () => {
         const reply = await this.post<Effect>(what);
+        const cells = cellsIn(reply);
+        const before = this.side(cells);
         await this.takeEffect(reply);
-        this.events.emit("message", `${done}: ${STEPS[reply.kind] ?? reply.kind}.`);
+        const after = this.side(cells);
+        const name = stepName(this, reply.kind, cells, what === "undo" ? [after, before] : [before, after]);
+        this.events.emit("message", `${done}: ${name}.`);
       });
     } catch (error) {
       if (error instanceof ServerError && error.status === 409) this.events.emit("message", `Nothing to ${what}.`);
@@ -236,9 +240,15 @@ export class Session {
     }
   }
 
+  /** Lists and paint of cells now; later steps do not change this copy. */
+  private side(cells: Uint32Array): Side {
+    const { classes, object_names } = this.state;
+    return { lists: { classes, object_names }, paint: cells.map((cell) => this.paints.of[cell]) };
+  }
+
   private async takeEffect(reply: Effect): Promise<void> {
-    const { kind, cells: coded, paint: codedPaint, ...news } = reply;
-    const cells = new Uint32Array(fromBase64(coded).buffer);
+    const { kind, cells: _, paint: codedPaint, ...news } = reply;
+    const cells = cellsIn(reply);
     const paint = new Uint32Array(fromBase64(codedPaint).buffer);
     cells.forEach((cell, i) => this.paints.set(cell, paint[i]));
     this.events.emit("cells", cells);
@@ -254,6 +264,7 @@ export class Session {
   /** Reload parameters, the list of classes and, if they changed, regions. */
   async reload(): Promise<void> {
     const state = await this.api.get<State>(`${this.path}/state`);
+    if (state.seq > this.state.seq) this.savedAt = new Date();
     this.state = state;
     this.events.emit("classes", state.classes);
     if (state.revision !== this.regions.revision) await this.loadRegions(state.revision);
@@ -331,9 +342,11 @@ export class Session {
     return regions;
   }
 
-  async setClasses(classes: (Omit<ClassEntry, "color"> & { color?: string })[]): Promise<void> {
+  /** Edit the list of classes: the newest, after the steps that are under way. */
+  async setClasses(edit: (classes: ClassEntry[]) => ClassDraft[]): Promise<void> {
     const isDone = await this.attempt(async () => {
-      await this.post<unknown>("classes", { classes });
+      await this.post<unknown>("classes", { classes: edit(this.state.classes) });
+      this.savedAt = new Date(); // in a folder, the list is not a step
       await this.reload();
     });
     if (!isDone) this.events.emit("classes", this.state.classes);

@@ -54,6 +54,7 @@ abstract class Brush extends Tool {
   protected paint = 0;
   protected stroke = "";
   protected readonly touched = new Set<number>();
+  protected readonly replaced = new Map<number, number>(); // regions by the paint that they lose
   private last: Place = { x: 0, y: 0 };
 
   /** Pixels between the places of a stroke at which cells are looked up. */
@@ -68,6 +69,7 @@ abstract class Brush extends Tool {
     this.last = place;
     this.stroke = newStroke();
     this.touched.clear();
+    this.replaced.clear();
     this.touch(place);
   }
 
@@ -88,6 +90,7 @@ export class RegionBrush extends Brush {
     const region = desk.regionOf(cell);
     if (region >= 0 && !this.touched.has(region)) {
       this.touched.add(region);
+      desk.noteReplaced([region], this.paint, this.replaced);
       desk.session.paint(desk.session.regions.cellsOf(region), this.paint, this.stroke);
     }
     desk.hover(cell);
@@ -97,7 +100,7 @@ export class RegionBrush extends Brush {
     const { desk } = this;
     if (!this.touched.size) return;
     desk.select(this.touched, true);
-    desk.sayPainted([...this.touched], this.paint);
+    desk.sayPainted([...this.touched], this.paint, this.replaced);
   }
 }
 
@@ -241,8 +244,10 @@ export class Lasso extends Tool {
     for (const [cell, count] of inside) addTo(enclosed, desk.regionOf(cell), count);
     const isChosen = (region: number): boolean => region >= 0 && 2 * enclosed.get(region)! >= total.get(region)!;
     const chosen = [...enclosed.keys()].filter(isChosen);
-    this.desk.paintRegions(chosen, this.paint);
-    this.desk.sayPainted(chosen, this.paint);
+    const replaced = new Map<number, number>();
+    desk.noteReplaced(chosen, this.paint, replaced);
+    desk.paintRegions(chosen, this.paint);
+    desk.sayPainted(chosen, this.paint, replaced);
   }
 }
 

@@ -359,7 +359,7 @@ def region_graph(
     ([1.0], [1.571])
     """
     surface = as_surface(cells, weld=weld, n_threads=n_threads)
-    array, n_regions = checked_regions(labels, surface.n_cells)
+    array, n_regions = checked_regions(labels, surface.n_cells, getattr(cells, "n_vertices", None))
     given = None if centers is None else checked_region_centers(centers, array, n_regions)
     return region_graph_of(surface, array, n_regions, given)
 

@@ -41,7 +41,7 @@ from .options import (
     quiet_option,
 )
 from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
-from .report import notes_on_written
+from .report import notes_on_numbers, notes_on_written
 
 
 @click.command("convert")
@@ -157,6 +157,7 @@ class _Run:
             replaces = self.labels is not None  # otherwise the labels are in the input itself
             print_notes(
                 notes_on_written(cells, attributes, job.endings, n_lost, are_replaced=replaces)
+                + notes_on_numbers(labels, job.endings, n_lost)
             )
         if self.as_json:
             n_labels = None if labels is None else len(np.unique(labels[labels >= 0]))
@@ -164,7 +165,10 @@ class _Run:
             named = {"file": job.input, **facts, "outputs": [*job.names, *parts]}
             job.print(json.dumps(named))
         elif not self.is_quiet:
-            names = [*job.written, *([f"{len(parts)} files in {self.folder}"] if parts else [])]
+            names = [
+                *job.written(kind_of(cells).noun),
+                *([f"{len(parts)} files in {self.folder}"] if parts else []),
+            ]
             job.print("\n".join(f"wrote {name}" for name in names))
 
     def _read(self, job: Job) -> tuple[Cells, Ints | None, MeshAttributes | None]:
@@ -175,7 +179,7 @@ class _Run:
         if self.labels is None and self.format is not None:  # they are found by the ending of IN
             return cells, None, attributes
         path = Path(job.input)
-        return cells, labels_beside(path, self.labels, cells.n_cells, self.labels_named), attributes
+        return cells, labels_beside(path, self.labels, cells, self.labels_named), attributes
 
 
 def _sources_of(mesh: Path, labels: Path | None, folder: Path | None) -> list[Source]:

@@ -12,7 +12,7 @@ import numpy as np
 from .._types import Array, Bools, Ints
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..io.guards import Content, known_ending, read_content
+from ..io.guards import Content, known_ending, named_errors, read_content
 from ..io.readers.b3dm import Placement
 from ..io.readers.labels import LABEL_ENDINGS, checked_labels, has_labels, read_labels
 from ..io.readers.npy import npy_array
@@ -60,14 +60,21 @@ def load_cells_and_attributes(
         raise MeshError(f"{name_of(text)}: {error}") from None
 
 
-def labels_beside(mesh: Path, labels: Path | None, n_cells: int, name: str) -> Ints | None:
+def labels_for(cells: Cells, path: Path, name: str) -> Ints:
+    """Labels of these cells from a file; `name` is as for `read_labels`."""
+    labels = read_labels(path, name=name)
+    with named_errors(path):
+        return checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+
+
+def labels_beside(mesh: Path, labels: Path | None, cells: Cells, name: str) -> Ints | None:
     """Labels from a file, or else from the file of the mesh; None if that has no labels.
 
     `name` is the name of the labels in files that hold more than labels.
     """
     if labels is None and not has_labels(mesh, name=name):
         return None
-    return read_labels(labels or mesh, n_cells, name=name)
+    return labels_for(cells, labels or mesh, name)
 
 
 def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:

@@ -130,7 +130,7 @@ def levels_command(
     listed = ", ".join(map(str, nested.counts))
     size = counted(cells.n_cells, kind_of(cells).noun)
     text = f"{job.name}: {size}, levels of {listed} regions"
-    job.report(facts, text, as_json=as_json, is_quiet=is_quiet)
+    job.report(facts, text, kind_of(cells).noun, as_json=as_json, is_quiet=is_quiet)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import click
 
 from .._types import Ints
 from .._validate import ranked_labels
-from ..cells.kinds import measures_of
+from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import positive_total
 from ..errors import ViewWarning
 from ..export.write import check_fit
@@ -119,4 +119,4 @@ def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
         f"{counted(n_images, 'image')} see {seen:.1%} of the area, {counted(n_labels, 'label')}"
         f" cover {labeled:.1%}, with a mean score of {score:.2f}"
     )
-    run.report(facts | {"seen_area": seen, "labeled_area": labeled}, text)
+    run.report(facts | {"seen_area": seen, "labeled_area": labeled}, text, kind_of(cells).noun)

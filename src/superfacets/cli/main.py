@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import sys
 from importlib import import_module
 from typing import NoReturn
@@ -64,7 +65,7 @@ def main() -> NoReturn:
         status = commands.main(standalone_mode=False)
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx else _command_path()
-        _fail(f"{error.format_message()} (see {place} --help)", EXIT_USAGE)
+        _fail(f"{_text_of(error)} (see {place} --help)", EXIT_USAGE)
     except click.Abort:
         _interrupted()
     except FAILURES as error:
@@ -112,6 +113,22 @@ def commands(ctx: click.Context) -> None:
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help(), err=True)
         ctx.exit(EXIT_USAGE)
+
+
+def _text_of(error: click.UsageError) -> str:
+    """The message; on an option of another tool it says what is meant here."""
+    if not isinstance(error, click.NoSuchOption):
+        return error.format_message()
+    from ..pipeline import OTHER_NAMES
+
+    hint = OTHER_NAMES.get(error.option_name.lstrip("-").replace("-", "_"), "")
+    ours = {p.name: p.opts for p in error.ctx.command.params} if error.ctx else {}
+    verb, _, rest = hint.partition(" ")
+    name = re.split(r"\W", rest, maxsplit=1)[0]
+    if verb != "use" or name not in ours:
+        return error.format_message()
+    option = max(ours[name], key=len)
+    return f"No such option: {error.option_name}: use {option}{rest.removeprefix(name)}"
 
 
 def _option_of(word: str) -> str:

@@ -15,7 +15,7 @@ import click
 from .._types import Ints
 from ..batches.sources import output_names
 from ..export.cells import ATTRIBUTE_OUTPUTS, CLOUD_OUTPUTS, MESH_OUTPUTS, FormatOptions
-from ..export.ids import VERTEX_OUTPUTS
+from ..export.ids import CORTEX_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS
 from ..export.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS, check_outputs, write_outputs
 from ..io.atomic import output_folder
 from ..io.attributes import MeshAttributes
@@ -37,7 +37,7 @@ from .options import (
     quiet_option,
     threads_option,
 )
-from .report import notes_on_written
+from .report import notes_on_numbers, notes_on_written
 
 OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
 """Values of ``--to``."""
@@ -127,12 +127,15 @@ class Job:
         is_stream = self.input == STANDARD_STREAM
         return name_of(self.input) if is_stream else Path(self.input).name
 
-    @property
-    def written(self) -> list[str]:
-        """The outputs in reports; many files of one input are in one folder."""
+    def written(self, noun: str) -> list[str]:
+        """The outputs in reports, and what those that hold labels alone label.
+
+        Many files of one input are in one folder. `noun` is the name of the labeled cells.
+        """
         if len(self.files) > MANY_FILES:
             return [f"{len(self.files)} files in {self.files[0].parent}"]
-        return ["standard output" if name == STANDARD_STREAM else name for name in self.names]
+        files = [f"{path}{_labeled(path, noun)}" for path in self.files]
+        return files if self.stream is None else [*files, "standard output"]
 
     def write(self, cells: Cells, labels: Ints | None, **options: Any) -> int:
         """Write all outputs; `options` and the result are as for `write_outputs`."""
@@ -143,12 +146,24 @@ class Job:
         """Print on stdout, or on stderr if stdout holds the result."""
         click.echo(text, err=self.stream is not None)
 
-    def report(self, facts: Mapping[str, Any], text: str, *, as_json: bool, is_quiet: bool) -> None:
+    def report(
+        self, facts: Mapping[str, Any], text: str, noun: str, *, as_json: bool, is_quiet: bool
+    ) -> None:
         """Print the facts as a JSON object; or a line per output and the text."""
         if as_json:
             self.print(json.dumps({"file": self.input, **facts, "outputs": self.names}))
         elif not is_quiet:
-            self.print("\n".join([*(f"wrote {name}" for name in self.written), text]))
+            self.print("\n".join([*(f"wrote {name}" for name in self.written(noun)), text]))
+
+
+def _labeled(path: Path, noun: str) -> str:
+    """What a file of labels alone labels, in brackets; nothing for other files."""
+    ending = known_ending(path, OUTPUT_ENDINGS)
+    if ending in LABEL_OUTPUTS:
+        return f" (a label per {noun})"
+    if ending in (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS):
+        return f" (a label per {'point' if noun == 'point' else 'vertex'})"
+    return ""
 
 
 def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
@@ -182,12 +197,13 @@ class OneRun:
         n_lost = self.job.write(cells, labels, attributes=attributes, options=options)
         if not self._is_quiet:
             lacking = notes_on_written(cells, attributes, self.job.endings, n_lost)
-            print_notes([*notes, *lacking])
+            numbers = notes_on_numbers(labels, self.job.endings, n_lost)
+            print_notes([*notes, *lacking, *numbers])
 
-    def report(self, facts: Mapping[str, Any], text: str) -> None:
+    def report(self, facts: Mapping[str, Any], text: str, noun: str = "face") -> None:
         """Print the facts as a JSON object; or a line per output and the text."""
         text = f"{self.job.name}: {text}"
-        self.job.report(facts, text, as_json=self._as_json, is_quiet=self._is_quiet)
+        self.job.report(facts, text, noun, as_json=self._as_json, is_quiet=self._is_quiet)
 
 
 def plan_jobs(

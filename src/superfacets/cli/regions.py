@@ -25,9 +25,8 @@ from ..export.tables import (
 )
 from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
-from ..io.readers.labels import read_labels
 from ..regions.lines import BorderLines, border_lines
-from .inputs import check_inputs, load_cells
+from .inputs import check_inputs, labels_for, load_cells
 from .interrupts import run_in_background
 from .options import (
     FILE,
@@ -78,7 +77,7 @@ def regions_command(
 
     def compute() -> tuple[RegionGraph, Ints, _Drawn | None]:
         whole: Any = load_cells(cells, format)
-        given = read_labels(labels, whole.n_cells, name=labels_named)
+        given = labels_for(whole, labels, labels_named)
         if borders is not None and not kind_of(whole).has_faces:
             raise click.UsageError("--borders needs a mesh of faces")
         compact, names = ranked_labels(given)  # labels in a file may have gaps

@@ -11,12 +11,12 @@ import click
 from .._options import CLIPS
 from .._types import Array
 from ..errors import MeshError
-from ..io.readers.labels import read_labels
 from ..io.readers.read import read_cells
+from ..mesh.cells import Cells
 from ..pictures.animation import MOVING_ENDINGS
 from ..pictures.camera import VIEW_NAMES, View
 from .failures import print_note
-from .inputs import VALUE_ENDINGS, labels_beside, read_values
+from .inputs import VALUE_ENDINGS, labels_beside, labels_for, read_values
 from .options import FILE, FLAG, camera_options, labels_named_option, option, options
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def render_command(
         raise click.UsageError(f"{output}: pictures are written as .png")
     view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     cells = read_cells(mesh)
-    shown, others, titles = _series_of(mesh, labels, compare, cells.n_cells, labels_named)
+    shown, others, titles = _series_of(mesh, labels, compare, cells, labels_named)
     values = _values_named(color_by)
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:
@@ -130,14 +130,14 @@ def render_command(
 
 
 def _series_of(
-    mesh: Path, labels: Path | None, compare: tuple[Path, ...], n_cells: int, name: str
+    mesh: Path, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str
 ) -> tuple[Array | None, list[Array], list[str] | None]:
     """Labels of the first picture, or None if it is plain; labels of the other pictures; titles."""
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
-        first, *others = [read_labels(path, n_cells, name=name) for path in paths]
+        first, *others = [labels_for(cells, path, name) for path in paths]
         return first, others, [path.stem for path in paths] if compare else None
-    shown = labels_beside(mesh, None, n_cells, name)
+    shown = labels_beside(mesh, None, cells, name)
     if shown is None:
         print_note(f"{mesh} holds no labels: the picture is plain; --labels names a file of them")
     return shown, [], None

@@ -8,17 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from .._types import Longs
+from .._types import Ints, Longs
 from ..batches.files import Outcome
 from ..cells.kinds import kind_of
 from ..cells.size import sliver_note
 from ..clustering.segmentation import Segmentation
-from ..export.ids import VERTEX_OUTPUTS
+from ..export.ids import RENUMBERED_OUTPUTS, VERTEX_OUTPUTS
 from ..export.ply import names_replaced
 from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..mesh.cells import Cells
+from ..pipeline import SCANS
 
 
 def notes_of(
@@ -141,6 +142,30 @@ def notes_on_written(
         has_polygons = corners is not None and corners.size != 3
         notes += notes_on_texture(attributes.texture, endings, has_polygons=has_polygons)
     return notes
+
+
+def notes_on_numbers(labels: Ints | None, endings: Collection[str], n_lost: int) -> list[str]:
+    """A note if files with these endings hold other numbers than the labels that the user gave.
+
+    `n_lost` is as for `notes_on_written`.
+    """
+    renumbered = sorted({*endings} & {*RENUMBERED_OUTPUTS})
+    if labels is None or not renumbered:
+        return []
+    given = np.unique(labels)
+    if not n_lost and given[-1] == len(given) - 1:
+        return []
+    shown = ", ".join(map(str, given[:3])) + (", ..." if len(given) > 3 else "")
+    files = " and ".join(renumbered)
+    return [f"labels are renumbered without gaps in {files}; .segs.json keeps {shown}"]
+
+
+def notes_on_denoising(asked: object, taken: int | None, *, scans: bool) -> list[str]:
+    """A note on the steps that ``--denoise auto`` took."""
+    if asked != "auto":
+        return []
+    other = f" (--scans takes {SCANS['denoise']})" if scans else ""
+    return [f"denoise: auto took {counted(taken or 0, 'step')}{other}"]
 
 
 def facts_of(result: Segmentation, timings: Mapping[str, float], noun: str) -> dict[str, Any]:

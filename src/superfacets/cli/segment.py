@@ -33,7 +33,7 @@ from .interrupts import run_in_background
 from .options import INPUT, format_option, json_option, labels_named_option, options, quiet_option
 from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs, to_option
 from .progress import RunBar, TileBar
-from .report import facts_of, notes_of, notes_on_result, summary_of
+from .report import facts_of, notes_of, notes_on_denoising, notes_on_result, summary_of
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
 from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles, tile_options
 
@@ -70,6 +70,7 @@ def segment_command(
     are still processed, and the exit status is 1.
     """
     tiles = TileOptions.taken_from(given)
+    scans = given["scans"]
     chosen = options_of(**given)
     check_inputs(inputs)
     if tiles is not None:
@@ -83,9 +84,8 @@ def segment_command(
     form = chosen.form(endings)
     constraints = partial(constraints_of, mask, barriers, name=labels_named)
     run = _Run(
-        chosen, format, form, constraints, mask is not None, tiles,
-        is_quiet=is_quiet, as_json=as_json,
-    )  # fmt: skip
+        chosen, format, form, constraints, mask is not None, tiles, scans, is_quiet, as_json
+    )
     named = [name_of(job.input) for job in jobs]
     if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.tell(jobs[i], m)):
         ctx.exit(EXIT_DATA)
@@ -101,6 +101,7 @@ class _Run:
     constraints: Callable[[int], dict[str, Any]]
     has_mask: bool
     tiles: TileOptions | None
+    scans: bool
     is_quiet: bool
     as_json: bool
 
@@ -146,9 +147,12 @@ class _Run:
         n_left_out: int = 0,
     ) -> None:  # fmt: skip
         """Print counts, seconds and files."""
+        asked = self.options.keywords.get("denoise")
+        if not self.is_quiet:
+            print_notes(notes_on_denoising(asked, result.params["denoise"], scans=self.scans))
         text = f"{job.name}: {summary_of(result, timings, noun, n_left_out)}"
         facts = facts_of(result, timings, noun)
-        job.report(facts, text, as_json=self.as_json, is_quiet=self.is_quiet)
+        job.report(facts, text, noun, as_json=self.as_json, is_quiet=self.is_quiet)
 
     def _compute(self, job: Job, bar: RunBar, timings: dict[str, float]) -> Outcome:
         """Read, subdivide and segment; write nothing."""
@@ -175,6 +179,6 @@ class _Run:
             return
         typed = "--subdivide" if self.options.subdivide else None
         if self.options.keywords.get("denoise") is not None:
-            typed = "--denoise, which --scans contains,"
+            typed = "--scans" if self.scans else "--denoise"
         if typed is not None:
             raise MeshError(f"{name_of(job.input)}: {typed} is for meshes, but this is a cloud")

@@ -14,10 +14,9 @@ from ..cells.kinds import kind_of
 from ..export.write import check_fit
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
-from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..regions.nearest_labels import transfer
-from .inputs import load_cells, load_cells_and_attributes
+from .inputs import labels_for, load_cells, load_cells_and_attributes
 from .interrupts import run_in_background
 from .options import FILE, NOT_NEGATIVE, drop_attributes_option, format_option, option
 from .outputs import OneRun, one_output_options
@@ -49,7 +48,7 @@ def transfer_command(
 
     def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
         cells = load_cells(str(source), format)
-        of_source = read_labels(labels, cells.n_cells, name=run.labels_named)
+        of_source = labels_for(cells, labels, run.labels_named)
         goal, attributes = load_cells_and_attributes(
             str(target), target_format, keep=run.keeps_attributes
         )
@@ -69,4 +68,4 @@ def transfer_command(
     noun = kind_of(goal).noun
     facts = {f"n_{noun}s": len(carried), "n_labels": n_labels, "n_without": n_without}
     without = f", {n_without} without" if n_without else ""
-    run.report(facts, f"{counted(len(carried), noun)}, {counted(n_labels, 'label')}{without}")
+    run.report(facts, f"{counted(len(carried), noun)}, {counted(n_labels, 'label')}{without}", noun)

@@ -13,11 +13,11 @@ import click
 from .._types import Array
 from ..errors import MeshError, MissingExtraError
 from ..io.guards import read_content
-from ..io.readers.labels import read_labels
 from ..io.readers.npy import npz_array
 from ..io.readers.read import read_cells_and_attributes
+from ..mesh.cells import Cells
 from .failures import print_note
-from .inputs import labels_beside, read_values
+from .inputs import labels_beside, labels_for, read_values
 from .options import FILE, camera_options, labels_named_option, option, options
 
 if TYPE_CHECKING:
@@ -64,11 +64,10 @@ def view_command(
         raise click.UsageError("two features have the same name: rename their files")
     cells, attributes = read_cells_and_attributes(mesh)
     texture = None if attributes is None else attributes.texture
-    n_cells = cells.n_cells
-    shown = _levels_of(mesh, labels, n_cells, labels_named)
+    shown = _levels_of(mesh, labels, cells, labels_named)
     if shown is None:
         print_note(f"{mesh} holds no labels: --labels names a file of them")
-    truth = None if gt is None else read_labels(gt, n_cells, name=labels_named)
+    truth = None if gt is None else labels_for(cells, gt, labels_named)
     values = {path.stem: read_values(path) for path in features}
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
     name = mesh.name if title is None else title
@@ -100,11 +99,11 @@ def _open(page: Page, name: str) -> None:
         print_note("no browser was found: open the file in one, or name a file with --html")
 
 
-def _levels_of(mesh: Path, path: Path | None, n_cells: int, name: str) -> Array | None:
+def _levels_of(mesh: Path, path: Path | None, cells: Cells, name: str) -> Array | None:
     """The labels of one level or several; None if there are none."""
     if path is not None and path.suffix.lower() == LEVELS_ENDING:
         return _read_levels(path)
-    return labels_beside(mesh, path, n_cells, name)
+    return labels_beside(mesh, path, cells, name)
 
 
 def _read_levels(path: Path) -> Array:

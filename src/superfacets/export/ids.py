@@ -40,6 +40,9 @@ LABEL_OUTPUTS = (".npy", ".seg", ".txt")
 VERTEX_OUTPUTS = (".segs.json", ".bin", "_sp_label.npy", ".pth")
 """Endings of files with an id >= 0 per vertex."""
 
+RENUMBERED_OUTPUTS = (".bin", "_sp_label.npy", ".pth")
+"""Those whose ids have no gaps."""
+
 CORTEX_OUTPUTS = (".label.gii", ".annot")
 """Endings of files with a label per vertex, or -1, and a table of colors and names."""
 

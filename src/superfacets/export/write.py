@@ -140,7 +140,11 @@ def write_mesh(
     if not force:
         check_truth_stays([path])
     cells = as_cells(mesh)
-    cell_labels = None if labels is None else checked_labels(labels, cells.n_cells)
+    cell_labels = (
+        None
+        if labels is None
+        else checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+    )
     write: Callable[[IO[bytes], str, Path | None], None]
     if ending in DERIVED_OUTPUTS:
         write = IdWriter(cells, cell_labels, options).checked([ending]).write
@@ -251,7 +255,7 @@ def write_regions(
     """
     cells = as_cells(mesh)
     ending = usual_ending(kind_of(cells).name) if ending is None else ending
-    cell_labels = checked_labels(labels, cells.n_cells)
+    cell_labels = checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
     order = np.argsort(cell_labels, kind="stable").astype(np.int32)
     order = order[np.searchsorted(cell_labels[order], 0) :]
     if not len(order):
@@ -296,7 +300,11 @@ def write_outputs(
     if not options.force:
         check_truth_stays(paths)
     cells = as_cells(mesh)
-    cell_labels = None if labels is None else checked_labels(labels, cells.n_cells)
+    cell_labels = (
+        None
+        if labels is None
+        else checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+    )
     of_labels, of_cells = cell_labels, cells
     if listed is not None:
         of_labels = checked_labels(listed)

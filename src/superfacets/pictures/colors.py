@@ -136,7 +136,7 @@ def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -
            [150, 180, 250]], dtype=uint8)
     """
     cells = as_known(mesh)
-    compact, _ = compact_partial_labels(labels, cells.n_cells)
+    compact, _ = compact_partial_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
     return colors_of_cells(_colors_of(cells, compact), compact)
 
 

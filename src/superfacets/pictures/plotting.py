@@ -248,7 +248,7 @@ def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Float
         if isinstance(color_by, str):
             raise ValueError(f"color_by {color_by!r} is a column of regions: it needs labels")
         return checked_values(color_by, "color_by", n_cells, None)[0]
-    compact, ids = compact_partial_labels(labels, n_cells)
+    compact, ids = compact_partial_labels(labels, n_cells, getattr(cells, "n_vertices", None))
     if isinstance(color_by, str):
         table = region_graph(cells, compact).table()
         checked_choice(color_by, "color_by", tuple(table))

@@ -172,7 +172,9 @@ def scene_of(
     if sources is None:
         return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
     if labels is not None:
-        labels, _ = compact_partial_labels(labels, cells.n_cells)
+        labels, _ = compact_partial_labels(
+            labels, cells.n_cells, getattr(cells, "n_vertices", None)
+        )
         # Colors come from the whole volume, so that they do not depend on the clip.
         colors = face_colors(cells, labels) if colors is None else colors
         labels = labels[sources]
@@ -191,7 +193,7 @@ def _surface_scene(
     """The scene of a mesh, cut along smooth borders if asked for; regions keep their colors."""
     if labels is None or not is_smooth:
         return build_scene(surface, labels, colors)
-    compact, ids = compact_partial_labels(labels, surface.n_faces)
+    compact, ids = compact_partial_labels(labels, surface.n_faces, surface.n_vertices)
     if not len(ids):
         return build_scene(surface, labels, colors)
     given = face_colors(surface, compact) if colors is None else colors

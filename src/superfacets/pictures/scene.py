@@ -110,7 +110,7 @@ def build_scene(
     face_colors = np.tile(np.array(_PLAIN_COLOR, dtype=np.uint8), (mesh.n_faces, 1))
     borders, n_regions = np.empty((0, 2), dtype=np.int64), 1
     if labels is not None:
-        checked, ids = compact_partial_labels(labels, mesh.n_faces)
+        checked, ids = compact_partial_labels(labels, mesh.n_faces, mesh.n_vertices)
         graph, n_regions = build_face_graph(mesh), max(1, len(ids))
         if colors is None:
             face_colors = colors_of_cells(region_colors(graph, checked), checked)

@@ -49,7 +49,8 @@ def pool(
         (V, F). The area of a cell is then shared equally among its corners, and each corner
         contributes the value of its vertex. If N equals V, values belong to cells.
     labels : array_like of int, shape (N,)
-        Regions 0..K-1, each at least once. Cells labeled -1 are ignored.
+        Regions 0..K-1, each at least once. Cells labeled -1 are ignored. For labels of vertices,
+        as superpoints, give values of vertices and no ``cells``.
     how : {"mean", "sum", "max", "min", "majority"}
         ``"mean"`` and ``"sum"`` weight each value by the area of its cell, so that the sum is an
         integral over the region; all weights are 1 if neither ``cells`` nor ``measures`` are given.
@@ -98,7 +99,9 @@ def pool(
     checked_choice(how, "how", _POOLINGS)
     table = _checked_values(values, how)
     source = _checked_source(cells, measures)
-    array, n_regions = checked_partial_labels(labels, _count(labels, source))
+    array, n_regions = checked_partial_labels(
+        labels, _count(labels, source), n_vertices=getattr(source, "n_vertices", None)
+    )
     needs_weights = how not in ("max", "min")
     weights = _weights_of(source, measures, len(array)) if needs_weights else None
     members = _members_of(table, array, n_regions, weights, source)

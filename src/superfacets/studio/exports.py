@@ -63,6 +63,17 @@ def formats_of(kind: str) -> dict[str, list[str]]:
     }
 
 
+def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
+    """The name of the file of each export, by format."""
+    return {
+        what: {
+            format: _name_of(document, what, _checked_ending(document, what, format))
+            for format in formats
+        }
+        for what, formats in formats_of(document.source.kind).items()
+    }
+
+
 def export(document: Document, what: str, format: str, *, replace: bool = False) -> Path:
     """Write a file beside the input and return its path.
 

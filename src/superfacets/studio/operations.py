@@ -21,7 +21,7 @@ from .agreement import Side
 from .classes import checked_object
 from .coding import base64_of, bytes_from, cells_from, packet, unpack_cells
 from .document import Document
-from .exports import export, export_bytes, formats_of
+from .exports import export, export_bytes, names_of_exports
 from .history import Change
 from .imports import read_import
 from .replies import BYTES, Body
@@ -48,7 +48,7 @@ def _state(document: Document, query: Body) -> Body:
         "classes": list(document.class_list),
         "levels": levels_of(parameters["n_segments"]),
         "input": document.source.facts["file"] | {"n_cells": document.n_cells, "kind": kind},
-        "exports": formats_of(kind),
+        "exports": names_of_exports(document),
         "work": str(document.journal.path),
         "notes": [*document.notes, *document.base.notes],
         **counts_of(document),

@@ -4,6 +4,7 @@ import { cssColor, parseColor, variant } from "../colors";
 import type { ClassEntry } from "../contract";
 import type { Desk } from "../desk";
 import { classOf, objectOf, paintOf } from "../labeling";
+import type { ClassDraft } from "../session";
 import { allow, make, part, percent } from "../../shared/dom";
 
 const KEYS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"];
@@ -14,15 +15,21 @@ export class ClassesPanel {
   private readonly removers = new Map<number, HTMLButtonElement>();
   private readonly lists = new Map<number, HTMLElement>(); // objects of each class
   private shown = ""; // the objects that the lists show
+  private isOld = false; // the classes have changed since the list was made
+  private nPending = 0; // edits of names and classes under way
 
   constructor(private readonly desk: Desk) {
     const { session } = desk;
-    session.events.on("classes", (classes) => this.fill(classes));
+    session.events.on("classes", () => {
+      this.isOld = true;
+      this.renew();
+    });
+    this.box.addEventListener("focusout", () => setTimeout(() => this.renew())); // once the focus is elsewhere
     session.events.on("state", () => this.show());
     session.events.on("cells", () => this.show());
     desk.events.on("paint", () => this.show());
     const on = (id: string, run: () => void): void => part(id).addEventListener("click", run);
-    on("add-class", () => this.add());
+    on("add-class", () => void this.add());
     on("new-object", () => desk.newObject());
     on("undo", () => void session.undo());
     on("redo", () => void session.redo());
@@ -33,6 +40,32 @@ export class ClassesPanel {
 
   private get classes(): ClassEntry[] {
     return this.desk.session.state.classes;
+  }
+
+  /** A name has the focus: to make the list anew would lose what is typed. */
+  private get isNaming(): boolean {
+    return this.box.contains(document.activeElement) && document.activeElement!.matches("[type=text]");
+  }
+
+  /** Show the newest classes and objects, unless a name is edited or on its way to the server. */
+  private renew(): void {
+    if (this.isNaming || this.nPending) return;
+    if (!this.isOld) return this.show();
+    this.isOld = false;
+    const controls = (): HTMLElement[] => [...this.box.querySelectorAll<HTMLElement>("input, button, select")];
+    const at = controls().indexOf(document.activeElement as HTMLElement);
+    this.fill(this.classes);
+    if (at < 0) return;
+    const control = controls()[at];
+    control?.closest(".class")?.querySelector("input")?.focus(); // it shows the buttons of the row
+    control?.focus();
+  }
+
+  private async during(edit: Promise<unknown>): Promise<void> {
+    this.nPending++;
+    await edit;
+    this.nPending--;
+    this.renew();
   }
 
   private fill(classes: ClassEntry[]): void {
@@ -64,6 +97,7 @@ export class ClassesPanel {
   private radio(value: number, label: string, choose: () => void): HTMLInputElement {
     const radio = make("input", { type: "radio", name: "class", value: String(value), "aria-label": label, title: label });
     radio.addEventListener("change", choose);
+    radio.addEventListener("click", ({ detail }) => detail && part("canvas").focus()); // 0: by arrow keys
     return radio;
   }
 
@@ -81,11 +115,20 @@ export class ClassesPanel {
 
   private nameField(name: string, label: string, rename: (name: string) => void): HTMLElement {
     const field = make("input", { type: "text", value: name, "aria-label": label, title: `${label}: click to change it` });
+    let kept = name;
+    field.addEventListener("focus", () => field.select());
+    field.addEventListener("mousedown", (event) => {
+      if (document.activeElement === field) return;
+      event.preventDefault(); // it would replace the selection by a caret
+      field.focus();
+    });
     field.addEventListener("change", () => {
-      if (field.value.trim()) rename(field.value.trim());
-      else field.value = name;
+      field.value = field.value.trim() || kept;
+      if (field.value !== kept) rename((kept = field.value));
     });
     field.addEventListener("keydown", (event) => {
+      if (event.isComposing) return;
+      if (event.key === "Escape") field.value = kept;
       if (event.key === "Enter" || event.key === "Escape") field.blur();
     });
     return field;
@@ -113,22 +156,35 @@ export class ClassesPanel {
 
   private remover({ id, name }: ClassEntry): HTMLElement {
     const button = this.button("×", `Delete ${name}`, () => {
-      void this.desk.session.setClasses(this.classes.filter((entry) => entry.id !== id));
+      void this.edit((classes) => classes.filter((entry) => entry.id !== id));
     });
     this.removers.set(id, button);
     return button;
   }
 
   private change(id: number, news: Partial<ClassEntry>): void {
-    const classes = this.classes.map((entry) => (entry.id === id ? { ...entry, ...news } : entry));
-    void this.desk.session.setClasses(classes);
+    void this.edit((classes) => classes.map((entry) => (entry.id === id ? { ...entry, ...news } : entry)));
   }
 
-  private add(): void {
-    const id = Math.max(0, ...this.classes.map((entry) => entry.id)) + 1;
-    const key = KEYS.find((one) => !this.classes.some((entry) => entry.key === one)) ?? "";
-    const entry = { id, name: `class ${id}`, key }; // the server gives it a color
-    void this.desk.session.setClasses([...this.classes, entry]).then(() => this.desk.choose(id));
+  private edit(edit: (classes: ClassEntry[]) => ClassDraft[]): Promise<void> {
+    return this.during(this.desk.session.setClasses(edit));
+  }
+
+  /** Add a class, and open its name. */
+  private async add(): Promise<void> {
+    const button = part<HTMLButtonElement>("add-class");
+    button.disabled = true; // Enter, pressed at once, would add another
+    let id = 0;
+    await this.edit((classes) => {
+      id = Math.max(0, ...classes.map((entry) => entry.id)) + 1;
+      const key = KEYS.find((one) => !classes.some((entry) => entry.key === one)) ?? "";
+      return [...classes, { id, name: `class ${id}`, key }];
+    });
+    button.disabled = false;
+    const radio = this.box.querySelector(`input[name="class"][value="${id}"]`);
+    if (!id || !radio) return; // the server has refused it
+    this.desk.choose(id);
+    radio.closest(".class")!.querySelector<HTMLInputElement>("[type=text]")!.focus();
   }
 
   /** Objects of a class that are listed: those with cells, and the chosen one. */
@@ -145,8 +201,10 @@ export class ClassesPanel {
     if (!session.paints || !this.lists.size) return;
     const wanted = this.classes.map((entry) => [entry.id, this.listed(entry)] as const);
     const shown = JSON.stringify([wanted, session.state.object_names, currentPaint]);
-    if (shown !== this.shown) this.fillObjects(wanted);
-    this.shown = shown;
+    if (shown !== this.shown && !this.isNaming) {
+      this.fillObjects(wanted);
+      this.shown = shown;
+    }
     this.check();
     this.showShares();
   }
@@ -172,7 +230,7 @@ export class ClassesPanel {
     const radio = make("input", { type: "radio", name: "object", value: String(paint), "aria-label": `Paint ${name}`, title: `Paint ${name}` });
     radio.checked = isChosen;
     radio.addEventListener("change", () => desk.choose(id, object));
-    const rename = (text: string): void => void desk.session.change("name-object", { class: id, object, name: text });
+    const rename = (text: string): void => void this.during(desk.session.change("name-object", { class: id, object, name: text }));
     const text = object ? this.nameField(name, `Name of ${name}`, rename) : make("span", { class: "none" }, name);
     const share = object ? this.share(paint) : make("output");
     const rows = [make("div", { class: "object" }, radio, swatch, text, share)];

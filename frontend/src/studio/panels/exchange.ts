@@ -21,13 +21,19 @@ export class ExchangePanel {
     session.events.on("file", () => this.fillWhat());
     this.what.addEventListener("change", () => this.fillFormats());
     this.format.addEventListener("change", () => this.setDownload());
+    part("download").addEventListener("click", () => session.events.emit("message", `Downloaded: ${this.name}`));
     part("export").addEventListener("click", () => void session.exportTo(this.format.value, this.what.value));
     const files = part<HTMLInputElement>("import");
     files.addEventListener("change", () => void this.read([...(files.files ?? [])]).then(() => (files.value = "")));
   }
 
-  private get formats(): Record<string, string[]> {
+  private get formats(): Record<string, Record<string, string>> {
     return this.session.state.exports ?? {};
+  }
+
+  /** Name of the file that is written or downloaded. */
+  private get name(): string {
+    return this.formats[this.what.value]?.[this.format.value] ?? "";
   }
 
   private fillWhat(): void {
@@ -37,12 +43,13 @@ export class ExchangePanel {
   }
 
   private fillFormats(): void {
-    const formats = this.formats[this.what.value] ?? [];
+    const formats = Object.keys(this.formats[this.what.value] ?? {});
     this.format.replaceChildren(...formats.map((format) => make("option", { value: format }, format)));
     this.setDownload();
   }
 
   private setDownload(): void {
+    part("export-name").textContent = this.name;
     const link = part<HTMLAnchorElement>("download");
     link.href = this.session.downloadAddress(this.format.value, this.what.value);
   }

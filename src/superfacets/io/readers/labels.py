@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..._types import Array, Ints
-from ..._validate import refuse_first, refuse_mask
+from ..._validate import hint_at_vertices, refuse_first, refuse_mask
 from ...errors import MeshError
 from ..guards import Content, counted, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
@@ -75,6 +75,8 @@ def read_labels(
     array([0, 1], dtype=int32)
     """
     path = Path(path)
+    if path.name.lower().endswith(".segs.json"):
+        raise MeshError(f"{path}: holds labels of vertices: give labels of faces, or transfer them")
     ending = known_ending(path, LABEL_ENDINGS)
     data = read_content(path)
     with named_errors(path):
@@ -94,7 +96,7 @@ def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
         return _FINDERS[ending](data, name) is not None
 
 
-def checked_labels(labels: Any, n_faces: int | None = None) -> Ints:
+def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | None = None) -> Ints:
     """Labels as a contiguous (F,) int32 array; a MeshError if they are not F integers >= -1."""
     refuse_mask(labels, "labels", MeshError)
     array = np.asarray(labels)
@@ -105,7 +107,10 @@ def checked_labels(labels: Any, n_faces: int | None = None) -> Ints:
     if array.dtype.kind not in "iu":
         raise MeshError(f"labels must be integers, got {array.dtype}")
     if n_faces is not None and len(array) != n_faces:
-        raise MeshError(f"there are {counted(len(array), 'label')} for {counted(n_faces, 'cell')}")
+        hint = hint_at_vertices(len(array), n_vertices)
+        raise MeshError(
+            f"there are {counted(len(array), 'label')} for {counted(n_faces, 'cell')}{hint}"
+        )
     is_wrong = (array < NO_REGION) | (array > MAX_LABEL)
     must = f"it must be {NO_REGION} to {MAX_LABEL}"
     refuse_first(is_wrong, "labels", array, must, MeshError)

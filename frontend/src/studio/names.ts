@@ -1,0 +1,75 @@
+// Names of classes and objects, and of steps that are undone or done again.
+
+import type { State } from "./contract";
+import { classOf, objectOf, paintOf, type Regions } from "./labeling";
+import type { Mesh } from "./mesh";
+
+export type Lists = Pick<State, "classes" | "object_names">;
+
+/** A state before or after a step: its lists, and the paint of the cells that the step changes. */
+export interface Side {
+  lists: Lists;
+  paint: Uint32Array;
+}
+
+// Names of steps by kind.
+const STEPS: Record<string, string> = {
+  paint: "stroke", split: "split of a region", segment: "new regions", classes: "list of classes",
+  objects: "name of an object", review: "mark of review", suggest: "import of suggestions", settle: "suggestion",
+};
+const TOLD = new Set(["paint", "classes", "objects"]); // kinds of steps whose changes say all
+const MAX_TOLD = 2; // changes of lists that are told of a step
+
+export const classNameIn = ({ classes }: Lists, id: number): string =>
+  classes.find((entry) => entry.id === id)?.name ?? "no class";
+
+/** Name of an object, or of a class without one. */
+export function paintNameIn(lists: Lists, paint: number): string {
+  const [id, object] = [classOf(paint), objectOf(paint)];
+  const name = classNameIn(lists, id);
+  if (!object || lists.classes.find((entry) => entry.id === id)?.stuff) return name;
+  return ownName(lists, paint) ?? `${name} ${/\d$/.test(name) ? "#" : ""}${object}`; // "class 1 #2", but "chair 2"
+}
+
+const ownName = ({ object_names }: Lists, paint: number): string | undefined =>
+  object_names.find((one) => paintOf(one.class, one.object) === paint)?.name;
+
+function classChanges(old: Lists, now: Lists): string[] {
+  const deleted = old.classes.filter(({ id }) => !now.classes.some((entry) => entry.id === id));
+  const changed = now.classes.flatMap(({ id, name, color, stuff = false }) => {
+    const was = old.classes.find((entry) => entry.id === id);
+    if (!was) return [`new class ${name}`];
+    if (was.name !== name) return [`renamed ${was.name} to ${name}`];
+    if (was.color !== color) return [`color of ${name}`];
+    return (was.stuff ?? false) === stuff ? [] : [`${name} ${stuff ? "without" : "with"} objects`];
+  });
+  return [...deleted.map(({ name }) => `deleted ${name}`), ...changed];
+}
+
+function objectChanges(old: Lists, now: Lists): string[] {
+  const named = new Set([...old.object_names, ...now.object_names].map((one) => paintOf(one.class, one.object)));
+  return [...named].filter((paint) => ownName(old, paint) !== ownName(now, paint))
+    .map((paint) => `renamed ${paintNameIn(old, paint)} to ${paintNameIn(now, paint)}`);
+}
+
+function paintChanges({ regions, mesh }: { regions: Regions; mesh: Mesh }, cells: Uint32Array, now: Side): string[] {
+  if (!cells.length) return [];
+  const touched = [...new Set(cells.map((cell) => regions.labels[cell]))];
+  const isWhole = 2 * cells.length >= regions.cellsOfAll(touched).length;
+  const [n, noun] = isWhole ? [touched.length, "regions"] : [cells.length, mesh.cellName];
+  const what = n > 1 ? `${n} ${noun}` : `1 ${isWhole ? "region" : mesh.oneCell}`;
+  const paints = new Set(now.paint);
+  if (paints.size > 1) return [`${what} of ${paints.size} classes or objects`];
+  return [now.paint[0] ? `${what} ${paintNameIn(now.lists, now.paint[0])}` : `class removed from ${what}`];
+}
+
+/** What a step of a kind did that led from one side to the other. */
+export function stepName(
+  open: { regions: Regions; mesh: Mesh }, kind: string, cells: Uint32Array, [old, now]: [Side, Side],
+): string {
+  const told = [...classChanges(old.lists, now.lists), ...objectChanges(old.lists, now.lists)];
+  const more = told.length > MAX_TOLD ? [`${told.length - MAX_TOLD} more changes of names`] : [];
+  const named = TOLD.has(kind) ? [] : [STEPS[kind] ?? kind];
+  const all = [...named, ...told.slice(0, MAX_TOLD), ...more, ...paintChanges(open, cells, now)];
+  return all.join(", ") || (STEPS[kind] ?? kind);
+}
