@@ -83,9 +83,7 @@ def segment_command(
     check_mask(mask, endings)
     form = chosen.form(endings)
     constraints = partial(constraints_of, mask, barriers, name=labels_named)
-    run = _Run(
-        chosen, format, form, constraints, mask is not None, tiles, scans, is_quiet, as_json
-    )
+    run = _Run(chosen, format, form, constraints, mask is not None, tiles, scans, is_quiet, as_json)
     named = [name_of(job.input) for job in jobs]
     if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.tell(jobs[i], m)):
         ctx.exit(EXIT_DATA)
