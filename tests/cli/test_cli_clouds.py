@@ -107,7 +107,7 @@ def test_what_the_file_does_not_have_is_an_error(folder):
 
 
 def test_a_cloud_is_not_subdivided(folder):
-    assert "a point cloud has no faces" in run("segment", "cloud.ply", "--subdivide", status=1)
+    assert "--subdivide is for meshes" in run("segment", "cloud.ply", "--subdivide", status=1)
 
 
 def test_scans_of_an_e57_become_one_cloud(folder):
@@ -132,3 +132,51 @@ def test_more_regions_than_points(folder):
     np.save("few.npy", np.eye(3))
     output = run("segment", "few.npy", "-n", 9, "-o", "labels.npy")
     assert "the cloud has 3 points" in output
+
+
+def test_a_mask_tells_how_many_points_it_leaves_out(folder):
+    labels = np.ones(3000, int)
+    np.save("mask.npy", labels)
+    arguments = ["segment", "cloud.ply", "-n", 20, "-o", "labels.npy", "--mask", "mask.npy"]
+    assert "the mask leaves out no point" in run(*arguments)
+    labels[:1200] = 0
+    np.save("mask.npy", labels)
+    output = run(*arguments)
+    assert "leaves out no point" not in output
+    assert "cloud.ply: 3000 points (1200 left out), " in output
+
+
+def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
+    corners = [[400000, 5600000, 117.796], [400999.5, 5600000, 118], [400000, 5600999, 120]]
+    points = np.vstack([corners, corners])
+    for color, said in ((0, "no"), (9, "yes, all equal")):
+        colors = np.full((6, 3), color, np.uint8)
+        sf.write_mesh("far.ply", sf.PointCloud(points, colors=colors))
+        output = run("info", "far.ply")
+        assert "400000 5600000 117.796 to 400999.5 5600999 120\n" in output
+        assert f"colors               {said}\n" in output
+    table = np.column_stack([points, np.full(6, 7.0), np.arange(6)])
+    np.savetxt("far.csv", table, delimiter=",", header="x,y,z,flat,steep", comments="")
+    assert "far.csv: the same everywhere: flat\n" in run("info", "far.csv")
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "message"),
+    [
+        (["--scans"], 1, "cloud.ply: --scans is for meshes"),
+        (["--viewpoint", 0, 0, "-n", 9], 2, "three numbers are needed, got '-n'"),
+        (["--paper", "--balance", 1], 2, "--balance is not part of the paper"),
+    ],
+)
+def test_errors_name_the_option_that_was_typed(folder, options, status, message):
+    assert message in run("segment", "cloud.ply", *options, status=status)
+
+
+@pytest.mark.parametrize(
+    "command", [["info"], ["segment", "-n", 9], ["segment", "--tiled", "-o", "labels.npy"]]
+)
+def test_commands_refuse_a_height_grid(folder, command):
+    np.save("dem.npy", np.zeros((301, 301)))
+    output = run(*command, "dem.npy", status=1)
+    assert "dem.npy: expected shape (N, 3)" in output
+    assert "got (301, 301): a height grid is made a mesh first" in output

@@ -252,7 +252,7 @@ def test_ascii_writes_text(run, sheet):
         (["-n", 0], "for '-n' / '--n-segments': '0' is not a whole number of 1 or more"),
         (["-n", "abc"], "for '-n' / '--n-segments': 'abc' is not a whole number of 1 or more"),
         (["-n", 2.5], "'2.5' is not a whole number of 1 or more"),
-        (["-n", 5, "-r", 0.1], "give n_segments or radius, not both"),
+        (["-n", 5, "-r", 0.1], "give -n or -r, not both"),
         (["-r", 0], "Invalid value for '-r' / '--radius'"),
         (["-r", "nan"], "Invalid value for '-r' / '--radius': 'nan' is not a finite number"),
         (["-r", "wide"], "Invalid value for '-r' / '--radius': 'wide' is not a finite number"),
@@ -393,7 +393,7 @@ def test_an_error_that_names_no_file_gets_its_name(run, three, monkeypatch):
 
 def test_wrong_parameters_are_found_before_any_file_is_read(run, three):
     for arguments, message in [
-        (["-n", 5, "-r", 0.1], "give n_segments or radius, not both"),
+        (["-n", 5, "-r", 0.1], "give -n or -r, not both"),
         (["--weights", "stk02", "-a", 2], "alpha must be"),
     ]:
         status, out, err = run("segment", *three, *arguments)

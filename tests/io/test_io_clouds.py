@@ -137,7 +137,7 @@ def test_what_is_wrong_is_named(tmp_path, name, content, message):
 @pytest.mark.parametrize("array", [np.zeros(3), np.zeros((2, 3), complex)])
 def test_arrays_of_other_shapes_are_refused(tmp_path, array):
     np.save(tmp_path / "a.npy", array)
-    with pytest.raises(MeshError, match="expected an"):
+    with pytest.raises(MeshError, match=r"expected (an|shape)"):
         read_cloud(tmp_path / "a.npy")
 
 
@@ -401,3 +401,24 @@ def test_a_frame_that_does_not_hold_the_points_is_replaced(laspy, tmp_path):
     made = laspy.read(tmp_path / "a.las")
     assert (made.header.point_format.id, str(made.header.version)) == (1, "1.2")
     assert np.allclose(made.xyz, POINTS * 1e3, atol=1e-6)
+
+
+@pytest.mark.parametrize("shape", [(301, 301), (40, 13), (9, 2), (4, 5, 3)])
+def test_a_height_grid_is_no_cloud(tmp_path, shape):
+    np.save(tmp_path / "dem.npy", np.zeros(shape))
+    with pytest.raises(MeshError, match=rf"expected shape \(N, 3\).*got \({shape[0]}, {shape[1]}"):
+        read_cloud(tmp_path / "dem.npy")
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("a.tif", "a raster file is no mesh"),
+        ("a.ASC", "a raster file is no mesh"),
+        ("a.gpkg", "a vector file is no mesh"),
+        ("a.las", "it holds points, use read_cloud"),
+    ],
+)
+def test_files_that_are_no_mesh_say_what_to_do(tmp_path, name, message):
+    with pytest.raises(MeshError, match=message):
+        read_mesh(tmp_path / name)

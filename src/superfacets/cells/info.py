@@ -116,7 +116,9 @@ class CloudInfo:
     has_viewpoints: bool
     """Whether the cloud has viewpoints: the scanner position of each point."""
     has_colors: bool
-    """Whether the cloud has colors."""
+    """Whether the cloud has colors that are not all black (files have 0 where there are none)."""
+    colors_differ: bool
+    """Whether the points have different colors."""
     spacing: float
     """Median over the points of the square root of the area around each."""
     area: float
@@ -241,7 +243,8 @@ def _cloud_info(cloud: PointCloud, weld: bool = True) -> CloudInfo:
         knows_turns=graph.knows_turns,
         has_axes=cloud.axes is not None,
         has_viewpoints=cloud.viewpoints is not None,
-        has_colors=cloud.colors is not None,
+        has_colors=cloud.colors is not None and bool(cloud.colors.any()),
+        colors_differ=cloud.colors is not None and bool(np.any(cloud.colors != cloud.colors[0])),
         spacing=float(np.sqrt(np.median(graph.measures))),
         area=_core.sum_of(graph.measures, threads),
         bounds=(tuple(low), tuple(high)),

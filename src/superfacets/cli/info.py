@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 
 import click
+import numpy as np
 
 from ..cells.info import CloudInfo, MeshInfo, TetInfo, facts_of
 from ..cells.size import DEFAULT_N_SEGMENTS, sliver_note
+from ..io.attributes import MeshAttributes
 from .failures import EXIT_DATA, count_failures, print_note
-from .inputs import check_inputs, load_cells, name_of
+from .inputs import check_inputs, load_cells_and_attributes, name_of
 from .interrupts import run_in_background
 from .options import INPUT, format_option, json_option
 
@@ -34,11 +37,14 @@ def info_command(
 
     def tell(place: int) -> None:
         text = inputs[place]
-        info: Info = run_in_background(lambda: facts_of(load_cells(text, format)))
+        info, attributes = run_in_background(lambda: _read(text, format))
         slivers = info.sliver_share if isinstance(info, MeshInfo) else 0.0
         note = sliver_note(slivers, "try segment --subdivide")
         if note is not None:
             print_note(f"{name_of(text)}: {note}")
+        constant = _constant_properties(attributes)
+        if constant:
+            print_note(f"{name_of(text)}: the same everywhere: {', '.join(constant)}")
         if as_json:
             click.echo(json.dumps({"file": text, **dataclasses.asdict(info)}))
             return
@@ -51,8 +57,37 @@ def info_command(
         ctx.exit(EXIT_DATA)
 
 
+def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None]:
+    cells, attributes = load_cells_and_attributes(text, format)
+    return facts_of(cells), attributes
+
+
+def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
+    """Names of properties that have a single value, so that no border follows them."""
+    if attributes is None:
+        return []
+    stored = {**attributes.vertex, **attributes.face}
+    return [
+        name
+        for name, values in stored.items()
+        if name not in ("red", "green", "blue", "alpha")
+        and len(values)
+        and (values == values[0]).all()
+    ]
+
+
+def _coordinate(value: float, diagonal: float) -> str:
+    """A coordinate, to a millionth of the diagonal: far from the origin it has more digits."""
+    if not 1e-4 < diagonal < 1e12:
+        return f"{value:g}"
+    n_digits = max(0, 6 - math.floor(math.log10(diagonal)))
+    return np.format_float_positional(round(value, n_digits) + 0.0, trim="-")
+
+
 def _rows_of(info: Info) -> list[tuple[str, str]]:
-    low, high = (" ".join(f"{value:g}" for value in corner) for corner in info.bounds)
+    low, high = (
+        " ".join(_coordinate(value, info.diagonal) for value in corner) for corner in info.bounds
+    )
     box = f"{low} to {high}"
     if isinstance(info, CloudInfo):
         return [
@@ -61,7 +96,7 @@ def _rows_of(info: Info) -> list[tuple[str, str]]:
             ("components", str(info.n_components)),
             ("isolated points", str(info.n_isolated)),
             ("normals", _normals_of(info)),
-            ("colors", "yes" if info.has_colors else "no"),
+            ("colors", _colors_of(info)),
             ("bounding box", box),
             ("diagonal", f"{info.diagonal:g}"),
             ("spacing", f"{info.spacing:g}"),
@@ -98,6 +133,13 @@ def _rows_of(info: Info) -> list[tuple[str, str]]:
         ("diagonal", f"{info.diagonal:g}"),
         ("area", f"{info.area:g}"),
     ]
+
+
+def _colors_of(info: CloudInfo) -> str:
+    """Whether a cloud has colors, and whether they differ."""
+    if not info.has_colors:
+        return "no"
+    return "yes" if info.colors_differ else "yes, all equal"
 
 
 def _normals_of(info: CloudInfo) -> str:

@@ -64,6 +64,8 @@ class Real(click.FloatRange):
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
+            if param is not None and param.nargs == 3:
+                self.fail(f"three numbers are needed, got {str(value)!r}", param, ctx)
             self.fail(f"{str(value)!r} is not a finite number", param, ctx)
         return float(super().convert(number, param, ctx))
 

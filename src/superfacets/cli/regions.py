@@ -67,7 +67,7 @@ def regions_command(
 
     IN may be a point cloud, or - for standard input. A row for each region: area, perimeter,
     centroid, normal, shape, neighbors and more. Labels are read from .npy, .seg, .txt or labeled
-    .ply or .vtp files.
+    .ply, .vtp, .las or .laz files.
     """
     check_inputs((cells,))
     output = None if str(output) == STANDARD_STREAM else output

@@ -191,10 +191,13 @@ def facts_of(result: Segmentation, timings: Mapping[str, float], noun: str) -> d
     }
 
 
-def summary_of(result: Segmentation, timings: Mapping[str, float], noun: str = "face") -> str:
+def summary_of(
+    result: Segmentation, timings: Mapping[str, float], noun: str = "face", n_left_out: int = 0
+) -> str:
     """The run in one line; `noun` is the name of the labeled elements."""
+    left_out = f" ({n_left_out} left out)" if n_left_out else ""
     seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in timings.items())
     return (
-        f"{counted(len(result.labels), noun)}, {counted(result.n_segments, 'region')}, "
+        f"{counted(len(result.labels), noun)}{left_out}, {counted(result.n_segments, 'region')}, "
         f"{counted(result.n_iter, 'iteration')}, {result.stop_reason}; seconds: {seconds}"
     )

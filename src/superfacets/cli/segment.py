@@ -10,16 +10,18 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 from .._timing import timed
 from ..batches.files import FileOptions, Outcome, segment_file
 from ..cells.kinds import kind_of
 from ..clustering.segmentation import Segmentation
+from ..errors import MeshError
 from ..export.cells import FormatOptions
 from ..export.write import check_fit, check_outputs
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
-from .failures import EXIT_DATA, count_failures, print_notes
+from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import (
     barrier_angle_option,
     check_inputs,
@@ -88,7 +90,10 @@ def segment_command(
     check_mask(mask, endings)
     form = chosen.form(endings)
     constraints = partial(constraints_of, mask, barriers, name=labels_named)
-    run = _Run(chosen, format, form, constraints, barrier_angle, tiles, scans, is_quiet, as_json)
+    run = _Run(
+        chosen, format, form, constraints, barrier_angle, mask is not None, tiles, scans, is_quiet,
+        as_json,
+    )  # fmt: skip
     named = [name_of(job.input) for job in jobs]
     if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.tell(jobs[i], m)):
         ctx.exit(EXIT_DATA)
@@ -103,6 +108,7 @@ class _Run:
     form: FormatOptions
     constraints: Callable[[int], dict[str, Any]]
     barrier_angle: float | None
+    has_mask: bool
     tiles: TileOptions | None
     scans: bool
     is_quiet: bool
@@ -132,7 +138,10 @@ class _Run:
         if not self.is_quiet:
             asked = self.options.keywords.get("n_segments")
             print_notes(notes_of(outcome, asked, job.endings, n_lost, job.holds_labels))
-        self._report(job, result, timings, noun)
+        n_left_out = int(np.count_nonzero(result.labels < 0))
+        if self.has_mask and not n_left_out and not self.is_quiet:
+            print_note(f"the mask leaves out no {noun}: no label in it is 0")
+        self._report(job, result, timings, noun, n_left_out)
 
     def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:
         with TileBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
@@ -143,13 +152,14 @@ class _Run:
         self._report(job, result, result.timings, noun)
 
     def _report(
-        self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str
-    ) -> None:
+        self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str,
+        n_left_out: int = 0,
+    ) -> None:  # fmt: skip
         """Print counts, seconds and files."""
         asked = self.options.keywords.get("denoise")
         if not self.is_quiet:
             print_notes(notes_on_denoising(asked, result.params["denoise"], scans=self.scans))
-        text = f"{job.name}: {summary_of(result, timings, noun)}"
+        text = f"{job.name}: {summary_of(result, timings, noun, n_left_out)}"
         facts = facts_of(result, timings, noun)
         job.report(facts, text, noun, as_json=self.as_json, is_quiet=self.is_quiet)
 
@@ -169,5 +179,16 @@ class _Run:
     def _load(self, job: Job, *, keep: bool) -> tuple[Cells, MeshAttributes | None]:
         """Read the input; an error if the outputs could not hold such cells."""
         cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
+        self._check_kind(job, cells)
         check_fit(cells, None, job.endings, self.form)
         return cells, attributes
+
+    def _check_kind(self, job: Job, cells: Cells) -> None:
+        """Raise an error for options that a point cloud lacks."""
+        if not kind_of(cells).are_points:
+            return
+        typed = "--subdivide" if self.options.subdivide else None
+        if self.options.keywords.get("denoise") is not None:
+            typed = "--scans" if self.scans else "--denoise"
+        if typed is not None:
+            raise MeshError(f"{name_of(job.input)}: {typed} is for meshes, but this is a cloud")

@@ -173,11 +173,17 @@ def options_of(
     """Return the given options, completed by a preset; an error if they do not fit."""
     of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
     keywords = {name: value for name, value in given.items() if value is not None}
+    if {"n_segments", "radius"} <= keywords.keys():
+        raise click.UsageError("give -n or -r, not both")
     if paper and (parts or scans):
         other = "--parts" if parts else "--scans"
         raise click.UsageError(f"--paper and {other} are two methods: give one of them")
     if paper and given.get("relocate"):
         raise click.UsageError("--paper moves centers in its own way: leave --relocate out")
+    for name in ("balance", "max_measure", "min_measure", "cells_per_region"):
+        if paper and keywords.get(name):
+            typed = f"--{name.replace('_', '-')}"
+            raise click.UsageError(f"{typed} is not part of the paper: leave --paper or it out")
     presets = ((paper, "--paper", PAPER), (parts, "--parts", PARTS), (scans, "--scans", SCANS))
     for is_given, name_of_preset, preset in presets:
         for name in ("weights", "init") if is_given else ():

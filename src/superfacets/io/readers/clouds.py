@@ -39,6 +39,9 @@ _FLAT = math.log(2.0)
 _UNIT = 0.01
 """Tolerance for the length of a unit normal in a file: it may differ from 1 by about this much."""
 
+_MAX_COLUMNS = 12
+"""Most columns of a cloud in a .npy file. Arrays of more are height grids or features."""
+
 _OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_y": "ny",
                 "normal_z": "nz"}  # fmt: skip
 
@@ -107,8 +110,13 @@ def _names_in(lines: Lines) -> list[str] | None:
 
 def _read_npy(data: Content) -> CloudFile:
     array = npy_array(data)
-    if array.ndim != 2 or array.dtype.kind not in "fiu":
-        raise MeshError(f"expected an (N, 3) array of numbers, got {array.shape}, {array.dtype}")
+    if array.dtype.kind not in "fiu":
+        raise MeshError(f"expected an array of numbers, got {array.dtype}")
+    if array.ndim != 2 or not 3 <= array.shape[1] <= _MAX_COLUMNS:
+        raise MeshError(
+            f"expected shape (N, 3), or up to {_MAX_COLUMNS} columns as in text, got {array.shape}:"
+            " a height grid is made a mesh first, see Terrain in the documentation"
+        )
     return _cloud_of_table(as_doubles(array), None)
 
 

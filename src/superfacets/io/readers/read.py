@@ -64,6 +64,18 @@ _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb", b"b3dm": ".b3dm"
            TRIANGLES: SURFACE_ENDINGS[0]}  # fmt: skip
 """Endings of files by their first bytes."""
 
+_NO_MESHES = {
+    **dict.fromkeys(
+        (".tif", ".tiff", ".asc"),
+        "a raster file is no mesh: make a mesh of its heights, see Terrain in the documentation",
+    ),
+    **dict.fromkeys(
+        (".shp", ".gpkg"),
+        "a vector file is no mesh: convert its triangles or points to .ply, .obj or .csv",
+    ),
+}
+"""Messages about files of geographic information, by ending."""
+
 Parsed = TypeVar("Parsed")
 
 # First word of a text that is not in a comment line.
@@ -145,10 +157,10 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         numbers per point, separated by blanks, commas or semicolons. The first line may name the
         columns, as in PLY. Without names, the three columns after x, y and z are colors if all
         numbers are whole and 0 to 255, or normals if all have length 1. ``.npy``: an (N, 3) array,
-        or one with more columns as in text. ``.las``. ``.laz``, which needs the extra ``las``: its
-        points may take 1,000 times the size of the file, or 64 MB if that is more. ``.pcd`` (text,
-        binary, compressed). ``.e57``, which needs the extra ``e57``: the points of all scans, one
-        scan after the other, each moved to its pose.
+        or one of up to 12 columns, as in text. ``.las``. ``.laz``, which needs the extra ``las``:
+        its points may take 1,000 times the size of the file, or 64 MB if that is more. ``.pcd``
+        (text, binary, compressed). ``.e57``, which needs the extra ``e57``: the points of all
+        scans, one scan after the other, each moved to its pose.
 
     Returns
     -------
@@ -269,6 +281,10 @@ def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
         advice = ": convert the file first" if path.suffix else ""
         if path.suffix.lower() == ".json":
             advice = ": tilesets are for batch, convert and segment --tiled"
+        if path.suffix.lower() in _NO_MESHES:
+            raise MeshError(f"{path}: {_NO_MESHES[path.suffix.lower()]}") from None
+        if path.suffix.lower() in CLOUD_READERS:
+            advice = ": it holds points, use read_cloud"
         raise MeshError(f"{error}{advice}") from None
 
 
