@@ -13,6 +13,14 @@ const NAMES: Record<string, string> = {
   region_classes: "Class per region",
 };
 
+const OBJECT_FORMATS: Record<string, string> = {
+  json: "json (COCO-like)",
+  npz: "npz (arrays)",
+  csv: "csv (a row per cell)",
+  "aggregation.json": "aggregation.json + segs.json (ScanNet)",
+  zip: "zip (a PLY per object)",
+};
+
 export class ExchangePanel {
   private readonly what = part<HTMLSelectElement>("export-what");
   private readonly format = part<HTMLSelectElement>("export-format");
@@ -37,9 +45,15 @@ export class ExchangePanel {
   }
 
   private fillFormats(): void {
-    const formats = this.formats[this.what.value] ?? [];
-    this.format.replaceChildren(...formats.map((format) => make("option", { value: format }, format)));
+    const isObjects = this.what.value === "objects";
+    const formats = (this.formats[this.what.value] ?? []).filter((format) => !isObjects || format !== "segs.json"); // comes with the groups
+    this.format.replaceChildren(...formats.map((format) => this.option(format)));
     this.setDownload();
+  }
+
+  private option(format: string): HTMLOptionElement {
+    const text = this.what.value === "objects" ? OBJECT_FORMATS[format] : undefined;
+    return make("option", { value: format }, text ?? format);
   }
 
   private setDownload(): void {
