@@ -146,4 +146,9 @@ def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served
     document.close()
     status, out, err = run("studio", sheet, "--list")
     assert (status, out, err) == (0, f"100.0 %  {Path(sheet).name}  reviewed\n", "")
+    document = Document.open(Path(sheet))
+    document.paint(np.arange(3, dtype=np.uint32), 2)
+    document.close()
+    _, out, _ = run("studio", sheet, "--list")
+    assert out == f"100.0 %  {Path(sheet).name}  changed since review\n"
     assert not served

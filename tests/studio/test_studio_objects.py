@@ -169,6 +169,26 @@ def test_a_review_is_marked_in_the_list_of_files(client):
     assert client.http.get("/api/files").json()[0]["reviewed"] is True  # from the work file
 
 
+def test_changes_after_a_review_are_marked_until_it_is_reviewed_again(client):
+    def listed():
+        return client.http.get("/api/files").json()[0].get("changed_since_review", False)
+
+    assert not client.done("paint", **{"class": 1}, cells=_coded_cells([1]))["is_changed"]
+    assert not client.done("review", reviewed=True)["is_changed"]
+    assert client.done("paint", **{"class": 1}, object=1, cells=_coded_cells([2]))["is_changed"]
+    assert listed()
+    client.close()
+    assert listed()  # from the work file
+    assert not client.done("review", reviewed=True)["is_changed"]
+    assert not listed()
+    assert client.done("name-object", **{"class": 1}, object=1, name="a")["is_changed"]
+    assert not client.done("review", reviewed=True)["is_changed"]
+    assert client.done("undo")["is_changed"]  # to a review from before the name
+    assert not client.done("redo")["is_changed"]
+    assert not client.done("review", reviewed=False)["is_changed"]
+    assert not client.done("paint", **{"class": 1}, cells=_coded_cells([3]))["is_changed"]
+
+
 # Exports, each read back by other code than ours.
 
 
@@ -187,7 +207,9 @@ def test_groups_are_objects_and_their_segments_are_in_one_object_each(furnished)
     groups = json.loads(path.read_text())["segGroups"]
     assert [group["label"] for group in groups] == ["chair"] * 3 + ["table", "wall"]
     assert [group["objectId"] for group in groups] == list(range(5))
-    segments = json.loads(path.with_name("sheet.objects.segs.json").read_text())["segIndices"]
+    joined = json.loads(path.read_text())["segmentsFile"]
+    assert joined == "sheet.objects.segs.json"
+    segments = json.loads(path.with_name(joined).read_text())["segIndices"]
     found = np.zeros(len(segments), int)
     for group, number in zip(groups, (1000, 1001, 1002, 2001, 3000), strict=True):
         found[np.isin(segments, group["segments"])] = number
@@ -241,6 +263,17 @@ def test_each_object_is_a_mesh_of_its_own(furnished, tmp_path):
         archive.extractall(tmp_path / "meshes")
     chair = superfacets.read_mesh(tmp_path / "meshes" / "1002-chair-2.ply")
     assert chair.n_faces == np.count_nonzero(furnished.instances == 1002)
+
+
+@pytest.mark.parametrize("format", ["aggregation.json", "segs.json"])
+def test_groups_are_downloaded_with_the_segments_that_they_name(furnished, format):
+    name, data = export_bytes(furnished, "objects", format)
+    assert name == "sheet.objects.scannet.zip"
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        groups = json.loads(archive.read("sheet.objects.aggregation.json"))
+        segments = json.loads(archive.read(groups["segmentsFile"]))["segIndices"]
+        assert len(archive.namelist()) == 2
+    assert {one for group in groups["segGroups"] for one in group["segments"]} <= set(segments)
 
 
 @pytest.mark.parametrize("format", ["json", "npz", "csv", "aggregation.json", "segs.json", "zip"])

@@ -31,6 +31,7 @@ export interface Progress {
   can_redo: boolean;
   object_names: ObjectName[];
   is_reviewed: boolean;
+  is_changed: boolean; // since the review
   n_suggestions: number;
 }
 
@@ -52,6 +53,7 @@ export interface FileEntry {
   name: string;
   done: number;
   reviewed?: boolean;
+  changed_since_review?: boolean;
   n_cells?: number;
   error?: string;
 }

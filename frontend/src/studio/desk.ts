@@ -121,6 +121,27 @@ export class Desk {
     return paintNameIn(this.session.state, paint);
   }
 
+  /** Remove the paint of all cells of an object. */
+  deleteObject(paint: number): void {
+    const { mesh, paints } = this.session;
+    const [name, cells] = [this.paintName(paint), paints.cellsOf(classOf(paint), objectOf(paint))];
+    this.session.paint(cells, 0);
+    this.say(`${name} deleted: ${cells.length.toLocaleString("en")} ${mesh.cellName} have no object now (Ctrl+Z undoes).`);
+  }
+
+  /** Make each piece of an object but the largest an object. */
+  async splitObject(paint: number): Promise<void> {
+    const { session } = this;
+    const [id, object] = [classOf(paint), objectOf(paint)];
+    const before = new Set(session.paints.objectsOf(id));
+    if (!(await session.change("split-object", { class: id, object }))) return;
+    const names = [...session.paints.objectsOf(id)].filter((one) => !before.has(one)).sort((a, b) => a - b)
+      .map((one) => this.paintName(paintOf(id, one)));
+    if (!names.length) return;
+    const which = names.length > 1 ? `${names[0]} to ${names[names.length - 1]}` : names[0];
+    this.say(`${names.length} ${names.length > 1 ? "pieces" : "piece"} became ${which}.`);
+  }
+
   say(line: string): void {
     this.session.events.emit("message", line);
   }

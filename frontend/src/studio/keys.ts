@@ -64,6 +64,7 @@ export class Keys {
       ],
       Files: [
         { names: ["Ctrl+s"], what: "show when the work was saved: each stroke is", run: () => this.saySaved() },
+        { names: [], shown: "Reviewed", what: "the box below “Labeled” marks the work; later changes show there", run: () => undefined },
         { names: ["PageDown"], what: "next file", run: () => goToFile(1) },
         { names: ["PageUp"], what: "previous file", run: () => goToFile(-1) },
       ],

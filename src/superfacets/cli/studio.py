@@ -50,6 +50,8 @@ def studio_command(
     if is_list:
         for entry in files.listed():
             reviewed = "  reviewed" if entry.get("reviewed") else ""
+            if entry.get("changed_since_review"):
+                reviewed = "  changed since review"
             click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{reviewed}")
         return
     opened, address = open_again(port, kept_address(address_file(files.home)))

@@ -116,13 +116,18 @@ def write_aggregation(
     write_groups(file, groups, scene)
 
 
-def write_groups(file: IO[bytes], groups: Sequence[dict[str, Any]], scene: str) -> None:
-    """Write groups of segments: each an object, with ``segments``, ``label`` and other entries."""
+def write_groups(
+    file: IO[bytes], groups: Sequence[dict[str, Any]], scene: str, segments_file: str | None = None
+) -> None:
+    """Write groups of segments: each an object, with ``segments``, ``label`` and other entries.
+
+    ``segments_file`` is the name of the file with the segments; None: its name in ScanNet.
+    """
     document = {
         "sceneId": f"scannet.{scene}",
         "appId": APP_ID,
         "segGroups": [{"id": i, "objectId": i, **group} for i, group in enumerate(groups)],
-        "segmentsFile": f"scannet.{scene}_vh_clean_2.0.010000.segs.json",
+        "segmentsFile": segments_file or f"scannet.{scene}_vh_clean_2.0.010000.segs.json",
     }
     file.write(json.dumps(document, separators=(",", ":")).encode("ascii"))
 

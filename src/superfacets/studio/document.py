@@ -246,9 +246,9 @@ class Document:
                 self._commit(Change("objects", before, after))
 
     def review(self, is_reviewed: bool) -> None:
-        """Mark the work on this file as reviewed, or not."""
+        """Mark the work on this file as reviewed, or not; again, after later changes."""
         with self.lock:
-            if is_reviewed != self.state.is_reviewed:
+            if is_reviewed != self.state.is_reviewed or self.state.is_changed:
                 self._commit(Change("review", self.state.is_reviewed, is_reviewed))
 
     def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
@@ -458,8 +458,8 @@ class Document:
         self.history.make(change, lambda seq: self._write(seq, change.line()))
 
     def _write(self, seq: int, line: Line) -> None:
-        reviewed = {"reviewed": True} if self.state.is_reviewed else {}
-        self.journal.append({"seq": seq, **line, "done": round(self.progress, 6), **reviewed})
+        done = round(self.progress, 6)
+        self.journal.append({"seq": seq, **line, "done": done, **self.state.review_marks})
 
     def _is_foreign(self) -> bool:
         """Whether the state's partition was made from other labels than those of the base."""

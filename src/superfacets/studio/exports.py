@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import tempfile
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -98,12 +100,32 @@ def export(document: Document, what: str, format: str, *, replace: bool = False)
 
 
 def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes]:
-    """The name and the content of the same file, without writing it to the folder."""
+    """The name and the content of the same file, without writing it to the folder.
+
+    Two files that belong together come as a zip of both.
+    """
     name = _name_of(document, what, _checked_ending(document, what, format))
+    if what == "objects" and format in PAIRED:
+        return _name_of(document, what, ".scannet.zip"), _pair_bytes(document, what, format)
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         path = Path(folder, name)
         _write(document, what, format, path)
         return name, path.read_bytes()
+
+
+def _pair_bytes(document: Document, what: str, format: str) -> bytes:
+    """A zip of this export, and of the one that belongs to it."""
+    packed = io.BytesIO()
+    with (
+        document.lock,  # both must belong to the same state
+        tempfile.TemporaryDirectory(prefix="superfacets-") as folder,
+        zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive,
+    ):
+        for one in (format, PAIRED[format]):
+            path = Path(folder, _name_of(document, what, f".{one}"))
+            _write(document, what, one, path)
+            archive.write(path, path.name)
+    return packed.getvalue()
 
 
 def class_of_regions(

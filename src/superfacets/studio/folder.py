@@ -13,6 +13,7 @@ from typing import Any
 from ..batches.sources import find_sources
 from .classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
 from .document import Document, work_file_of
+from .history import REVIEW_MARKS
 from .journal import JournalError, Line, summary
 
 MAX_OPEN = 3  # number of meshes in memory, with their graphs; others are opened again on demand
@@ -116,8 +117,8 @@ class Files:
         entry: dict[str, Any] = {"id": number, "name": name}
         document = self._open.get(number)
         if document is not None:
-            reviewed = {"reviewed": True} if document.state.is_reviewed else {}
-            return {**entry, "done": document.progress, "n_cells": document.n_cells, **reviewed}
+            marks = document.state.review_marks
+            return {**entry, "done": document.progress, "n_cells": document.n_cells, **marks}
         try:
             return {**entry, **_progress_of(summary(self.work or work_file_of(path)))}
         except JournalError as error:
@@ -140,5 +141,5 @@ def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
     done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")
     if not isinstance(done, (int, float)) or not 0 <= done <= 1 or not isinstance(n_cells, int):
         raise JournalError("the work file is damaged: it does not say how far the work is")
-    reviewed = {"reviewed": True} if found[1].get("reviewed") is True else {}
-    return {"done": done, "n_cells": n_cells, **reviewed}
+    marks = {name: True for name in REVIEW_MARKS if found[1].get(name) is True}
+    return {"done": done, "n_cells": n_cells, **marks}

@@ -38,6 +38,9 @@ from .suggestions import Suggestion, Suggestions
 Numbers = npt.NDArray[np.uint16]
 
 
+REVIEW_MARKS = "reviewed", "changed_since_review"
+
+
 class NothingError(LookupError):
     """There is nothing to undo or redo."""
 
@@ -64,6 +67,7 @@ class State:
     partition: Partition
     object_names: ObjectNames = ()
     is_reviewed: bool = False
+    is_changed: bool = False  # classes or objects, since the review
     suggestions: Suggestions = ()  # neither accepted nor rejected yet
 
     @property
@@ -77,6 +81,12 @@ class State:
         is_stuff = np.zeros(MAX_CLASS + 1, bool)
         is_stuff[[*stuff_of(self.class_list)]] = True
         return np.where(is_stuff[self.classes], np.uint16(0), object_of(self.paint))
+
+    @property
+    def review_marks(self) -> Line:
+        """The entries of lines and lists that tell whether the work is reviewed."""
+        values = self.is_reviewed, self.is_changed
+        return {name: True for name, value in zip(REVIEW_MARKS, values, strict=True) if value}
 
 
 @dataclass(frozen=True)
@@ -229,22 +239,37 @@ class History:
         changes = last_stroke(source)
         if not changes:
             raise NothingError(f"there is nothing to {name}")
-        self._apply([change.inverse() if is_undo else change for change in changes], record)
+        made = [change.inverse() if is_undo else change for change in changes]
+        self._apply(made, record, is_undo=is_undo)
         del source[len(source) - len(changes) :]
         target.extend(changes)
         return changes
 
-    def _apply(self, changes: list[Change], record: Callable[[int], object]) -> None:
+    def _apply(
+        self, changes: list[Change], record: Callable[[int], object], *, is_undo: bool = False
+    ) -> None:
         """Make changes and record the step; if that fails, revert them."""
+        was_changed = self.state.is_changed
         for change in changes:
             change.do(self.state)
+        self.state.is_changed = self._is_changed({change.kind for change in changes}, is_undo)
         try:
             record(self.seq + 1)
         except BaseException:
             for change in reversed(changes):
                 change.inverse().do(self.state)
+            self.state.is_changed = was_changed
             raise
         self.seq += 1
+
+    def _is_changed(self, kinds: set[str], is_undo: bool) -> bool:
+        """Whether classes or objects differ from the review, after changes of these kinds.
+
+        An undone mark may return to a review from before other changes: that counts as changed.
+        """
+        is_new = is_undo if "review" in kinds else bool(kinds & _LABELING)
+        kept = self.state.is_changed and "review" not in kinds
+        return self.state.is_reviewed and (is_new or kept)
 
 
 def _first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
@@ -261,6 +286,9 @@ def _class_list(value: Any) -> ClassList:
     text = json.dumps(value, ensure_ascii=False).encode("utf-8", "ignore")
     return checked_class_list(json.loads(text))
 
+
+_LABELING = frozenset({"paint", "classes", "objects"})
+"""Kinds of changes that a review is about."""
 
 _FIELDS = {
     "split": "partition",

@@ -152,7 +152,8 @@ def _write_groups(document: Document, temporary: Path, path: Path) -> None:
         own = np.unique(segments[instances == one.instance]).tolist()
         groups.append({"segments": own, "label": one.label, "name": one.name})
     with temporary.open("wb") as file:
-        write_groups(file, groups, scene_of(path, GROUPS))
+        segments_file = path.name.removesuffix(GROUPS) + SEGMENTS
+        write_groups(file, groups, scene_of(path, GROUPS), segments_file)
 
 
 def _write_meshes(document: Document, temporary: Path, path: Path) -> None:

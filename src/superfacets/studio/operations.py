@@ -65,6 +65,7 @@ def counts_of(document: Document) -> Body:
             "can_redo": bool(document.history.redo_stack),
             "object_names": list(document.state.object_names),
             "is_reviewed": document.state.is_reviewed,
+            "is_changed": document.state.is_changed,
             "n_suggestions": len(document.state.suggestions),
         }
 

@@ -241,7 +241,6 @@ export class ClassesPanel {
   /** What can be done with the chosen object. */
   private actions(id: number, object: number, all: number[]): HTMLDivElement {
     const { desk } = this;
-    const { session } = desk;
     const paint = paintOf(id, object);
     const name = desk.paintName(paint);
     const merge = make("select", { "aria-label": `Merge ${name} with another object`, title: "The other object becomes a part of this one (M: the one under the pointer)" });
@@ -252,11 +251,12 @@ export class ClassesPanel {
     merge.disabled = merge.options.length < 2;
     if (merge.disabled) merge.title = "The class has no other object";
     merge.addEventListener("change", () => desk.mergeObject(paintOf(id, Number(merge.value))));
-    const split = this.button("Split off", `Each piece of ${name} but the largest becomes an object`, () => {
-      void session.change("split-object", { class: id, object });
+    const split = this.button("Split loose parts", `Each piece of ${name} but the largest becomes an object`, () => {
+      void desk.splitObject(paint);
     });
     const alone = this.button("Show alone", `Hide all but ${name} (U shows all)`, () => desk.isolatePaint(paint));
-    const remove = this.button("Delete", `Remove the paint of ${name}`, () => session.paint(session.paints.cellsOf(id, object), 0));
+    const remove = this.button("Delete", `Remove the paint of ${name}`, () => desk.deleteObject(paint));
+    remove.classList.add("apart");
     return make("div", { class: "actions" }, merge, split, alone, remove);
   }
 

@@ -17,7 +17,11 @@ export class Comparison {
     desk.session.events.on("file", () => void desk.session.compare().then((reply) => this.take(reply)));
     const reviewed = part<HTMLInputElement>("reviewed");
     reviewed.addEventListener("change", () => void desk.session.change("review", { reviewed: reviewed.checked }));
-    desk.session.events.on("state", ({ is_reviewed }) => (reviewed.checked = is_reviewed));
+    desk.session.events.on("state", ({ is_reviewed, is_changed }) => {
+      const isChanged = is_reviewed && (is_changed || desk.session.nWaiting > 0);
+      reviewed.checked = is_reviewed && !isChanged;
+      part("reviewed-text").textContent = isChanged ? "Changed since review" : "Reviewed";
+    });
   }
 
   get isOpen(): boolean {

@@ -13,6 +13,14 @@ const NAMES: Record<string, string> = {
   region_classes: "Class per region",
 };
 
+const OBJECT_FORMATS: Record<string, string> = {
+  json: "json (COCO-like)",
+  npz: "npz (arrays)",
+  csv: "csv (a row per cell)",
+  "aggregation.json": "aggregation.json + segs.json (ScanNet)",
+  zip: "zip (a PLY per object)",
+};
+
 export class ExchangePanel {
   private readonly what = part<HTMLSelectElement>("export-what");
   private readonly format = part<HTMLSelectElement>("export-format");
@@ -21,7 +29,7 @@ export class ExchangePanel {
     session.events.on("file", () => this.fillWhat());
     this.what.addEventListener("change", () => this.fillFormats());
     this.format.addEventListener("change", () => this.setDownload());
-    part("download").addEventListener("click", () => session.events.emit("message", `Downloaded: ${this.name}`));
+    part("download").addEventListener("click", () => session.events.emit("message", `Downloaded: ${this.downloadName}`));
     part("export").addEventListener("click", () => void session.exportTo(this.format.value, this.what.value));
     const files = part<HTMLInputElement>("import");
     files.addEventListener("change", () => void this.read([...(files.files ?? [])]).then(() => (files.value = "")));
@@ -36,6 +44,11 @@ export class ExchangePanel {
     return this.formats[this.what.value]?.[this.format.value] ?? "";
   }
 
+  /** Name of the download: ScanNet's two files come as one. */
+  private get downloadName(): string {
+    return this.name.replace(/aggregation\.json$/, "scannet.zip");
+  }
+
   private fillWhat(): void {
     const kinds = Object.keys(this.formats);
     this.what.replaceChildren(...kinds.map((kind) => make("option", { value: kind }, NAMES[kind] ?? kind)));
@@ -43,9 +56,16 @@ export class ExchangePanel {
   }
 
   private fillFormats(): void {
+    const isObjects = this.what.value === "objects";
     const formats = Object.keys(this.formats[this.what.value] ?? {});
-    this.format.replaceChildren(...formats.map((format) => make("option", { value: format }, format)));
+    const listed = formats.filter((format) => !isObjects || format !== "segs.json"); // comes with aggregation.json
+    this.format.replaceChildren(...listed.map((format) => this.option(format)));
     this.setDownload();
+  }
+
+  private option(format: string): HTMLOptionElement {
+    const text = this.what.value === "objects" ? OBJECT_FORMATS[format] : undefined;
+    return make("option", { value: format }, text ?? format);
   }
 
   private setDownload(): void {

@@ -24,13 +24,13 @@ export class FilesPanel {
     part("files").replaceChildren(...files.map((file) => make("li", {}, this.row(file))));
   }
 
-  private row({ id, name, done, error, reviewed }: FileEntry): HTMLButtonElement {
+  private row({ id, name, done, error, reviewed, changed_since_review: isChanged }: FileEntry): HTMLButtonElement {
     const source = this.session.thumbnailAddress(id);
     const picture = make("img", { src: source, alt: "", loading: "lazy" });
     picture.addEventListener("error", () => picture.replaceWith(make("span", { class: "blank" })));
     const bar = make("progress", { max: "1", value: String(done), "aria-label": `Labeled, ${name}` });
-    const button = make("button", { type: "button" }, picture, make("span", { class: "name" }, `${reviewed ? "✓ " : ""}${name}`), bar);
-    if (reviewed) button.title = "Reviewed";
+    const button = make("button", { type: "button" }, picture, make("span", { class: "name" }, `${isChanged ? "✓? " : reviewed ? "✓ " : ""}${name}`), bar);
+    if (reviewed) button.title = isChanged ? "Changed since review" : "Reviewed";
     if (error) {
       button.title = error; // its work file is damaged
       button.classList.add("damaged");
