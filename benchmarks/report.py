@@ -65,23 +65,6 @@ def _iterations(row: dict[str, Any]) -> str:
     return " + ".join(str(n_iter) for _, n_iter in row["levels"])
 
 
-def _shares(results: Results) -> str:
-    """Return the table of time fractions by stage, for runs with the defaults on all threads."""
-    threads = results["machine"]["cores"]
-    rows = [r for r in results["runs"] if (r["settings"], r["threads"]) == ("defaults", threads)]
-    stages = list(dict.fromkeys(stage for row in rows for stage in row["stages"]))
-    return markdown_table(
-        ["faces", "k", *stages],
-        (
-            [
-                *_place(row)[1:],
-                *(f"{row['stages'].get(stage, 0.0) / row['seconds']:.0%}" for stage in stages),
-            ]
-            for row in rows
-        ),
-    )
-
-
 def _passes(results: Results) -> str:
     return markdown_table(
         ["mesh", "faces", "k", "threads", "seconds", "ns per face"],
@@ -250,7 +233,6 @@ TABLES: dict[str, Callable[[Results], str]] = {
 DOC_TABLES: dict[str, Callable[[Results], str]] = {
     "machine": _machine,
     "targets": _targets,
-    "shares": _shares,
     "rivals": _rival_ratios,
 }
 

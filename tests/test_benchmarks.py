@@ -351,18 +351,20 @@ def results_of(**changes):
 
 
 def test_tables_hold_times_and_documents_ratios():
-    row = run_row("bunny", 69_451, 0.06) | {"stages": {"classify": 0.03}}
+    row = run_row("bunny", 69_451, 0.06)
     text = report.render(results_of(runs=[row]))
     assert re.search(
         r"\| bunny +\| +69,451 \| +150 \| defaults +\| +2 \| 8 \+ 2 +\| +0.06 \|", text
     )
-    document = "before\n<!-- table: shares -->\nold\n<!-- end -->\nafter\n"
-    filled = report.fill(document, results_of(runs=[row]))
-    assert re.search(r"\| +69,451 \| +150 \| 50% +\|", filled)
-    assert filled.startswith("before\n<!-- table: shares -->\n\n|   faces ")
+    bunny = {"what": "bunny", "now": 0.06, "target": 0.05, "floor": 0.0, "unit": "s"}
+    results = results_of(targets=[bunny])
+    document = "before\n<!-- table: targets -->\nold\n<!-- end -->\nafter\n"
+    filled = report.fill(document, results)
+    assert re.search(r"\| bunny +\| +0.06 +\| +0.05 +\|", filled)
+    assert filled.startswith("before\n<!-- table: targets -->\n\n|  ")
     assert filled.endswith("\n<!-- end -->\nafter\n")
     assert "old" not in filled
-    assert report.fill(filled, results_of(runs=[row])) == filled
+    assert report.fill(filled, results) == filled
 
 
 def test_a_mark_that_names_no_table_is_an_error():
