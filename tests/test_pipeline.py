@@ -487,6 +487,8 @@ def test_a_mesh_without_colors_says_where_they_come_from(sheet, tmp_path):
     hint = "there are normals, height; a Mesh holds no colors: pass the path of the file"
     with pytest.raises(MeshError, match=hint):
         segment(sheet, 3, features="color")
+    with pytest.raises(MeshError, match=r"there is no heat; there are normals, height$"):
+        segment(sheet, 3, features="heat")
     write_mesh(tmp_path / "plain.ply", sheet)
     with pytest.raises(MeshError, match=r"there are normals, height$"):
         segment(tmp_path / "plain.ply", 3, features="color")

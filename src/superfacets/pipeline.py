@@ -461,13 +461,12 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
         source, attributes = read_cells_and_attributes(mesh)
     else:
         source, attributes = as_cells(mesh), None
-    try:
-        table = features_of(names, source, attributes, options.loop.n_threads)
-    except MeshError as error:
-        if isinstance(mesh, (str, os.PathLike)) or not kind_of(source).has_faces:
-            raise
-        hint = "a Mesh holds no colors: pass the path of the file, or an array of colors"
-        raise MeshError(f"{error}; {hint}") from None
+        if "color" in names and kind_of(source).has_faces:
+            raise MeshError(
+                "features color: there are normals, height; a Mesh holds no colors: pass the path"
+                " of the file, or an array of colors"
+            )
+    table = features_of(names, source, attributes, options.loop.n_threads)
     return source, replace(options, features=replace(options.features, given=table))
 
 

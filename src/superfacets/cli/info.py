@@ -143,7 +143,7 @@ def _colors_of(info: CloudInfo) -> str:
 
 
 def _normals_of(info: CloudInfo) -> str:
-    """Whether a cloud has normals, or the source of estimated ones."""
+    """Whether a cloud has normals; if not, what they are estimated from."""
     if info.has_normals:
         return "yes"
     source = "shortest axes of splats" if info.has_axes else "no: estimated"

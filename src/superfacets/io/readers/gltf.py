@@ -221,7 +221,7 @@ def triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
 
 
 def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
-    """Decode what Draco compresses, unless it is there uncompressed, for `read_accessor`."""
+    """Decode the accessors that exist in compressed form only, for `read_accessor`."""
     extensions = primitive.get("extensions")
     packed = extensions.get(DRACO) if isinstance(extensions, dict) else None
     if not isinstance(packed, dict):
