@@ -1,4 +1,4 @@
-// The arcs between cells in CSR form, and the only way to loop over them.
+// The arcs between cells in CSR form, with the loops over them.
 #pragma once
 
 #include <algorithm>

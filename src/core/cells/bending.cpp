@@ -10,7 +10,7 @@ namespace superfacets {
 namespace {
 
 // Regularization of the fit, as a fraction of the spread of the neighbors. If the neighbors are on
-// a line, it makes the surface flat in the undetermined direction.
+// a line, the regularization makes the surface flat across the line.
 constexpr double kStiffness = 1e-9;
 
 // Two orthogonal directions in the tangent plane.
@@ -53,7 +53,7 @@ struct Flat {
   }
 };
 
-// Least-squares fit of the matrix S in S dx = -dn, where dx is the step to a neighbor and dn the
+// Fits the matrix S of S dx = -dn by least squares. dx is the step to a neighbor, and dn is the
 // change of the normal, both projected to the tangent plane. Solves the normal equations by
 // Cramer's rule.
 Flat fit(std::span<const Point> positions, std::span<const Point> normals,

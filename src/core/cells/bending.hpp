@@ -1,4 +1,4 @@
-// Curvature at the points of a cloud, as a tensor.
+// Curvature tensors at the points of a cloud.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -20,17 +20,17 @@ struct Bend {
 };
 
 struct Bends {
-  // (N,) curvature in directions in which the surface rises above its tangent plane
+  // (N,) curvature in the directions in which the surface rises above the tangent plane
   Buffer<Bend> concave;
-  Buffer<Bend> convex;  // (N,) curvature in directions in which it falls below, as positive numbers
+  Buffer<Bend> convex;  // (N,) curvature where it falls below the plane, as positive numbers
 };
 
 // Fits a shape operator to the normals around each point, averages it with the operators of the
 // neighbors, and splits it into a concave and a convex part. The operator is zero at a point
-// without a normal. Unlike the angle between two normals, it has a sign for each direction: on a
-// saddle, a step along the ridge is convex although the normal also turns a little sideways.
-// Without `wants_convex`, the convex part is left empty. Points are visited in `order`; a spatial
-// order is faster.
+// without a normal. Unlike the angle between two normals, an operator has a sign for each
+// direction: on a saddle, a step along the ridge is convex although the normal also turns a little
+// sideways. Without `wants_convex`, the convex part is left empty. Points are visited in `order`; a
+// spatial order is faster.
 Bends find_bends(std::span<const Point> positions, std::span<const Point> normals, const Arcs& arcs,
                  std::span<const Cell> order, bool wants_convex, ThreadTeam& team);
 

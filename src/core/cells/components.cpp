@@ -17,7 +17,8 @@ Components find_components(const OrderedGraph& graph, std::span<const Label> lab
   Components components = components_of(labels, [&](Place place, const auto& take) {
     for (const Arc& arc : graph.arcs_of(place)) take(arc.to);
   });
-  // Components are numbered by lowest cell, not by lowest place.
+  // Components must be numbered by their lowest cell. Up to here they are numbered by their lowest
+  // place.
   std::vector<Cell> ranks(components.n_components, kNoCell);
   Cell n_ranked = 0;
   for (const Place place : graph.place_of) {

@@ -19,7 +19,7 @@ struct Components {
 // Disjoint sets of cells (union-find). The root of a set is its lowest cell.
 class DisjointSets {
  public:
-  // Initially each cell is a set by itself.
+  // Initially each cell is a set of its own.
   explicit DisjointSets(std::size_t n_cells) : parents_(n_cells) {
     std::iota(parents_.begin(), parents_.end(), 0);
   }
@@ -55,11 +55,11 @@ class DisjointSets {
   Buffer<Cell> parents_;
 };
 
-// Weakly connected components of the regions: two cells are in one component if a chain of arcs,
-// each in either direction, joins them through cells with their label. If all labels are equal,
-// these are the components of the graph. Labels are any integers. for_each_neighbor(cell, take)
+// Weakly connected components of the regions. Two cells are in one component if a chain of arcs,
+// each in either direction, joins them through cells with their label. If all labels are equal, the
+// result is the components of the graph. Labels are any integers. for_each_neighbor(cell, take)
 // calls take(neighbor) for each arc that leaves a cell. Time O((N + M) log N) at worst, O(N + M) in
-// practice; memory: the result.
+// practice. Needs no memory except the result.
 template <typename ForEachNeighbor>
 Components components_of(std::span<const Label> labels, const ForEachNeighbor& for_each_neighbor) {
   DisjointSets sets(labels.size());

@@ -14,12 +14,12 @@
 namespace superfacets {
 namespace {
 
-// Prefetch distance, in faces, for corners.
+// Prefetch distance for corners, in faces.
 constexpr std::size_t kAhead = 16;
 
-// Vertices are split into parts of at least 2^kMinPartBits vertices. The edges of a part are
-// matched within the second-level cache. The number of parts is limited, because a core writes
-// efficiently to a limited number of streams only.
+// Vertices are split into parts of at least 2^kMinPartBits vertices, so that the edges of a part
+// are matched within the second-level cache. The number of parts is limited, because a processor
+// core writes efficiently to only a limited number of streams.
 constexpr int kMinPartBits = 12;
 constexpr std::int64_t kMaxParts = 1024;
 
@@ -56,7 +56,7 @@ class WeldedCorners {
     return true;
   }
 
-  // Whether every vertex represents itself, as in most meshes. Then each corner needs one memory
+  // Whether every vertex represents itself, as in most meshes. If so, each corner needs one memory
   // access less.
   static bool is_identity(std::span<const Vertex> representative, ThreadTeam& team) {
     std::atomic<bool> is_same = true;
@@ -108,8 +108,8 @@ enum class Link : std::uint8_t {
   kRing,     // at least two other faces
 };
 
-// The faces on each edge, linked to a ring in ascending order: next[3 * face + side] is the next
-// face of the edge. For an edge with one face, `next` is not set, and the link is kNone.
+// The faces on each edge, linked to a ring in ascending order. next[3 * face + side] is the next
+// face on the edge. For an edge with one face, `next` is not set, and the link is kNone.
 struct Rings {
   Buffer<Face> next;
   Buffer<Link> links;
@@ -184,12 +184,12 @@ class SidesOfPart {
   Buffer<Side> sides_;
 };
 
-// For each of n <= kMost sides with the same lower vertex: the number of sides that also have the
-// same higher vertex, and the sum of their indices. All pairs are compared by vector instructions,
-// without branches or sorting.
+// For each of n <= kMost sides with the same lower vertex, the number of sides that also have the
+// same higher vertex, and the sum of the indices of these sides. Vector instructions compare all
+// pairs, without branches or sorting.
 template <std::size_t kMost>
 struct Matches {
-  // Reads kMost numbers; those past the first n are ignored.
+  // Reads kMost numbers, and ignores all but the first n.
   Matches(const Vertex* highs, std::size_t n) {
     for (std::size_t j = 0; j < n; ++j) {
       const Vertex high = highs[j];
@@ -206,7 +206,7 @@ struct Matches {
 };
 
 void sort(std::span<std::uint64_t> values) {
-  constexpr std::size_t kFew = 24;  // up to here insertion sort is faster than std::sort
+  constexpr std::size_t kFew = 24;  // up to this size, insertion sort is faster than std::sort
   if (values.size() > kFew) {
     std::ranges::sort(values);
     return;
@@ -250,7 +250,7 @@ class Linker {
     const std::size_t n = sides.size();
     if (n > kMost) return false;
     const Matches<kMost> matches(highs, n);
-    // the other side on the edge of each side; the side itself if it is alone
+    // for each side, the other side on its edge; the side itself if there is no other
     std::array<Side, kMost> others;
     bool is_simple = true;
     for (std::size_t i = 0; i < n; ++i) {
@@ -293,8 +293,8 @@ class Linker {
       edge_.clear();
       for (; i < sides.size() && order_[i] >> kPlaceBits == high; ++i) {
         const Side side = sides[order_[i] & ((std::uint64_t{1} << kPlaceBits) - 1)];
-        // A degenerate face may have two sides on one edge. The second is dropped, so that no face
-        // is its own neighbor.
+        // A degenerate face may have two sides on one edge. The second side is dropped, so that no
+        // face is its own neighbor.
         const bool is_second = !edge_.empty() && edge_.back().face() == side.face();
         if (!is_second) edge_.push_back(side);
       }
@@ -302,7 +302,7 @@ class Linker {
     }
   }
 
-  // Links the sides on one edge. They belong to different faces, in ascending order.
+  // Links the sides on one edge. The sides belong to different faces, in ascending order.
   void link_edge(std::span<const Side> sides) {
     const std::size_t n = sides.size();
     Link link = n == 1 ? Link::kNone : Link::kRing;
@@ -326,10 +326,10 @@ class Linker {
 
 EdgeTally link_faces(const WeldedCorners& corners, std::int64_t n_vertices, ThreadTeam& team,
                      Rings& rings) {
-  int part_bits = kMinPartBits;  // the part of a vertex is the vertex shifted right by part_bits
+  int part_bits = kMinPartBits;  // the part of a vertex is vertex >> part_bits
   while ((n_vertices >> part_bits) >= kMaxParts) ++part_bits;
-  // Faces grouped by the parts of the lower vertices of their sides. A face is usually in one part,
-  // and in at most two, because its highest vertex is no lower vertex of any side.
+  // Faces grouped by the parts of the lower vertices of their sides. A face is in at most two
+  // parts, and usually in one, because its highest vertex is not the lower vertex of any side.
   const Lists<Face> parts = group<Face>(
       corners.n_faces(), (n_vertices >> part_bits) + 1,
       [&](std::int64_t begin, std::int64_t end, const auto& add) {
@@ -390,8 +390,8 @@ class ArcReader {
     }
   }
 
-  // The first side that joins the two vertices. A second side of the face on this edge has been
-  // dropped.
+  // The first side of the face that joins the two vertices. If a second side joins them, it has
+  // been dropped.
   int side_along(Face face, Vertex a, Vertex b) const {
     for (int side = 0; side < 2; ++side) {
       const Vertex from = corners_(face, side);
@@ -461,8 +461,8 @@ void collect_arcs(const ArcReader& reader, std::int64_t n_faces, ThreadTeam& tea
       kBlock);
 }
 
-// Moves the rings into the graph without a copy. Requires exactly one arc per side of each face:
-// then the rings are the lists of arcs.
+// Moves the rings into the graph without a copy. Requires exactly one arc per side of each face,
+// because the rings then equal the lists of arcs.
 void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, FaceGraph& graph) {
   graph.offsets = Buffer<std::int64_t>(n_faces + 1);
   graph.offsets[n_faces] = 3 * n_faces;

@@ -7,7 +7,7 @@
 
 namespace superfacets {
 
-// Limit of the number of arcs: 2^24 (half a gigabyte), or 16 per face if that is more. The limit
+// The limit of the number of arcs is the larger of 2^24 (half a gigabyte) and 16 per face. It
 // accepts any ordinary large mesh, and rejects a small mesh with thousands of faces on a few edges.
 inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
 inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
@@ -23,7 +23,7 @@ struct EdgeCounts {
 // Numbers of edges and arcs, summed over edges.
 struct EdgeTally {
   EdgeCounts edges;
-  std::uint64_t arcs = 0;  // n (n - 1) for each edge of n faces; cannot overflow, because n < 2^31
+  std::uint64_t arcs = 0;  // sum of n (n - 1) over edges of n faces; cannot overflow, as n < 2^31
   std::int64_t most_faces = 0;  // on one edge
 
   void add(const EdgeTally& other);
@@ -42,17 +42,17 @@ struct FaceGraph {
   EdgeCounts counts;
 };
 
-// Builds one arc per shared edge and direction. Side s of a face joins its corners s and s + 1;
-// corners are compared by representative[vertex] (see weld_vertices). All pairs of faces around a
+// Builds one arc per shared edge and direction. Side s of a face joins its corners s and s + 1.
+// Corners are compared by representative[vertex] (see weld_vertices). All pairs of faces around a
 // non-manifold edge are neighbors. A boundary edge has no arc. A side whose two ends are the same
-// vertex is no edge. A face is never its own neighbor: if two of its sides are on one edge, only
-// the first counts. Faces that share two edges are joined by two arcs in each direction. The arcs
-// of a face are sorted by side, then by neighbor. At most 2^31 - 1 faces and vertices; sides and
-// arcs are counted in 64 bits.
+// vertex is not an edge. A face is never its own neighbor: if two sides of a face are on one edge,
+// only the first counts. Faces that share two edges are joined by two arcs in each direction. The
+// arcs of a face are sorted by side, then by neighbor. The mesh has at most 2^31 - 1 faces and
+// vertices; sides and arcs are counted in 64 bits.
 //
-// Time O(F + V + M), and O(n log n) at a vertex with n edges; memory beside the result: at most
-// about 36 bytes per face. Throws std::length_error before it allocates arcs, if there are too many
-// (see above).
+// Time O(F + V + M), and O(n log n) at a vertex with n edges. Memory in addition to the result: at
+// most about 36 bytes per face. Throws std::length_error before it allocates arcs, if there are too
+// many arcs (see check_number_of_arcs).
 FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vertex> representative,
                            ThreadTeam& team);
 

@@ -11,14 +11,14 @@
 namespace superfacets {
 namespace {
 
-// Walks do not pass through cells with more arcs, so the number of walks is linear in the number of
-// cells.
+// Walks do not pass through cells with more than kMostArcs arcs, so the number of walks is linear
+// in the number of cells.
 constexpr std::size_t kMostArcs = 24;
 
 constexpr std::int64_t kBlock = 1 << 10;  // places
 
-// Prices of all arcs, by place and in their order: whole numbers, so that sums do not depend on the
-// order of the terms.
+// Prices of all arcs, in the order of places, rounded to whole numbers, so that sums do not depend
+// on the order of the terms.
 Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<float> prices(graph.arcs.size());
   team.for_each_index(graph.n_cells(), [&](Place place) {
@@ -36,7 +36,7 @@ class ArcFinder {
   ArcFinder(const OrderedGraph& graph, std::span<const float> prices, int n_steps)
       : graph_(graph), prices_(prices), n_steps_(n_steps), least_(graph.n_cells(), kNone) {}
 
-  // Adds the arcs of a place to those that `take` returns; returns their number.
+  // Appends the arcs of a place to the list that `take` returns. Returns the number of these arcs.
   std::int64_t find(Place place) {
     walks_.clear();
     reached_.clear();
@@ -63,7 +63,7 @@ class ArcFinder {
     return std::ssize(reached_);
   }
 
-  // All arcs since the last call, in memory of their own.
+  // Returns a copy of all arcs found since the last call.
   Buffer<Arc> take() {
     Buffer<Arc> taken = copy_of<Arc>(arcs_);
     arcs_.clear();
@@ -78,7 +78,8 @@ class ArcFinder {
   };
   static constexpr double kNone = HUGE_VAL;
 
-  // Adds an arc to a walk, in all ways. The longer walks are kept if they are to be extended, too.
+  // Extends a walk by each arc of its last place. With kKeeps, the longer walks are kept for the
+  // next extension.
   template <bool kKeeps>
   void extend(const Walk walk) {
     const std::span<const Arc> arcs = graph_.arcs_of(walk.here);
@@ -105,10 +106,10 @@ class ArcFinder {
   std::vector<Walk> walks_;
   std::vector<Place> reached_;
   std::vector<Arc> arcs_;
-  std::vector<double> least_;  // by place: the lowest price of a walk; kNone if there is none
+  std::vector<double> least_;  // by place: the lowest price of a walk to it; kNone without a walk
 };
 
-// Walks of this many arcs reach about 20 cells, whatever the number of arcs of a cell.
+// Maximum number of arcs of a walk, chosen such that walks from a cell reach about 20 cells.
 int steps_of(const OrderedGraph& graph) {
   const double n_arcs = static_cast<double>(graph.n_arcs) / std::max(graph.n_cells(), 1);
   if (n_arcs > 8.0) return 1;

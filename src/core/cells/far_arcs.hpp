@@ -6,13 +6,13 @@
 
 namespace superfacets {
 
-// Adds arcs between cells that are a few arcs apart, so that a cell has about 20 arcs: up to three
-// arcs apart if cells have about three arcs each, up to two if they have at most eight; with more
-// arcs nothing is added. An added arc is as long as the straight line between its cells, plus the
-// lowest price of a walk of so many arcs.
+// Adds arcs between cells that are a few arcs apart, so that a cell has about 20 arcs. If cells
+// have about three arcs each, the added arcs join cells up to three arcs apart. If cells have at
+// most eight arcs, the limit is two. With more arcs nothing is added. The length of an added arc is
+// the distance between its cells, plus the lowest price of a walk within this limit.
 //
-// Shortest paths over shared borders alone depend on the pattern of the cells: on a regular grid,
-// regions lean along its diagonals. With the added arcs, paths of equal distance have about equal
+// Without added arcs, shortest paths depend on the pattern of the cells: on a regular grid, regions
+// stretch along its diagonals. With added arcs, cells at equal distance have paths of about equal
 // length in all directions.
 //
 // The graph must be symmetric, with straight steps. Time O(N + M) where cells have few arcs.

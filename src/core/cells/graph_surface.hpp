@@ -18,7 +18,7 @@ struct GivenMeasures {
   std::span<const double> open_lengths;    // (N,) default: 0
 };
 
-// Corners are unknown: a graph does not order the cells around a corner.
+// Corners are unknown, because a graph does not order the cells around a corner.
 class GraphSurface : public Surface {
  public:
   GraphSurface(const Arcs& arcs, const GivenMeasures& given) : Surface(arcs), given_(given) {

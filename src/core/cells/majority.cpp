@@ -10,7 +10,7 @@ namespace superfacets {
 namespace {
 
 struct Member {
-  // sort key: group in the upper bits, label + 1 in the lower bits (0 for kNoLabel)
+  // sort key: the group in the upper bits, label + 1 in the lower bits (0 for kNoLabel)
   std::uint64_t key;
   double weight;
 

@@ -12,8 +12,8 @@
 namespace superfacets {
 namespace {
 
-// Prefetch distance, in places. Prefetching hides cache misses, because cells are in random order
-// in the input. The arcs of a cell are prefetched once their offsets are in the cache.
+// Prefetch distance, in places. Cells may be in random order in the input, and prefetching hides
+// the cache misses. The arcs of a cell are prefetched once their offsets are in the cache.
 constexpr std::int64_t kAhead = 32;
 constexpr std::int64_t kFarAhead = 64;
 
@@ -143,12 +143,12 @@ void OrderedGraph::prefetch_arcs(const WeightedArcs& input, std::int64_t place) 
   if (place + kFarAhead >= n_cells()) return;
   prefetch(&input.arcs.offsets[cells[place + kFarAhead]]);
   const std::int64_t first = input.arcs.offsets[cells[place + kAhead]];
-  // an address, because index `first` is invalid if the cell has no arc
+  // computes an address, because index `first` is invalid if the cell has no arc
   prefetch(input.arcs.targets.data() + first);
   prefetch(input.lengths.data() + first);
 }
 
-// Copies the arcs of the cell at a place, beginning at `first`; returns their number.
+// Copies the arcs of the cell at a place to index `first` and after. Returns the number of arcs.
 std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std::size_t first) {
   std::size_t next = first;
   for (const auto [arc, neighbor] : input.arcs.steps(cells[place])) {

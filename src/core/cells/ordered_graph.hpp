@@ -23,10 +23,9 @@ struct Arc {
   float length;  // whole units >= 1
 };
 
-// Strict upper bound of path lengths. Shortest paths are shorter than 2^kTotalBits, and paths
-// lengthened by a detour are shorter than twice that. A path through a coarse cell consists of
-// paths of finer cells to and from its center, so each of the few levels at most doubles path
-// lengths.
+// Strict upper bound of path lengths. Shortest paths are shorter than 2^kTotalBits units, and a
+// detour at most doubles a path. A path through a coarse cell consists of paths of finer cells to
+// and from its center, so each of the few levels at most doubles path lengths.
 inline constexpr PathLength kLongest = PathLength{1} << 60;
 
 // Length of a path extended by an arc.
@@ -45,15 +44,15 @@ struct WeightedArcs {
   double straight_unit = 0.0;  // see OrderedGraph
 };
 
-// Cells sorted along a space-filling curve, so neighbors are near in memory whatever the order of
-// the input. The place of a cell is its index on the curve; all arrays are indexed by place. This
-// object is built before the graph, so the positions and measures of the input can be freed before
-// arcs are copied.
+// Cells sorted along a space-filling curve, so neighbors are near in memory for any order of the
+// input. The place of a cell is its index on the curve. All arrays are indexed by place, except
+// place_of. This object is built before the graph, so the positions and measures of the input can
+// be freed before arcs are copied.
 struct PlacedCells {
   PlacedCells() = default;  // no cells
   PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
 
-  // For cells that are already sorted, exactly or nearly: the place of a cell is its index.
+  // For cells that are already sorted, exactly or nearly. The place of a cell is its index.
   PlacedCells(Buffer<Point> positions, Buffer<double> measures, ThreadTeam& team);
 
   Cell n_cells() const { return static_cast<Cell>(cells.size()); }
@@ -73,7 +72,7 @@ class OrderedGraph : public PlacedCells {
   OrderedGraph() = default;  // no cells
   OrderedGraph(PlacedCells&& cells, const WeightedArcs& input, ThreadTeam& team);
 
-  // Takes arcs between places, in lists sorted by target. Each arc must have a reverse arc of equal
+  // For arcs between places, in lists sorted by target. Each arc must have a reverse arc of equal
   // length.
   OrderedGraph(PlacedCells&& cells, Buffer<std::int64_t> offsets, Buffer<Arc> arcs,
                double straight_unit = 0.0);
@@ -88,14 +87,14 @@ class OrderedGraph : public PlacedCells {
     return arcs.span().subspan(first_arc(place), offsets[place + 1] - offsets[place]);
   }
 
-  // The price of an arc: its length minus the straight distance of its ends, in units.
+  // The price of an arc: its length minus the distance of its ends, in units of length.
   double price(Place from, const Arc& arc) const {
     const double straight = norm(positions[arc.to] - positions[from]) / straight_unit;
     return std::max(0.0, static_cast<double>(arc.length) - straight);
   }
 
-  // Adds the price of the step between parts to each arc (see add_part_prices). `vectors` has one
-  // row per cell.
+  // Adds the price of the distance in `vectors` to each arc (see part_prices.hpp). `vectors` has
+  // one row per cell.
   void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team);
 
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
@@ -105,11 +104,11 @@ class OrderedGraph : public PlacedCells {
   Buffer<Arc> arcs;
   std::int64_t n_arcs = 0;    // number of arcs without padding
   bool is_symmetric = false;  // each arc has a reverse arc of equal length
-  // If positive, the length of an arc is the straight distance of its ends plus a price, and
-  // straight_unit is the size of one length unit in the unit of the positions. 0: arcs have any
-  // lengths.
+  // If straight_unit is positive, the length of an arc is the distance of its ends plus a price,
+  // and straight_unit is the size of one unit of length in the unit of the positions. If it is 0,
+  // arcs may have any lengths.
   double straight_unit = 0.0;
-  // Coarse cells do not extend across arcs with this price or a higher one.
+  // Coarse cells do not extend across arcs with at least this price.
   double barrier = HUGE_VAL;
 
  private:
@@ -127,7 +126,7 @@ class OrderedGraph : public PlacedCells {
 // Search for the place nearest to a point. Ties go to the lowest cell.
 class NearestPlace {
  public:
-  // Starts with a given place. A near place makes the search fast.
+  // Starts with `place`. A place near the target makes the search fast.
   NearestPlace(const OrderedGraph& graph, Point target, Place place)
       : graph_(&graph),
         target_(target),
@@ -141,11 +140,11 @@ class NearestPlace {
     if (is_nearer(place, squared)) set(place, squared);
   }
 
-  // Searches all places for which is_wanted holds. Visits at most n_visits nodes of the tree, and
-  // returns false if more would be needed.
+  // Searches all places for which is_wanted holds. Returns false if the search needs more than
+  // n_visits nodes of the tree.
   template <typename IsWanted>
   bool search(const IsWanted& is_wanted, std::int64_t n_visits) {
-    // <=, not <: a box at this distance may hold an equally near cell with a lower index.
+    // A box at an equal distance may hold a cell with a lower index, so the comparison is <=.
     const auto may_hold = [&](std::size_t level, std::size_t index) {
       return graph_->tree.level(level)[index].squared_distance(target_) <= squared_ &&
              --n_visits >= 0;

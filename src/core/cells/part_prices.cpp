@@ -9,7 +9,8 @@
 namespace superfacets {
 namespace {
 
-// A width known at compile time makes it twice as fast; with kWidth = 0, any_width is the width.
+// Distance of two rows. A width known at compile time doubles the speed; with kWidth = 0, any_width
+// is the width.
 template <std::size_t kWidth, typename Number>
 double distance_in(std::span<const Number> rows, std::size_t any_width, Cell one, Cell other) {
   const std::size_t width = kWidth > 0 ? kWidth : any_width;

@@ -21,7 +21,7 @@ constexpr std::int64_t kPlacesPerTask = 1 << 12;
 // Neighbors, areas and normals of the P representatives (the lowest point at each position), by
 // place along the curve.
 struct Found {
-  Buffer<Place> rows;     // (P * n_neighbors,) nearest neighbors of each point; kNoPlace if dropped
+  Buffer<Place> rows;     // (P * n_neighbors,) neighbors of each point; kNoPlace if dropped
   Buffer<double> areas;   // (P,)
   Buffer<Point> normals;  // (P,) or empty
 };
@@ -67,7 +67,7 @@ Found find_neighbors(const NeighborSearch& search, const PointGraphOptions& opti
   return found;
 }
 
-// Drops neighbors beyond the cutoff, and recomputes areas without them.
+// Drops neighbors beyond the cutoff, and recomputes areas from the remaining ones.
 void cut_off(const NeighborSearch& search, const PointGraphOptions& options, Found& found,
              ThreadTeam& team) {
   const std::size_t n_columns = options.n_neighbors;
@@ -144,7 +144,7 @@ Buffer<double> shared_areas(Buffer<double> areas, const Copies& copies) {
   return with_same(std::move(areas), copies);
 }
 
-// Makes the arcs of the graph from the rows of nearest neighbors, with reverse arcs.
+// Makes an arc in both directions for each pair in the rows of nearest neighbors.
 class ArcBuilder {
  public:
   ArcBuilder(const NeighborRows& rows, std::span<const Place> places_of_copies, ThreadTeam& team)
@@ -180,7 +180,7 @@ class ArcBuilder {
   }
 
   std::int64_t add_one(std::int64_t& number) const {
-    // a plain increment takes a third of the time of an atomic one
+    // a plain increment takes a third of the time of an atomic increment
     if (team_.size() == 1) return number++;
     return std::atomic_ref(number).fetch_add(1, std::memory_order_relaxed);
   }

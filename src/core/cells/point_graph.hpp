@@ -14,8 +14,8 @@ struct PointGraphOptions {
   // length limit of an arc, as a multiple of the square root of the smaller area at its ends; > 0
   double cutoff = 4.0;
   bool has_normals = false;  // normals are given, so none are estimated
-  // Known axes: normals of unknown sign, (N,) or empty. If given, a normal is the common axis of
-  // the axes around the point.
+  // Normals of unknown sign, (N,) or empty. If given, the normal of a point is the common axis of
+  // its neighborhood.
   std::span<const Point> axes;
 };
 
@@ -30,19 +30,17 @@ struct PointGraph {
 };
 
 // Sorts points along a space-filling curve, so that neighbors are near in memory in all later
-// stages, and joins each point to its nearest neighbors by arcs in both directions. Ties go to the
-// lowest index. The lowest point at a position is the representative; all other points there are
-// duplicates. Duplicates are joined to their representative only, and share its area.
+// stages. Joins each point to its nearest neighbors by arcs in both directions. Ties go to the
+// lowest index. The lowest point at a position is the representative, and all other points there
+// are duplicates. Duplicates are joined to their representative only, and share its area.
 //
 // The area of a point is 2 pi mean(d^2) / (n + 1), with the squared distances d^2 of its n nearest
-// neighbors: the expected area per point of random points on a plane. Arcs longer than the cutoff
-// are dropped, and do not count in the area. A point without arcs has area 0.
+// neighbors. This is the expected area per point of random points on a plane. Arcs longer than the
+// cutoff are dropped, and do not count in the area. A point without arcs has area 0.
 //
-// A normal is the direction of least variance of the neighbors of a point. Normals are flipped to
-// agree along a minimum spanning tree of each component, by 1 - |n_i . n_j| (Hoppe et al. 1992),
-// and then so that the enclosed volume is positive, measured from the mean position of the
-// component. Positions must be finite. Duplicates come last in the order. Time O(N log N) in
-// practice; memory 150 bytes per point beside the input.
+// The normal of a point is the direction of least variance of its neighbors. Normals are flipped
+// consistently and outwards (see turn_consistently). Positions must be finite. Duplicates come last
+// in the order. Time O(N log N) in practice; memory 150 bytes per point in addition to the input.
 PointGraph build_point_graph(std::span<const Point> positions, const PointGraphOptions& options,
                              ThreadTeam& team);
 

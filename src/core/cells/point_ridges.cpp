@@ -13,7 +13,7 @@ namespace superfacets {
 namespace {
 
 // Minimum turn per arc on a ridge, in radians. Estimated normals spread an edge over about five
-// arcs. The sharpest of these arcs exceeds this minimum even if the whole edge turns by just
+// arcs. The sharpest of these arcs exceeds this minimum even if the whole edge turns by only
 // kSharpAngle.
 constexpr double kLeastTurn = 0.06;
 
@@ -34,8 +34,8 @@ constexpr int kMaxHops = 4;
 // Cost of a step sideways, compared with the gain of a step forward.
 constexpr double kSideways = 0.25;
 
-// The largest eigenvalue of a bend, computed from its trace and the sum of its squared entries. No
-// eigenvalue may be negative; the eigenvalue along the normal is 0.
+// The largest eigenvalue of a bend, computed from the trace of the bend and the sum of its squared
+// entries. No eigenvalue is negative, and the eigenvalue along the normal is 0.
 double largest_turn(const Bend& bend, double* other = nullptr) {
   const double trace = double{bend.xx} + bend.yy + bend.zz;
   const double squares =
@@ -88,8 +88,8 @@ class RidgeFinder {
   }
 
  private:
-  // Walks kAway spacings in a direction and returns the point reached; nothing if the walk ends too
-  // early, or if the surface bends by more than `most` at that point.
+  // Walks kAway spacings in a direction and returns the last point. Returns nothing if the walk
+  // ends too early, or if the surface bends by more than `most` at that point.
   std::optional<Cell> flat_side(Cell from, Point along, double spacing, double most) const {
     Cell at = from;
     double walked = 0.0;
@@ -150,8 +150,8 @@ Buffer<std::uint8_t> find_point_ridges(std::span<const Point> positions,
       is_on[point] = static_cast<std::uint8_t>(finder.is_on_ridge(point));
     }
   });
-  // Noise leaves gaps in a ridge, and regions would leak through them. Marking neighbors closes the
-  // gaps.
+  // Noise leaves gaps in a ridge, and regions would leak through the gaps. Marking neighbors of
+  // ridge points closes the gaps.
   Buffer<std::uint8_t> is_near(positions.size());
   team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
     for (const Cell point : order.subspan(begin, end - begin)) {

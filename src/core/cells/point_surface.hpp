@@ -54,8 +54,9 @@ class PointSurface final : public Surface {
   double angle(Cell from, std::int64_t arc) const override;
 
  private:
-  // pi a / (sum of arc lengths) of a point; see border_length. Cached for points with many arcs,
-  // because each arc needs it, and a point with a million duplicates has a million arcs.
+  // pi a / (sum of arc lengths) of a point; see border_length. Each arc of a point needs this sum,
+  // so it is cached for points with many arcs: a point with a million duplicates has a million
+  // arcs.
   static constexpr std::size_t kMostInARow = 32;
   double border_per_arc(Cell point) const {
     const bool is_crowded = arcs().neighbors(point).size() > kMostInARow;
@@ -71,9 +72,8 @@ class PointSurface final : public Surface {
 };
 
 // Weights by eq. 1-3 (weights.hpp). Eq. 1 is the distance of the points. In eq. 2, theta is the
-// turn of the surface along the step by its curvature (see Bend), the smaller of the turns at both
-// ends. Convex turns count more on ridges (point_ridges.hpp). Symmetric in the two points, bit for
-// bit.
+// smaller of the turns of the surface along the step at both ends (see Bend). Convex turns count
+// more on ridges (point_ridges.hpp). An arc and its reverse arc get the same bits.
 void point_weights(const PointSurface& surface, const WeightOptions& options, ThreadTeam& team,
                    std::span<double> weights);
 

@@ -8,7 +8,7 @@
 
 namespace superfacets {
 
-// Like FaceGraph, with wider side numbers.
+// Graph of polygons or tetrahedra: like FaceGraph, with wider side numbers.
 struct PolygonGraph {
   Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
   Buffer<Face> neighbors;          // (M,) target face of each arc
@@ -21,8 +21,9 @@ struct PolygonGraph {
 // both functions build the same arcs. Side s of a face joins its corners s and s + 1; the last side
 // joins the last corner and the first.
 //
-// Time O(C + V + M), and O(n log n) at a vertex with n edges; memory beside the result about 30
-// bytes per corner. Throws std::length_error before it allocates arcs, if there are too many.
+// Time O(C + V + M), and O(n log n) at a vertex with n edges. Memory in addition to the result:
+// about 30 bytes per corner. Throws std::length_error before it allocates arcs, if there are too
+// many arcs.
 PolygonGraph build_polygon_graph(const Polygons& faces, std::span<const Vertex> representative,
                                  ThreadTeam& team);
 

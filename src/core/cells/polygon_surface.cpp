@@ -20,10 +20,10 @@ PolygonSurface::PolygonSurface(std::span<const Point> vertices, const Polygons& 
   sort_large_faces();
 }
 
-// The second moment of a polygon is computed over the same fan of triangles (0, i, i + 1) as its
-// area and centroid; flipped triangles count as negative. The second moment of a triangle is 1/12
-// of (the sum of c c^T over its corners c, plus s s^T with the sum s of the corners). A face
-// without a normal has no fan, and counts as a point at its centroid.
+// The second moment of a polygon is summed over the same fan of triangles (0, i, i + 1) as its area
+// and centroid. Flipped triangles count as negative. The second moment of a triangle is 1/12 of
+// (the sum of c c^T over its corners c, plus s s^T with the sum s of the corners). A face without a
+// normal counts as a point at its centroid.
 CellShape PolygonSurface::shape(Cell face) const {
   const Point& center = shapes_.centroids[face];
   CellShape shape{center, shapes_.areas[face], shapes_.areas[face] * shapes_.normals[face], {}, {}};
@@ -126,8 +126,8 @@ std::pair<std::int64_t, std::int64_t> PolygonSurface::arcs_of_side(Face face, in
   return {begin + (first - sides.begin()), begin + (last - sides.begin())};
 }
 
-// The first corner of a face at a vertex or, if there is none, at the position of the vertex; else
-// -1.
+// The first corner of a face at a vertex. If there is none, the first corner at the position of the
+// vertex, or -1.
 int PolygonSurface::corner_at(Face face, Vertex vertex) const {
   const auto corners = faces_[face];
   if (corners.size() > kMostInARow) return corner_of_large(face, vertex);

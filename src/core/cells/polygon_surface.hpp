@@ -18,7 +18,7 @@ namespace superfacets {
 // because computing them needs a loop around the polygon.
 class PolygonSurface final : public Surface {
  public:
-  // inside_out: normals point inwards, so concave and convex swap.
+  // inside_out: normals point inwards, so concave and convex are swapped.
   PolygonSurface(std::span<const Point> vertices, const Polygons& faces, const Arcs& arcs,
                  std::span<const std::int32_t> sides, std::span<const std::uint8_t> same_turn,
                  bool inside_out, ThreadTeam& team);
@@ -35,8 +35,7 @@ class PolygonSurface final : public Surface {
   int side(Cell, std::int64_t arc) const override { return sides_[arc]; }
   double open_length(Cell face) const override;
 
-  // Corners are vertices. If faces meet at a position that has several vertices, a corner may be
-  // any of these vertices.
+  // Corners are vertices. Where a position has several vertices, a corner may be any of them.
   bool has_corners() const override { return true; }
   int n_sides(Cell face) const override { return faces_.n_sides(face); }
   Corner corner_between(Cell face, int first_side, int second_side) const override;
@@ -54,7 +53,7 @@ class PolygonSurface final : public Surface {
     return {p.x, p.y, p.z};
   }
 
-  static constexpr std::size_t kMostInARow = 32;  // up to here a linear search is faster
+  static constexpr std::size_t kMostInARow = 32;  // up to this size, a linear search is faster
 
   // The corners of a face, sorted by vertex and sorted by position; ties by corner.
   struct SortedCorners {

@@ -1,4 +1,4 @@
-// Ridges: sharp convex edges between flat faces, as on machine parts. Rounded limbs have none,
+// Ridges: sharp convex edges between flat faces, as on machine parts. Rounded limbs have no ridges,
 // because they bend a little at each of many edges.
 #pragma once
 
@@ -19,13 +19,14 @@ inline constexpr double kSharpCosine = 0.7661;
 // The cosine of kSoftAngle.
 inline constexpr double kSoftCosine = 0.9835714708133859;
 
-// An edge that bends by less than this fraction of a ridge counts as flat beside it.
+// An edge that bends by less than this fraction of a ridge counts as flat compared with the ridge.
 inline constexpr double kFlatShare = 0.3;
 
-// Of two similar edges, the duller bends by at least this fraction of the sharper.
+// Two edges are similarly sharp if the duller edge bends by at least this fraction of the sharper
+// edge.
 inline constexpr double kAlikeShare = 0.7;
 
-// These three functions compare the angle `bend` of an edge with the angle `turn` of a ridge. If
+// The next three functions compare the angle `bend` of an edge with the angle `turn` of a ridge. If
 // all three are false, the edge is about as sharp as the ridge, like the edges at the corner of a
 // box.
 inline bool is_flat(double bend, double turn) {
@@ -100,12 +101,12 @@ class CrowdedFaces {
   }
 
  private:
-  static constexpr std::size_t kMostInARow = 32;  // up to here a linear search is faster
+  static constexpr std::size_t kMostInARow = 32;  // up to this size, a linear search is faster
   std::vector<Face> faces_;                       // in ascending order
   std::vector<Crowd> crowds_;
 };
 
-// Index of the faces with many arcs, if options use ridges; else empty.
+// Index of the faces with many arcs. Empty if the options use no ridges.
 template <typename Bends>
 CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOptions& options) {
   if (!options.has_ridges()) return {};
@@ -120,8 +121,8 @@ CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOpt
 // With the option `all_sharp`, every convex edge that bends by at least kSharpAngle is a ridge, if
 // it is the only edge that its two faces share.
 //
-// Bends provide two functions: bends.angle(face, arc, to) is the angle at an arc, concave or
-// convex, 0 to pi; bends.is_convex(face, arc, to).
+// Bends provide two functions. bends.angle(face, arc, to) is the angle at a concave or convex arc,
+// 0 to pi. bends.is_convex(face, arc, to) tells whether the arc is convex.
 template <typename AnySurface, typename Bends>
 class Ridges {
  public:
@@ -168,10 +169,10 @@ class Ridges {
            is_flat_beside(to, from, turn);
   }
 
-  // Whether a face is flat beside an edge that bends by `turn`: all of its other edges must be
+  // Whether a face is flat beside an edge that bends by `turn`. Each other edge of the face must be
   // flat, or similarly sharp as at the corner of a box. A triangle must also have at least one flat
-  // edge, because otherwise all edges of a coarse ball would be ridges. A polygon needs none,
-  // because it is flat inside.
+  // edge, because otherwise all edges of a coarse ball would be ridges. A polygon needs no flat
+  // edge, because it is flat inside.
   bool is_flat_beside(Face face, Face other, double turn) const {
     if (const CrowdedFaces::Crowd* crowd = crowded_.find(surface_.arcs(), face)) {
       return is_flat_in_crowd(*crowd, face, other, turn);

@@ -22,7 +22,7 @@ struct ListedSide {
   SideKey key;
   Cell cell;
   std::int32_t side;
-  bool ascending;  // direction in which the cell runs along the side: one of two
+  bool ascending;  // which of two directions the cell runs along the side
 };
 
 // The sides of all cells, grouped by their lowest vertex, and sorted by key, cell and side.
@@ -34,12 +34,12 @@ struct SideList {
 // For each side of each cell, the cells on this side: a range of the sorted list.
 struct SharedSides {
   Buffer<std::int64_t> firsts;  // by place of a side: the start of its range
-  Buffer<std::int32_t> sizes;   // number of cells on the side; 0 if the side is dropped
+  Buffer<std::int32_t> sizes;   // number of cells on the side; 0: the side is dropped
 };
 
 // Cells provide n_cells() and n_vertices(). first_place(cell) is the index of the first side of a
-// cell among all sides, and for n_cells() their total number. for_each_side(cell, visit) calls
-// visit(side, lowest vertex, key, ascending).
+// cell among all sides; first_place(n_cells()) is the number of sides. for_each_side(cell, visit)
+// calls visit(side, lowest vertex, key, ascending).
 template <typename Cells>
 SideList list_sides(const Cells& cells, ThreadTeam& team) {
   Buffer<std::int64_t> ends(cells.n_vertices() + 1);  // counts, then write cursors, then ends

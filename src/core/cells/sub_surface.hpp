@@ -1,4 +1,4 @@
-// Part of the cells of a surface, with part of the arcs between them.
+// A surface that consists of some cells of another surface, and of some arcs between them.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +12,12 @@ namespace superfacets {
 
 // The kept cells and arcs, as ascending indices in the whole surface.
 struct KeptParts {
-  std::span<const Cell> cells;         // (n_cells,) index in the whole of each kept cell
-  std::span<const std::int64_t> arcs;  // (n_arcs,) index in the whole of each kept arc
+  std::span<const Cell> cells;         // (n_cells,) index of each kept cell
+  std::span<const std::int64_t> arcs;  // (n_arcs,) index of each kept arc
 };
 
-// Measures are taken from the whole surface. The side of a dropped arc counts as open, and no walk
-// around a corner crosses it.
+// Measures are read from the whole surface. The side of a dropped arc counts as open, and no walk
+// around a corner crosses this side.
 class SubSurface final : public Surface {
  public:
   // `arcs` joins kept cells, by their new indices, and contains every kept arc.
@@ -46,7 +46,7 @@ class SubSurface final : public Surface {
     return whole_.side(kept_.cells[from], kept_.arcs[arc]);
   }
 
-  // The open length in the whole, plus the border lengths of sides without kept arcs.
+  // The open length in the whole surface, plus the border lengths of sides without kept arcs.
   double open_length(Cell cell) const override {
     const Cell old = kept_.cells[cell];
     double length = whole_.open_length(old);

@@ -35,7 +35,7 @@ struct SecondMoment {
   }
 };
 
-// Position, extent and orientation of a cell.
+// Size, position, extent and orientation of a cell.
 struct CellShape {
   Point position;
   double measure;
@@ -44,9 +44,9 @@ struct CellShape {
   Box box;                           // bounding box of the vertices
 };
 
-// Each kind of cell implements this interface. Measures are computed on request, because few arcs
-// are near a border between regions, and arrays for all arcs would take more memory than everything
-// else. Lengths are in the unit of the positions.
+// Each kind of cell implements this interface. Measures are computed on request: few arcs are near
+// a border between regions, and arrays for all arcs would take more memory than all other data.
+// Lengths are in the unit of the positions.
 class Surface {
  public:
   explicit Surface(const Arcs& arcs) : arcs_(arcs) {}
@@ -66,7 +66,7 @@ class Surface {
     return {at, measure(cell), {}, {}, {at, at}};
   }
 
-  // Length of the step from cell to cell across the border (eq. 1 of the paper). By default, the
+  // Length of the step from cell to cell across the border (eq. 1 of the paper). The default is the
   // distance of their positions.
   virtual double step_length(Cell from, std::int64_t arc) const {
     return norm(position(arcs_.targets[arc]) - position(from));
@@ -75,7 +75,7 @@ class Surface {
   // Length of the border that an arc crosses. Between faces, the border is an edge.
   virtual double border_length(Cell from, std::int64_t arc) const = 0;
 
-  // Both lengths for several consecutive arcs of a cell, from `arc` on.
+  // Writes step length and border length for several consecutive arcs of a cell, from `arc` on.
   virtual void write_crossed(Cell from, std::int64_t arc, std::span<CrossedBorder> crossed) const {
     for (CrossedBorder& border : crossed) {
       border = {border_length(from, arc), step_length(from, arc)};
@@ -83,8 +83,8 @@ class Surface {
     }
   }
 
-  // The angle between the normals of the cells of an arc, -pi to pi: 0 where the surface is flat,
-  // positive where it is concave; 0 if a cell has no normal.
+  // The angle between the normals of the cells of an arc, -pi to pi. It is 0 where the surface is
+  // flat, and positive where the surface is concave. It is 0 if a cell has no normal.
   virtual double angle(Cell from, std::int64_t arc) const = 0;
 
   // The side by which an arc leaves its cell, >= 0. The arcs of a cell are sorted by side. If
@@ -94,17 +94,16 @@ class Surface {
     return static_cast<int>(arc - arcs_.offsets[from]);
   }
 
-  // Length of the border of a cell that no arc crosses: the boundary of an open mesh.
+  // Length of the part of a cell's border that no arc crosses, as at the boundary of an open mesh.
   virtual double open_length(Cell) const { return 0.0; }
 
-  // Prefetches the data of a cell, and of its arcs from `arc` on, that functions of this class
-  // read.
+  // Prefetches the data that functions of this class read of a cell, and of its arcs from `arc` on.
   virtual void prefetch_cell(Cell, std::int64_t /*arc*/) const {}
 
   // Whether some arc may have no reverse arc.
   virtual bool may_have_one_way_arcs() const { return false; }
 
-  // Whether corners are known; otherwise the functions below must not be called.
+  // Whether corners are known. If not, the functions after this one must not be called.
   virtual bool has_corners() const { return false; }
   virtual int n_sides(Cell) const { return 0; }
 
@@ -113,8 +112,8 @@ class Surface {
     return kNoCorner;
   }
 
-  // The next cell around a corner after `before` and `here`; kNoCell if there is none, or more than
-  // one.
+  // The next cell around a corner after `before` and `here`; kNoCell if there is no or more than
+  // one such cell.
   virtual Cell next_around(Corner, Cell /*before*/, Cell /*here*/) const { return kNoCell; }
 
   // Whether a walk around a corner reaches the cell `goal`. The walk steps from `before` to `here`
@@ -137,7 +136,7 @@ class Surface {
   }
 
  protected:
-  // leads_around for a kind of cells whose next_around is known at compile time.
+  // Implements leads_around for a kind of cells whose next_around is known at compile time.
   template <typename AnySurface>
   static bool walk_around(const AnySurface& surface, Corner corner, Cell before, Cell here,
                           Cell goal, std::span<const Label> labels) {

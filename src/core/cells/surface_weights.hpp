@@ -7,15 +7,15 @@
 
 namespace superfacets {
 
-// weights[a] = (step + alpha eta b theta / pi) / d, where step, border length b and angle theta are
-// the measures of the arc (see Surface), and eta is 1 if theta is positive. For faces, the result
+// weights[a] = (step + alpha eta b theta / pi) / d. Step, border length b and angle theta are
+// measures of the arc (see Surface), and eta is 1 if theta is positive. For triangles, the result
 // has the same bits as triangle_weights of weights.hpp. If options have a crease_length, it
 // replaces b. Ridges may cost more than other convex edges. Returns sums over edges; the turn is 0
 // if net_turn is null.
 EdgeSums surface_weights(const Surface& surface, const WeightOptions& options,
                          const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights);
 
-// Like stk02_weights of triangles.
+// The stk02_weights of weights.hpp, for polygons.
 void stk02_weights(const PolygonSurface& surface, double alpha, ThreadTeam& team,
                    std::span<double> weights);
 

@@ -35,8 +35,8 @@ struct TetSides {
   }
 };
 
-// The triangle of a side. Its vertices are sorted by position, not by index, because the two
-// tetrahedra may use different vertices at the same position. So both get the same triangle.
+// The triangle of a side, with its vertices sorted by position. The two tetrahedra may use
+// different vertices at the same position, and sorting by position gives both the same triangle.
 Triangle side_of(std::span<const Point> vertices, const Tet& tet, int side) {
   Triangle triangle{};
   for (int i = 0; i < 3; ++i) triangle.corners[i] = tet.corners[kSides[side][i]];

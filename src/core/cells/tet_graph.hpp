@@ -14,16 +14,16 @@ struct TetMeasures {
   Buffer<double> border_areas;  // (M,) area of the triangle that each arc crosses
   // (M,) length of the path between the two centroids via the centroid of the triangle
   Buffer<double> step_lengths;
-  Buffer<double> open_areas;  // (N,) area of the triangles of each tetrahedron that no arc crosses
+  Buffer<double> open_areas;  // (N,) total area of each tetrahedron's sides that no arc crosses
 };
 
 // Builds one arc per shared triangle and direction, by the rules of build_polygon_graph. Side s of
-// a tetrahedron is the triangle of the corners other than s; a triangle that names a vertex twice
-// is no side.
+// a tetrahedron is the triangle of all corners except s. A triangle that names a vertex twice is
+// not a side.
 PolygonGraph build_tet_graph(std::span<const Tet> tets, std::span<const Vertex> representative,
                              ThreadTeam& team);
 
-// An arc and its reverse arc get the same bits.
+// Computes all measures. An arc and its reverse arc get the same bits.
 TetMeasures measure_tets(std::span<const Point> vertices, std::span<const Tet> tets,
                          const PolygonGraph& graph, ThreadTeam& team);
 

@@ -14,15 +14,15 @@
 namespace superfacets {
 namespace {
 
-// limit of coordinates; beyond it, doubles cannot resolve texels
+// limit of texture coordinates; beyond the limit, doubles cannot resolve texels
 constexpr double kMaxTiles = 1 << 20;
-// texels sampled per triangle; more would barely change the mean
+// maximum number of texels sampled per triangle; more texels would barely change the mean
 constexpr double kMaxTexels = 1 << 14;
 // maximum number of sampled rows, and of sampled columns, per triangle
 constexpr double kMaxRows = 1 << 14;
 constexpr int kMaxSplits = 16;                  // of the sides of a triangle that covers no center
 constexpr double kMaxPaintedTiles = 4.0;        // per direction
-constexpr std::int64_t kTrianglesAtOnce = 256;  // their sizes differ, so units of work are small
+constexpr std::int64_t kTrianglesAtOnce = 256;  // per task; their sizes differ, so tasks are small
 constexpr std::int64_t kTile = 128;             // texels; a tile of an image fits in the cache
 constexpr double kWhite = 65535.0;
 
@@ -50,7 +50,7 @@ void move_near(double& a, double& b, double& c, Wrap wrap) {
   c -= shift;
 }
 
-// The corners of a triangle in texels; nullopt if a coordinate is missing or beyond kMaxTiles.
+// The corners of a triangle, in texels. nullopt if a coordinate is missing or exceeds kMaxTiles.
 std::optional<Corners> corners_of(const TexelGrid& grid, const TexturedTriangles& triangles,
                                   std::int64_t triangle) {
   std::array<double, 3> u;
@@ -77,8 +77,8 @@ double area_of(const Corners& corners) {
   return 0.5 * std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
 }
 
-// The interval [left, right] in which the horizontal line at y crosses a triangle; left > right if
-// it does not.
+// The interval [left, right] in which the horizontal line at y crosses a triangle. If left > right,
+// the line does not cross it.
 std::pair<double, double> cut_at(const Corners& corners, double y) {
   double left = std::numeric_limits<double>::infinity();
   double right = -left;
@@ -127,7 +127,8 @@ std::int64_t step_of(const Corners& corners) {
   return static_cast<std::int64_t>(std::ceil(std::max(step, 1.0))) | 1;
 }
 
-// Sums of differences to the first texel, which are whole numbers: a single color has no spread.
+// Sums of differences to the first texel. The sums are whole numbers, so the spread of a uniform
+// color is exactly 0.
 struct WholeSums {
   std::array<std::int64_t, 3> first{};
   std::array<std::int64_t, 3> sums{};
@@ -280,7 +281,8 @@ Found color_of(const Image& image, const Corners& corners) {
                   static_cast<double>(sums.count));
 }
 
-// Clamps a triangle to at most kMaxPaintedTiles repetitions of the image per direction.
+// Clamps a triangle to at most kMaxPaintedTiles repetitions of the image repetitions of the image
+// per direction.
 Corners cut_to_tiles(const TexelGrid& grid, Corners corners) {
   const auto& [a, b, c] = corners;
   const double left = std::min({a.x, b.x, c.x});
@@ -350,7 +352,7 @@ class IdPainter {
 };
 
 // The triangles, sorted by the image tile of their first corner. In an arbitrary order, nearly
-// every row of texels would be read from memory again.
+// every row of texels would be read from memory several times.
 std::vector<std::int32_t> order_by_tile(const TexelGrid& grid, const TexturedTriangles& triangles) {
   const std::int64_t n_columns = (grid.width + kTile - 1) / kTile;
   const std::int64_t n_rows = (grid.height + kTile - 1) / kTile;

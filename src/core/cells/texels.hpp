@@ -36,17 +36,17 @@ struct TexelColors {
 // For each triangle, the mean color of the texels whose centers it covers. A triangle that covers
 // no center is sampled between texels, at up to 256 places. A triangle of more than 2^14 texels is
 // sampled in every n-th row and column. `pixels` has three bytes per texel, rows from the upper
-// side down; `linear` maps each byte to linear light, 0 to 65535. Triangles with coordinates that
-// are missing, not finite or more than 2^20 images away have no texels. The same bits on any number
-// of threads.
+// side down. `linear` maps each byte to linear light, 0 to 65535. Triangles with coordinates that
+// are missing, not finite or more than 2^20 images away have no texels. The result is the same for
+// any number of threads.
 TexelColors texel_colors(std::span<const std::uint8_t> pixels, const TexelGrid& grid,
                          std::span<const std::int32_t> linear, const TexturedTriangles& triangles,
                          ThreadTeam& team);
 
-// For each texel, the id of the triangle that covers its center, rows from the upper side down; -1
-// where none does. Ties go to the lowest triangle. A triangle that covers no center gets the texel
-// in its middle if it is free. Then ids spread by `bleed` texels into free texels. Triangles wider
-// than four images are cut.
+// For each texel, the id of the triangle that covers its center, or -1 if no triangle does. Rows
+// are from the upper side down. Ties go to the lowest triangle. A triangle that covers no center
+// gets the texel in its middle, if that texel is free. Then ids spread by `bleed` texels into free
+// texels. Triangles wider than four images are cut.
 Buffer<std::int32_t> paint_ids(const TexelGrid& grid, const TexturedTriangles& triangles,
                                std::span<const std::int32_t> ids, int bleed, ThreadTeam& team);
 

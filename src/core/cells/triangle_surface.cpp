@@ -10,8 +10,8 @@
 namespace superfacets {
 namespace {
 
-// Relative tolerance of comparing areas. With it, rounding does not make the result differ between
-// a mesh and its mirror image.
+// Relative tolerance of comparing areas. It absorbs rounding, so that a mesh and its mirror image
+// get the same result.
 constexpr double kAreaNoise = 1e-9;
 
 }  // namespace
@@ -112,7 +112,8 @@ bool TriangleSurface::leads_around(Corner corner, Cell before, Cell here, Cell g
   return walk_around(*this, corner, before, here, goal, labels);
 }
 
-// The corner of a face at a vertex or, if there is none, at the position of the vertex; else -1.
+// The corner of a face at a vertex. If there is none, the corner at the position of the vertex, or
+// -1.
 int TriangleSurface::corner_at(Face face, Vertex vertex) const {
   const auto& corners = faces_[face].corners;
   for (int corner = 0; corner < 3; ++corner) {

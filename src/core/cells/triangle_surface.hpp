@@ -16,8 +16,8 @@ struct Edge {
   double length() const { return norm(end - start); }
 };
 
-// |c_i - m| + |m - c_j| (eq. 1): length of the path from centroid to centroid via the midpoint of
-// an edge.
+// Length of the path from centroid to centroid via the midpoint m of an edge: |c_i - m| + |m - c_j|
+// (eq. 1).
 inline double way_over(const Edge& edge, const Point& from, const Point& to) {
   const Point middle = edge.middle();
   return norm(from - middle) + norm(middle - to);
@@ -57,7 +57,7 @@ bool turns_second(Face first, Face second, double first_area, double second_area
 class TriangleSurface final : public Surface {
  public:
   // same_turn is empty if all faces are consistently oriented. inside_out: normals point inwards,
-  // so concave and convex swap.
+  // so concave and convex are swapped.
   TriangleSurface(std::span<const Point> vertices, std::span<const Triangle> faces,
                   const Arcs& arcs, std::span<const std::uint8_t> sides,
                   std::span<const std::uint8_t> same_turn, bool inside_out)
@@ -95,8 +95,7 @@ class TriangleSurface final : public Surface {
     prefetch(sides_.data() + arc);  // one past the end if the last face has no arc
   }
 
-  // Corners are vertices. If faces meet at a position that has several vertices, a corner may be
-  // any of these vertices.
+  // Corners are vertices. Where a position has several vertices, a corner may be any of them.
   bool has_corners() const override { return true; }
   int n_sides(Cell) const override { return 3; }
   Corner corner_between(Cell face, int first_side, int second_side) const override;

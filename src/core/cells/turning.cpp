@@ -9,8 +9,8 @@
 namespace superfacets {
 namespace {
 
-// cos(10 degrees). Pairs of normals with at least this |cosine| are joined first, in the order of
-// places. This is fast, because most pairs are similar and near in memory.
+// Cosine of 10 degrees. Pairs of normals with at least this |cosine| are joined first, in the order
+// of places. This order is fast, because most pairs are similar and near in memory.
 constexpr double kSameDirection = 0.985;
 
 // Calls take(row, near, cosine) for each pair of neighbors, row by row.

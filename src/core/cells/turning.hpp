@@ -29,7 +29,7 @@ class TurnedSets {
   Place n_places() const { return static_cast<Place>(parents_.size()); }
   std::pair<Place, bool> root(Place place);
 
-  // Joins two sets. `is_opposite`: one of the two normals must be flipped.
+  // Joins the sets of a and b. If `is_opposite`, one of the two normals must be flipped.
   void unite(Place a, Place b, bool is_opposite);
 
  private:
@@ -55,16 +55,17 @@ struct NormalTile {
   std::span<const Point> normals;  // unit normals of either sign
 };
 
-// turn_consistently, tile by tile, in two steps. First, join_alike joins all pairs with similar
-// normals, for one tile after another. Second, pairs_apart returns the remaining pairs of a tile in
-// ascending order of (cost, lower, higher), in which they must be joined.
+// These two functions do the work of turn_consistently tile by tile. First, join_alike joins all
+// pairs with similar normals, for one tile after another. Second, pairs_apart returns the remaining
+// pairs of a tile, in ascending order of (cost, lower, higher). The caller must join the pairs of
+// all tiles in this order.
 void join_alike(TurnedSets& sets, const NormalTile& tile);
 std::vector<NormalPair> pairs_apart(TurnedSets& sets, const NormalTile& tile);
 
 // Flips normals so that neighbors agree, along a minimum spanning tree of each connected component
 // with the cost 1 - |n_i . n_j| (Hoppe et al. 1992). Pairs that differ by less than ten degrees
-// have equal costs. Then flips all normals of a component if they enclose a negative volume.
-// `points` holds the index of each place in the input; it decides ties.
+// have equal costs. Then flips all normals of a component if the component encloses a negative
+// volume. `points` holds the index of each place in the input, which decides ties.
 void turn_consistently(const NeighborRows& neighbors, std::span<const Point> positions,
                        std::span<const double> areas, std::span<const Cell> points,
                        std::span<Point> normals);

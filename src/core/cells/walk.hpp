@@ -10,13 +10,13 @@
 
 namespace superfacets {
 
-// Lists the cells of region 0, then those of region 1, and so on; cells without a label are left
-// out. Within a region, cells are in the order of a walk. The walk begins at the cell with the
-// fewest neighbors in the region. It continues to the neighbor with the fewest unvisited neighbors,
-// so that narrow ends are not left behind. At a dead end it backtracks to the last cell with an
-// unvisited neighbor. Further connected components of the region follow. Ties go to the lowest
-// cell. Time is linear in the number of cells, and at most cubic in the number of neighbors of a
-// cell, which is small.
+// Lists the cells of region 0, then the cells of region 1, and so on. Cells without a label are
+// left out. Within a region, cells are in the order of a walk. The walk begins at the cell with the
+// fewest neighbors in the region. The walk continues to the neighbor with the fewest unvisited
+// neighbors, so that narrow ends are visited early. At a dead end, the walk backtracks to the last
+// cell with an unvisited neighbor. Further connected components of the region follow. Ties go to
+// the lowest cell. Time is linear in the number of cells, and at most cubic in the small number of
+// neighbors of a cell.
 Buffer<Cell> walk_regions(const Arcs& arcs, std::span<const Label> labels, Label n_regions,
                           ThreadTeam& team);
 

@@ -17,7 +17,7 @@
 namespace superfacets {
 namespace {
 
-// Maximum number of arcs of a face that are searched for a reverse arc. For more arcs, as at an
+// Maximum number of arcs of a face that are searched for a reverse arc. With more arcs, as at an
 // edge of many faces, computing the weight twice is faster.
 constexpr std::int64_t kFewArcs = 8;
 
@@ -44,7 +44,7 @@ struct Geometry {
   const Arcs& arcs() const { return surface.arcs(); }
 };
 
-// Sign of the rise of a concave fold.
+// Sign that makes the rise of a concave fold positive.
 double up_of(const Geometry& geometry) {
   return geometry.surface.is_inside_out() ? -1.0 : 1.0;
 }
@@ -75,7 +75,7 @@ SUPERFACETS_ALWAYS_INLINE ArcData arc_data(const Geometry& geometry, Face from, 
 // Angle and direction of the fold on an arc.
 struct ArcTurn {
   double theta;
-  double rise;  // positive where it is concave; a bool would prevent vectorization
+  double rise;  // positive if concave; a bool would prevent vectorization
 };
 
 SUPERFACETS_ALWAYS_INLINE ArcTurn arc_turn(const ArcData& data, double up) {
@@ -86,8 +86,8 @@ SUPERFACETS_ALWAYS_INLINE ArcTurn arc_turn(const ArcData& data, double up) {
 // Versions of eq. 1-3.
 enum class Formula : std::uint8_t {
   kEdgeLengths,  // creases cost in proportion to the lengths of edges: the paper's
-  kOneLength,    // options have a crease_length
-  kStraight,     // and steps are straight
+  kOneLength,    // creases cost the same for all lengths of edges: options have a crease_length
+  kStraight,     // like kOneLength, with straight steps
 };
 
 Formula formula_of(const WeightOptions& options) {
@@ -148,7 +148,7 @@ struct FaceBends {
   }
 };
 
-// The only arc from one face to another; -1 if there are several, or too many arcs to search. The
+// The only arc from one face to another. -1 if there are several, or too many arcs to search. The
 // search is branch-free, because the position in the list is unpredictable.
 SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
   const auto neighbors = arcs.neighbors(from);
@@ -178,7 +178,7 @@ struct RisingArc {
 };
 
 // Lists the arcs from a range of faces to higher faces, and prefetches the data of the higher
-// faces. They may be anywhere in memory, and a cache miss takes longer than the arithmetic.
+// faces. This data may be anywhere in memory, and a cache miss takes longer than the arithmetic.
 void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t end,
                       std::vector<RisingArc>& rising) {
   const Arcs& arcs = geometry.arcs();
@@ -189,7 +189,7 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
     for (const Vertex corner : geometry.surface.faces()[face].corners) prefetch(&vertices[corner]);
     for (const auto [arc, neighbor] : arcs.steps(static_cast<Face>(face))) {
       rising[n_rising] = {static_cast<Face>(face), neighbor, arc};
-      n_rising += static_cast<std::size_t>(face < neighbor);  // no branch, as above
+      n_rising += static_cast<std::size_t>(face < neighbor);  // unpredictable, so no branch
     }
   }
   rising.resize(n_rising);
@@ -198,7 +198,7 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
     prefetch(&geometry.faces.centroids[step.to]);
     prefetch(&geometry.normals[step.to]);
   }
-  // Computes an address, because indexing would be out of range for an empty list after the last
+  // Computes an address, because an index would be out of range for an empty list after the last
   // arc.
   for (const RisingArc& step : rising) prefetch(arcs.targets.data() + arcs.offsets[step.to]);
 }
@@ -251,8 +251,8 @@ bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
   return back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
 }
 
-// Computes the weights of arcs to higher faces, and copies each to its reverse arc if this is
-// unique.
+// Computes the weights of arcs to higher faces, and copies each weight to the reverse arc if that
+// is unique.
 class Weigher {
  public:
   Weigher(const Geometry& geometry, const WeightOptions& options, const NetTurn* net_turn,
@@ -403,7 +403,7 @@ EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& fa
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), FaceBends{geometry}, options);
   std::atomic<std::int64_t> n_weighed = 0;
   EdgeSums total;
-  std::mutex adding;  // guards the sums of integers, which do not depend on the order
+  std::mutex adding;  // guards the sums; sums of integers do not depend on the order
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     Weigher weigher(geometry, options, net_turn, crowded, weights);
     n_weighed += weigher.weigh_range(begin, end);
@@ -438,8 +438,8 @@ double quantize_weights(std::span<const double> weights, ThreadTeam& team,
 }
 
 double unit_of_lengths(double total_weight) {
-  // The unit is a power of two, so rounding only cuts the last bits of a weight. A sum over the
-  // arcs in another order may differ in its last bits, but gives the same unit.
+  // The unit is a power of two, so rounding only cuts the last bits of a weight. Sums in another
+  // order of the arcs may differ in the last bits, but give the same unit.
   return total_weight > 0.0 ? std::ldexp(1.0, std::ilogb(total_weight) + 1 - kTotalBits) : 1.0;
 }
 

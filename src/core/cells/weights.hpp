@@ -15,7 +15,7 @@ namespace superfacets {
 
 // The sum of all weights, an upper bound of path lengths, is less than 2^kTotalBits units. So path
 // lengths fit into 64 bits, and are exact in a double. On meshes of millions of faces a mean arc
-// still has 2^23 units, which is precise enough even if a few arcs are 2^20 times as long.
+// has about 2^23 units, which is precise enough even if a few arcs are 2^20 times as long.
 inline constexpr int kTotalBits = 48;
 
 // Smallest angle of a sharp edge: 40 degrees, so both edges of a 45-degree chamfer are sharp. Edges
@@ -23,13 +23,13 @@ inline constexpr int kTotalBits = 48;
 inline constexpr double kSharpAngle = std::numbers::pi * 2.0 / 9.0;
 
 // Smallest angle of a soft edge: 10.4 degrees. An edge that bends by less is flat, or part of a
-// round face. A bound of 10 degrees would leave edges of cylinders with 36 segments to rounding
-// errors.
+// round face. With a bound of exactly 10 degrees, rounding errors would decide about the edges of
+// cylinders with 36 segments.
 inline constexpr double kSoftAngle = kSharpAngle * 0.26;
 
 struct WeightOptions {
   double alpha = 200.0;        // weight of the angular term, >= 0
-  double eta_convex = 0.2;     // eta of convex edges; concave ones have 1
+  double eta_convex = 0.2;     // eta of convex edges; concave edges have 1
   double crease_length = 0.0;  // replaces |e| in eq. 2; 0: the length of each edge
   double diagonal = 1.0;       // d, the diagonal of the bounding box of the vertices used by faces
   double ridges = 0.0;         // eta of ridges (ridges.hpp), if larger than eta_convex
@@ -39,8 +39,8 @@ struct WeightOptions {
   bool is_straight = false;
   bool all_sharp = false;  // all sharp convex edges are ridges
 
-  // eta of an edge that bends by theta and is not a ridge; concave if rise > 0. Smooth edges bend
-  // by less than kSharpAngle.
+  // eta of an edge that bends by theta and is not a ridge. The edge is concave if rise > 0. Smooth
+  // edges bend by less than kSharpAngle.
   SUPERFACETS_ALWAYS_INLINE double eta(double rise, double theta) const {
     const double of_concave = theta < kSharpAngle ? 1.0 - evened : 1.0;
     const double of_convex = theta < kSharpAngle ? std::max(eta_convex, evened) : eta_convex;
@@ -58,8 +58,7 @@ struct WeightOptions {
   }
 };
 
-// Sums over edges. An edge is counted at its lower face. The numbers of edges are 0 if ridges are
-// off.
+// Sums over edges. An edge is counted at its lower face. Without ridges, n_soft and n_sharp are 0.
 struct EdgeSums {
   std::int64_t turn = 0;  // in units of NetTurn
   std::int64_t n_edges = 0;
@@ -75,9 +74,9 @@ struct EdgeSums {
 };
 
 // Net outward turn of a surface: the sum over edges of theta times length, negative for concave
-// edges. Ridges are left out if the options have them. The sum is twice the total mean curvature of
-// the remaining surface. An edge is counted with its lower face. Each term is rounded to a whole
-// number of units, so that sums over parts add up exactly, in any order.
+// edges. If the options have ridges, ridges are left out. The sum is twice the total mean curvature
+// of the remaining surface. An edge is counted with its lower face. Each term is rounded to a whole
+// number of units, so that sums over parts of a mesh add up exactly, in any order.
 class NetTurn {
  public:
   NetTurn() = default;
@@ -89,7 +88,7 @@ class NetTurn {
   // A turn in units, rounded to an integer. An edge turns by at most pi, and is not longer than the
   // diagonal: sums of 2^19 terms are exact in a double, sums of 2^29 terms fit into 64 bits.
   SUPERFACETS_ALWAYS_INLINE double rounded(double turn) const {
-    // near this number there are no fraction bits, for either sign of turn
+    // doubles near this number have no fraction bits, for either sign of turn
     constexpr double kNoFraction = 0x1.8p52;
     return (turn * units_ + kNoFraction) - kNoFraction;
   }
@@ -103,8 +102,8 @@ class NetTurn {
   std::span<const std::uint8_t> is_counted_;  // (N,), or empty: all are counted
 };
 
-// Centroids, areas and unit normals of faces, computed once because each arc reads them. If
-// `normals` is empty, the kernel computes them, which takes 24 bytes per face.
+// Centroids, areas and unit normals of faces. Each arc reads them, so they are computed once. If
+// `normals` is empty, the kernel computes normals, which takes 24 bytes per face.
 struct FaceMeasures {
   std::span<const Point> centroids;
   std::span<const double> areas;
@@ -116,16 +115,17 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
                            double alpha) {
   const double cosine = dot(normal_from, normal_to);
   const bool is_bent = squared_norm(normal_from) > 0.0 && squared_norm(normal_to) > 0.0;
-  // Rounding can take the squared cosine of equal normals above 1.
+  // The squared cosine of equal normals may exceed 1 by a rounding error.
   const double angular = is_bent ? std::max(0.0, 1.0 - cosine * cosine) : 0.0;
   return (1.0 - alpha) * geodesic + alpha * angular;
 }
 
-// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0. If given,
-// crease_length replaces |e|. If steps are straight, |c_i - c_j| replaces the distance over m, and
-// crease_length must be given. theta is in [0, pi], and 0 if a face has no normal. An arc and its
-// reverse arc get the same bits. Ridges may cost more than other convex edges. The net turn is 0 if
-// net_turn is null. Otherwise all sums count only the faces for which net_turn counts.
+// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0. A positive
+// crease_length replaces |e|. If steps are straight, |c_i - c_j| replaces the distance via m, and
+// crease_length must be positive. theta is in [0, pi], and 0 if a face has no normal. An arc and
+// its reverse arc get the same bits. Ridges may cost more than other convex edges. Returns sums
+// over edges. The net turn is 0 if net_turn is null. Otherwise the sums include only the faces that
+// net_turn counts.
 EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                           const WeightOptions& options, const NetTurn* net_turn, ThreadTeam& team,
                           std::span<double> weights);
@@ -136,13 +136,14 @@ EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& fa
 void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
                    ThreadTeam& team, std::span<double> weights);
 
-// Rounds finite weights >= 0 to whole units, at least 1, and returns the unit. It is the power of
-// two between 2^-48 and 2^-47 of the sum of the weights (1 if all weights are 0). The same bits for
-// any number of threads.
+// Rounds finite weights >= 0 to whole units, at least 1, and returns the unit. The unit is the
+// power of two between 2^-48 and 2^-47 of the sum of the weights (1 if all weights are 0). The
+// result is the same for any number of threads.
 double quantize_weights(std::span<const double> weights, ThreadTeam& team,
                         std::span<float> lengths);
 
-// The unit for weights with this sum. round_weights rounds weights to a given unit.
+// unit_of_lengths returns the unit for weights with this sum. round_weights rounds weights to a
+// given unit.
 double unit_of_lengths(double total_weight);
 void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
                    std::span<float> lengths);

@@ -42,8 +42,8 @@ void CellGrower::start(Place center) {
   centers_.push_back(center);
 }
 
-// Label correction in rounds of one arc each. Few rounds suffice, because cells are a few arcs
-// wide.
+// Label correction: each round extends all improved paths by one arc. Cells are a few arcs wide, so
+// a few rounds suffice.
 void CellGrower::expand_waiting() {
   std::size_t n_expanded = 0;
   while (!waiting_.empty()) {
@@ -61,7 +61,7 @@ void CellGrower::expand_waiting() {
   }
 }
 
-// Dijkstra's algorithm, from all waiting places.
+// Runs Dijkstra's algorithm from all waiting places.
 void CellGrower::expand_in_order() {
   heap_.restart();
   auto push = [&](std::size_t i) { heap_.push(paths_[i], static_cast<Place>(i)); };

@@ -9,8 +9,8 @@
 
 namespace superfacets {
 
-// Divides ranges of places among centers, one range after another. Each place goes to the nearest
-// center, by paths within the range. Ties go to the first center. A range should fit into the
+// Divides ranges of places among centers, one range after another. Each place goes to the center
+// with the shortest path within the range. Ties go to the first center. A range should fit into the
 // first-level cache.
 class CellGrower {
  public:
@@ -19,16 +19,16 @@ class CellGrower {
   // Centers are `spacing` places apart.
   CellGrower(const OrderedGraph& graph, Place spacing) : graph_(graph), spacing_(spacing) {}
 
-  // Divides a range. If no path from a center reaches a place, the first unreached place becomes a
-  // center; this repeats until all places are reached.
+  // Divides the places begin to end - 1. While paths leave some place unreached, the first such
+  // place becomes another center.
   void divide(Place begin, Place end);
 
-  // The centers of the last range; for each place, the index of its center, and the length of the
-  // path from this center.
+  // Results for the last range: its centers, and for each place the index of its center and the
+  // length of the path from that center.
   std::span<const Place> centers() const { return centers_; }
   std::size_t cell(Place place) const { return paths_[place - begin_] & kCellMask; }
   PathLength length(Place place) const { return paths_[place - begin_] >> kRangeBits; }
-  // The sum of the prices of the arcs on the path to a place, for graphs with prices.
+  // The sum of the prices of the arcs on the path to a place. Only graphs with prices have it.
   float price(Place place) const { return prices_[place - begin_]; }
 
  private:
@@ -39,12 +39,12 @@ class CellGrower {
   static constexpr PackedPath kCellMask = (PackedPath{1} << kRangeBits) - 1;
   static constexpr PackedPath kNoPath = ~PackedPath{0};
 
-  // Number of expanded places, per place of the range, at which the search switches to Dijkstra's
-  // algorithm. On meshes it is one to two.
+  // Limit of expansions per place of the range. At this limit the search switches to Dijkstra's
+  // algorithm. On meshes a place is expanded once or twice.
   static constexpr std::size_t kMaxExpanded = 4;
 
-  // The index of a place within the range. For a place outside, the index of an extra entry that no
-  // path improves.
+  // The index of a place within the range. All places outside share one extra entry, which no path
+  // improves.
   std::size_t index_of(Place place) const {
     return std::min(static_cast<std::size_t>(static_cast<std::uint32_t>(place - begin_)), size_);
   }

@@ -21,8 +21,8 @@ void Classification::classify(std::span<const Place> centers, std::span<const Pa
   centers_.assign(centers.begin(), centers.end());
   const std::vector<PathLength> before =
       std::exchange(offsets_, std::vector(offsets.begin(), offsets.end()));
-  // If arcs have no reverse arc of the same length, the path from the new center to the old one
-  // is no upper bound of the increase of path lengths.
+  // The detour from the new center to the old one bounds the increase of path lengths only if every
+  // arc has a reverse arc of equal length.
   if (started_.empty() || centers.size() < started_.size() || !graph_.is_symmetric) {
     start_all();
   } else {
@@ -39,7 +39,7 @@ void Classification::classify(std::span<const Place> centers, std::span<const Pa
   SUPERFACETS_ASSERT(is_complete());
 }
 
-// Whether each place has a label (if islands are kept), and each center has its own label.
+// Whether each center has its own label and, if islands are kept, each place has a label.
 bool Classification::is_complete() const {
   for (Place place = 0; place < graph_.n_cells(); ++place) {
     const Label label = path(place).label;
@@ -61,9 +61,9 @@ void Classification::start_all() {
 }
 
 // When a center moves, the paths of its region are lengthened by the detour from the new center to
-// the old one, and by the increase of its offset. So they remain valid upper bounds, and no path
-// has to be reset. Shorter paths from the new center then replace nearly all paths of its region,
-// and hardly any others.
+// the old one, and by the increase of the center's offset. So the paths remain valid upper bounds,
+// and no path has to be reset. Shorter paths from the new center then replace nearly all paths of
+// its region, and few paths of other regions.
 void Classification::start_moved(std::span<const PathLength> offsets_before) {
   std::vector<PathLength> detours(started_.size(), 0);
   for (std::size_t label = 0; label < started_.size(); ++label) {
@@ -79,7 +79,7 @@ void Classification::start_moved(std::span<const PathLength> offsets_before) {
   exact_.lengthen(detours);
   for (std::size_t label = 0; label < centers_.size(); ++label) {
     const bool has_stayed = label < started_.size() && centers_[label] == started_[label];
-    // With offsets, the center may still be in another region.
+    // With offsets, even an unmoved center may be in the region of another center.
     if (has_stayed && offsets_.empty()) continue;
     exact_.start(centers_[label], static_cast<Label>(label), offset(label));
   }

@@ -21,9 +21,9 @@ class Classification {
   // until all cells are reached. Otherwise unreached cells get kNoLabel.
   Classification(const OrderedGraph& graph, double reach, Islands islands, ThreadTeam& team);
 
-  // Classifies by these centers. `offsets` holds the initial path length of each center; a center
-  // may then lie in the region of another center and have no cell. An offset must not be less than
-  // in the last call, and expansions must not be halted.
+  // Classifies all places by these centers. `offsets` holds the initial path length of each center.
+  // With offsets, a center may be in the region of another center and have no cell. An offset must
+  // not be less than in the last call, and expansions must not be halted.
   void classify(std::span<const Place> centers, std::span<const PathLength> offsets = {});
 
   // The centers of the last call, followed by unreached cells that became centers.
@@ -39,8 +39,7 @@ class Classification {
   template <typename Take>
   void take_changes(const Take& take) {
     team_.for_each(exact_.n_chunks(), [&](std::int64_t chunk, int) {
-      // With halted expansions, it is unknown which corrections are new, so all places are passed
-      // on.
+      // Halted expansions do not record which corrections are new, so `take` gets all places.
       if (!halted_ && !exact_.has_changed(chunk)) return;
       const auto [begin, end] = exact_.places(chunk);
       take(begin, end);

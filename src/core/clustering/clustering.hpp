@@ -1,4 +1,4 @@
-// Stage 4: regions around centers, and updates of the centers.
+// Stage 4: computes regions around centers, and updates the centers.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,10 @@
 
 namespace superfacets {
 
-// The regions of one graph, classified (4a) and updated (4b) alternately. Both keep the state of
-// the last iteration, so an iteration with few changes takes little time. Cells are indices in the
-// input. Memory: 18 bytes per cell beside the graph, more with halted expansions.
+// The regions of one graph. Callers alternate classification (4a) and update (4b). Both stages keep
+// the state of the last iteration, so an iteration with few changes takes little time. Cells are
+// indices in the input. Memory: 18 bytes per cell in addition to the graph, more with halted
+// expansions.
 class Clustering {
  public:
   // Classifies all cells by these centers; for `reach` and `islands` see Classification.
@@ -24,11 +25,11 @@ class Clustering {
   // The centers of the last call, followed by unreached cells that became centers.
   std::vector<Cell> centers() const;
 
-  // For each region the cell nearest to its mean; see update_centers.
+  // For each region, the cell nearest to the mean position of the region; see update_centers.
   std::vector<Cell> update();
 
-  // Moves some centers to where they reduce the distortion more (see relocate_centers), and returns
-  // all centers. Expansions must not be halted.
+  // Moves up to n_moves centers to reduce the distortion (see relocate_centers), and returns all
+  // centers. Expansions must not be halted.
   std::vector<Cell> relocate(std::int64_t n_moves);
 
   Buffer<Label> labels();        // (N,) index of each cell's center in `centers`, or kNoLabel

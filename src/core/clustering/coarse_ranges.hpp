@@ -27,9 +27,9 @@ struct RangeArcs {
   std::vector<Arc> arcs;           // to coarse cells
 };
 
-// Divides places begin to end - 1 into coarse cells. Calls write(place, cell, length) for each
-// place, where `cell` is its coarse cell, counted from the first of the range, and `length` is the
-// length of the path from the center of the cell. In a graph with straight steps, it is the sum of
+// Divides the places begin to end - 1 into coarse cells. Calls write(place, cell, length) for each
+// place. `cell` is the index of the coarse cell within the range. `length` is the length of the
+// path from the center of the coarse cell. In a graph with straight steps, `length` is the sum of
 // the prices only.
 template <typename Write>
 RangeCells divide_range(const OrderedGraph& fine, CellGrower& grower, Place begin, Place end,
@@ -47,7 +47,7 @@ RangeCells divide_range(const OrderedGraph& fine, CellGrower& grower, Place begi
   return cells;
 }
 
-// The places of a range, grouped by their coarse cells, ascending within each.
+// The places of a range, grouped by coarse cell, in ascending order within each group.
 class RangeMembers {
  public:
   template <typename CellOf>
@@ -79,15 +79,16 @@ inline void remove_parallel(std::vector<Arc>& arcs) {
   arcs.erase(end, arcs.end());
 }
 
-// Lengths of arcs between coarse cells. If steps are straight, an arc is as long as the straight
-// line between the positions of its cells, plus the lowest price of a path across their border.
+// Computes lengths of arcs between coarse cells. If steps are straight, the length of an arc is the
+// distance between the positions of its cells, plus the lowest price of a path across their border.
 struct CrossingLengths {
   const OrderedGraph& fine;
   std::span<const float> from_center;  // (N,) by place, as written by divide_range
   std::span<const Point> positions;    // of coarse cells; empty if steps are not straight
 
-  // The length (or price, if steps are straight) of the path from center to center over an arc. The
-  // paths at both ends are added first, so the sum has the same bits in both directions.
+  // The length (the price, if steps are straight) of the path from center to center over an arc.
+  // The path lengths at both ends are added first, so both directions of the arc give the same
+  // bits.
   float across(Place place, const Arc& arc) const {
     const float ends = from_center[place] + from_center[arc.to];
     return positions.empty() ? ends + arc.length
@@ -101,8 +102,9 @@ struct CrossingLengths {
   }
 };
 
-// The arcs of n_cells coarse cells from `first` on. These cells consist of the places begin to end
-// - 1. coarse_of(place) is the coarse cell of a place in this range or adjacent to it.
+// Returns the arcs of the coarse cells first to first + n_cells - 1, which consist of the places
+// begin to end - 1. coarse_of(place) is the coarse cell of a place that is in this range or
+// adjacent to the range.
 template <typename CoarseOf>
 RangeArcs connect_range(std::pair<Place, Place> range,
                         std::pair<Cell, std::size_t> first_and_number, const CoarseOf& coarse_of,

@@ -8,7 +8,8 @@
 
 namespace superfacets {
 
-// Weight of a cell without area in a mean. It is positive, so that every coarse cell has a mean.
+// Weight of a cell without area in the mean of a coarse cell. A positive weight gives every coarse
+// cell a mean.
 constexpr double kLeastMeasure = 1e-300;
 
 // The coarse cells of a range.

@@ -20,17 +20,17 @@ struct SpreadPaths {
   Buffer<Label> labels;
 };
 
-// Groups the cells of a graph (fine cells) into connected coarse cells, each around a center. A
-// coarse cell has the sum of the measures, and the weighted mean of the positions, of its fine
-// cells. An arc between two coarse cells is as long as the shortest path from center to center that
+// Groups the cells of a graph (fine cells) into connected coarse cells, each around a center. The
+// measure of a coarse cell is the sum over its fine cells, and its position is their weighted mean.
+// An arc between two coarse cells is as long as the shortest path from center to center that
 // crosses their border once. Every component of the fine graph, however small, has at least one
 // coarse cell.
 //
-// If steps of the fine graph are straight, coarse steps are straight, too: an arc is as long as the
-// straight line between the positions of its coarse cells, plus the lowest price of a path from
-// center to center that crosses their border once. Then shortest paths have about equal lengths in
-// all directions, whatever the pattern of the fine cells. No coarse cell extends across an arc with
-// a price of fine.barrier or more.
+// If steps of the fine graph are straight, coarse steps are straight too. The length of an arc is
+// then the distance between the positions of its coarse cells, plus the lowest price of a path from
+// center to center that crosses their border once. So the length of a shortest path hardly depends
+// on its direction relative to the pattern of the fine cells. No coarse cell extends across an arc
+// with a price of fine.barrier or more.
 class CoarseGraph {
  public:
   // Makes coarse cells of about `cell_size` fine cells. The fine graph must be symmetric, and must
@@ -40,7 +40,7 @@ class CoarseGraph {
   const OrderedGraph& graph() const { return graph_; }
   const OrderedGraph& fine() const { return fine_; }
 
-  // For each coarse cell, the measure-weighted mean of the rows of its fine cells. A row has
+  // For each coarse cell, the measure-weighted mean of the rows of its fine cells. Each row has
   // `width` numbers.
   Buffer<float> means_of(std::span<const float> rows, std::size_t width, ThreadTeam& team) const;
   // Change the arcs of the coarse graph for the loop; see far_arcs.hpp and OrderedGraph.
@@ -52,7 +52,7 @@ class CoarseGraph {
   // Number of ranges of fine places. No coarse cell extends beyond a range.
   std::int64_t n_ranges() const { return std::ssize(first_cells_); }
   std::pair<Place, Place> places(std::int64_t range) const;
-  // The coarse cells of a range: the first, and one past the last.
+  // The coarse cells of a range, as the pair (first, one past the last).
   std::pair<Cell, Cell> cells_of(std::int64_t range) const {
     const bool is_last = range + 1 == n_ranges();
     return {first_cells_[range], is_last ? graph_.n_cells() : first_cells_[range + 1]};
@@ -64,10 +64,10 @@ class CoarseGraph {
   // (N,) the coarse cell of each fine cell.
   Buffer<Cell> coarse_cells(ThreadTeam& team) const;
 
-  // Extends paths to coarse cells, given by `lengths` and `labels`, to fine cells. The path to a
-  // fine cell leads through the center of a coarse cell: the one that makes the total path
-  // shortest. `centers` holds a fine cell of each region; its path is as long as the offset of the
-  // region, or 0 without offsets.
+  // Extends paths from coarse cells to fine cells. `lengths` and `labels` describe the path to each
+  // coarse cell. The path to a fine cell leads through the center of the coarse cell that makes the
+  // path shortest. `centers` holds a fine cell of each region. The path to this cell is as long as
+  // the offset of the region, or 0 without offsets.
   SpreadPaths spread(std::span<const PathLength> lengths, std::span<const Label> labels,
                      std::span<const Cell> centers, std::span<const PathLength> offsets,
                      ThreadTeam& team) const;
@@ -76,15 +76,16 @@ class CoarseGraph {
   std::vector<Cell> centers() const { return fine_.cells_at(centers_); }
 
   // For each region of coarse cells, the fine cell nearest to the mean of the region. Ties go to
-  // the lowest cell. `labels` holds the label of each coarse cell, kNoLabel for cells in no region;
-  // `centers` holds a coarse cell of each region.
+  // the lowest cell. `labels` holds the label of each coarse cell, or kNoLabel if the cell is in no
+  // region. `centers` holds a coarse cell of each region.
   std::vector<Cell> refine(std::span<const Label> labels, std::span<const Cell> centers,
                            ThreadTeam& team) const;
 
  private:
-  // Ranges of places are divided into coarse cells independently, on any number of threads.
+  // Each range of places is divided independently of the others, so the result is the same for any
+  // number of threads.
   static constexpr int kRangeBits = CellGrower::kRangeBits;
-  using LocalCell = std::uint16_t;  // index of a coarse cell, counted from the first of its range
+  using LocalCell = std::uint16_t;  // index of a coarse cell within its range
   static_assert(kRangeBits <= 16);
 
   struct Part;
@@ -98,7 +99,7 @@ class CoarseGraph {
   std::vector<Cell> first_cells_;  // first coarse cell of each range
   Buffer<LocalCell> local_;        // (N,) the coarse cell of each fine place
   std::vector<Place> centers_;     // (C,) fine place at the center of each coarse cell
-  // its places equal its cells, because coarse cells are numbered along the curve
+  // the coarse graph; each place equals its cell, because coarse cells are numbered along the curve
   OrderedGraph graph_;
 };
 

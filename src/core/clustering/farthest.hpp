@@ -5,10 +5,11 @@
 
 namespace superfacets {
 
-// The squared distance of every cell to the centers placed so far, and the farthest cell.
+// Stores the squared distance of every cell to the nearest center placed so far, and finds the
+// farthest cell.
 class FarthestPoints {
  public:
-  // No center is placed yet.
+  // Starts without centers.
   FarthestPoints(const OrderedGraph& graph, ThreadTeam& team);
 
   // Excludes the places for which is_left_out(place) holds: they are never the farthest.
@@ -23,16 +24,18 @@ class FarthestPoints {
   // Places a center: its cell is never the farthest again.
   void place(Place center);
 
-  // The cell farthest from all centers, the lowest among equals. Some cell must be left.
+  // The cell farthest from all centers. Ties go to the lowest cell. At least one cell must be
+  // neither a center nor excluded.
   Place farthest() const;
 
  private:
-  // Less than every squared distance, so that a center is never the farthest cell again.
+  // Squared distance stored for centers and excluded places. It is less than every real one, so
+  // these places are never the farthest.
   static constexpr double kIsCenter = -1.0;
 
   struct Summary {
     double farthest_squared;  // the largest squared distance among the cells of a node
-    Place farthest;           // the place at that distance, lowest cell among equals
+    Place farthest;           // the place at that distance; ties go to the lowest cell
   };
 
   bool can_change(std::size_t level, std::size_t index, Point center) const;

@@ -26,9 +26,8 @@ struct Candidate {
   }
 };
 
-// A tree of boxes over the labeled cells only. With the tree of all cells, a search would visit
-// every cell between an island and the nearest labeled cell, possibly those of thousands of other
-// islands.
+// A tree of boxes over the labeled cells only. A search in the tree of all cells would also visit
+// the cells of other islands, of which there may be thousands near an island.
 class LabeledCells {
  public:
   // `labels` is indexed by place, `groups` by cell. `groups` may be empty.
@@ -53,10 +52,11 @@ class LabeledCells {
         ranges, {}, [](Range& range, const Range& other) { range.include(other); });
   }
 
-  // Searches for the labeled cell nearest to a cell of an island of this group. `best` holds the
-  // best candidate for the other cells of the island, and is replaced if a nearer cell is found.
+  // Searches for the labeled cell nearest to `target`, a cell of an island of this group. `best`
+  // holds the nearest cell found for other cells of the island. A nearer cell replaces it.
   void search(Point target, Place place, Label group, Candidate& best) const {
-    // The nearest cell along the curve is usually near in space; boxes farther away are skipped.
+    // The search starts at the nearest cell along the curve, which is usually near in space, so
+    // that most boxes are farther away and skipped.
     const auto next = std::ranges::lower_bound(places_, place) - places_.begin();
     const auto n = static_cast<std::int64_t>(places_.size());
     compare(target, std::min<std::int64_t>(next, n - 1), group, best);
@@ -73,7 +73,7 @@ class LabeledCells {
   }
 
  private:
-  // The groups in a box.
+  // The lowest and highest group of the cells in a box.
   struct Range {
     Label low = std::numeric_limits<Label>::max();
     Label high = std::numeric_limits<Label>::min();
@@ -112,7 +112,7 @@ std::vector<Place> unlabeled_places(std::span<const Label> labels, const Compone
   return places;
 }
 
-// The nearest labeled cell of each island. An island is identified by its connected component.
+// The nearest labeled cell of each island. Islands have the indices of their connected components.
 std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells& labeled,
                                   std::span<const Place> places, const Components& pieces,
                                   std::span<const Label> groups, ThreadTeam& team) {
@@ -134,7 +134,7 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
   return nearest;
 }
 
-// Turns islands that may join no region into regions.
+// Makes a region of each island that may not join any region.
 void name_islands(const OrderedGraph& graph, const Components& pieces, JoinedIslands& joined) {
   Label next = *std::ranges::max_element(joined.labels) + 1;
   std::vector<Label> names(pieces.n_components, kNoLabel);

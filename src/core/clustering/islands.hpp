@@ -1,5 +1,5 @@
-// Cells that no center reaches, because their connected component has no seed, or because they are
-// out of reach of all centers.
+// Islands: cells that no center reaches, because their connected component has no seed, or because
+// all centers are too far away.
 #pragma once
 
 #include <vector>
@@ -31,10 +31,10 @@ inline constexpr Label kAnyGroup = -1;
 // labeled cell. `labels` is indexed by cell, and at least one cell must have a label. Time O(N log
 // N) in practice.
 //
-// If `groups` is given, all cells of an island have the same group, and an island joins a cell of
-// this group only; an island of kAnyGroup joins any cell. If there is no such cell, the island
-// becomes a region. These regions get labels from K on, in the order of their lowest cells. If
-// `groups` is empty, an island joins any cell.
+// `groups` is empty, or holds the group of each cell, which is the same for all cells of an island.
+// With groups, an island joins only cells of its own group; an island of kAnyGroup joins any cell.
+// An island whose group has no labeled cell becomes a region. These regions get labels from K on,
+// in the order of their lowest cells.
 JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> labels,
                            std::span<const Label> groups, ThreadTeam& team);
 

@@ -7,12 +7,13 @@
 
 namespace superfacets {
 
-// For each region, finds the place nearest to its target among the places with its label. Ties go
-// to the lowest cell. `regions` is ascending. On entry, `places` holds any place of each region (a
-// near one makes the search fast); on return, the nearest. label_of(place) may be called on any
-// thread. Time O(N + R log N): a search in the box tree gives up after kShares times the region's
-// share of all leaves, for example if the target is far away or many cells are equally near. One
-// pass over all places then finds the results for the remaining regions.
+// For each region, finds the place nearest to the target of the region among the places with its
+// label. Ties go to the lowest cell. `regions` is ascending. On entry, `places` holds any place of
+// each region; a place near the target makes the search fast. On return, `places` holds the nearest
+// places. label_of(place) may be called on any thread. Time O(N + R log N). A search in the box
+// tree stops after kShares times the region's share of all leaves, for example if the target is far
+// away or many cells are equally near. One pass over all places then finds the results for the
+// remaining regions.
 template <typename LabelOf>
 void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regions,
                           std::span<const Point> targets, const LabelOf& label_of,

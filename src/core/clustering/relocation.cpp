@@ -15,12 +15,12 @@ namespace {
 // Fraction of a region's distortion that a second center is expected to remove.
 constexpr double kGain = 0.5;
 
-// The same where the graph has barriers: the sides of a machine part, which are regions, matter
-// more than equal regions.
+// Value of kGain for graphs with barriers. It is lower, because one region per side of a machine
+// part matters more than regions of equal size.
 constexpr double kGainWithBarriers = 0.25;
 
 struct Need {
-  double removal_cost = 0.0;  // infinite if no other center reaches some place
+  double removal_cost = 0.0;  // infinite if some place has no second-nearest center
   double distortion = 0.0;
   Place farthest = 0;
 };

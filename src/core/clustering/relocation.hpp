@@ -19,9 +19,9 @@ namespace superfacets {
 // moves only if its removal costs less than half the distortion of the region that it will divide
 // (a quarter, if the graph has barriers). Ties go to the lowest label or cell.
 //
-// Every place keeps a path to a center. Therefore a center stays if any place of its region has no
-// second-nearest center, or if it is a second-nearest center for a region whose center moves. A
-// region gets at most one new center. Memory: 36 bytes per cell.
+// Every place must keep a path to some center. Therefore a center stays in two cases: a place of
+// its region has no second-nearest center, or the center is second-nearest for a place of a region
+// whose center moves. A region gets at most one new center. Memory: 36 bytes per cell.
 std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const Path> nearest,
                                     std::span<const Place> centers, std::size_t n_moves,
                                     ThreadTeam& team);

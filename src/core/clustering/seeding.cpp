@@ -29,8 +29,7 @@ class Flood {
 
   bool is_reached(Place place) const { return is_reached_[place]; }
 
-  // A stack suffices here, because the set of reached places does not depend on the order of
-  // expansion.
+  // Uses a stack, because the set of reached places does not depend on the order of expansion.
   void expand(Place seed, Label label) {
     reach_place(seed, label);
     while (!stack_.empty()) {
@@ -78,7 +77,8 @@ std::vector<Size> sizes_of(const OrderedGraph& graph, const Components& componen
   return sizes;
 }
 
-// Smallest measure of a component that is not an island: half the expected measure of a region.
+// A component with less than this measure is an island. The limit is half the expected measure of a
+// region.
 double least_measure(const OrderedGraph& graph, Cell n_seeds) {
   double total = 0.0;
   for (const Place place : graph.place_of) total += graph.measures[place];
@@ -101,8 +101,8 @@ class SeededComponents {
   Cell component(Place place) const { return components_.of[place]; }
   Cell n_components() const { return components_.n_components; }
 
-  // For each large component, in order, the cell nearest to its mean; `first` if there is only one
-  // component.
+  // For each large component, in order, the cell nearest to its mean position. If there is only one
+  // component, this is `first`.
   std::vector<Place> central_places() const {
     if (n_components() == 1) return {first_};
     const auto central = update_centers(graph_, components_.of.span(), n_components(), team_);
@@ -145,7 +145,7 @@ class SeededComponents {
   std::vector<Cell> seeded_;     // components, the largest first
 };
 
-// The place from which each component is flooded. The component of `first` comes first.
+// The place at which the flood of each component starts. The component of `first` comes first.
 std::vector<Place> flood_starts(const OrderedGraph& graph, const SeededComponents& components,
                                 Place first) {
   std::vector<Place> starts{first};
@@ -168,7 +168,7 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   }
   Classification from_starts(graph, kInfinity, Islands::kNearest, team);
   from_starts.classify(starts);
-  // Copies the sort keys, because lookups during comparisons would miss the cache.
+  // Sort keys are copied, because looking them up during comparisons would cause cache misses.
   std::vector<std::tuple<Cell, PathLength, Cell, Place>> keys(graph.n_cells());
   for (Place place = 0; place < graph.n_cells(); ++place) {
     keys[place] = {ranks[components.component(place)], from_starts.path(place).length,
@@ -181,8 +181,8 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   return order;
 }
 
-// Handles arcs without reverse arcs: the lowest cell that no seed reaches becomes a seed,
-// repeatedly, until all cells of large components are reached.
+// For graphs with arcs that have no reverse arc. Repeatedly makes the lowest unreached cell a seed,
+// until the seeds reach all cells of large components.
 void place_unreached(const OrderedGraph& graph, const SeededComponents& components, Cell n_seeds,
                      LongestPaths& paths, std::vector<Place>& seeds) {
   if (graph.is_symmetric) return;
@@ -288,7 +288,8 @@ std::vector<Cell> grid_seeds(const OrderedGraph& graph, Point corner, double sid
   Buffer<Label> labels(graph.n_cells());
   for (const Place place : graph.place_of) {
     const Point offset = graph.positions[place] - corner;
-    // floor keeps -0.0. Adding 0.0 makes it 0.0, so that both have the same hash.
+    // Adding 0.0 turns the -0.0 that floor may return into 0.0, so that both zeros have the same
+    // hash.
     const Cube cube{std::floor(offset.x / side) + 0.0, std::floor(offset.y / side) + 0.0,
                     std::floor(offset.z / side) + 0.0};
     const auto next = static_cast<Label>(label_of.size());

@@ -10,14 +10,14 @@ namespace {
 
 constexpr double kLowerScale = 0x1p31;
 
-// Upper bound of the sum over all cells.
+// Upper bound of the scaled sum over all cells.
 constexpr double kLargest = 0x1p62;
 
-// Smallest total that has a finite scale. Smaller areas and extents are rejected by the caller,
-// except for the extents of nearly coincident centroids, where any center is acceptable.
+// Smallest total that has a finite scale. The caller rejects smaller areas and extents. A smaller
+// extent of nearly coincident centroids remains possible; there any center is acceptable.
 constexpr double kSmallestTotal = 0x1p-900;
 
-// The power of two that scales numbers with the sum `total` to a sum below 2^61. The distance to
+// Returns the power of two that scales the sum `total` to less than 2^61. The difference to
 // kLargest leaves room for rounding errors.
 double scale_for(double total) {
   return total > kSmallestTotal ? std::ldexp(1.0, 60 - std::ilogb(total)) : 1.0;

@@ -1,5 +1,5 @@
-// Measure-weighted sums over cells. WeightedSum, for few cells, uses floating point. FixedSum, for
-// all cells, uses fixed point, so its result does not depend on the order of additions and
+// Measure-weighted sums over cells. WeightedSum uses floating point, for few cells. FixedSum uses
+// fixed point, for all cells: its result does not depend on the order of additions and
 // subtractions.
 #pragma once
 
@@ -63,8 +63,8 @@ class FixedPoint {
   }
   FixedSum of(const Point& position, double measure) const;
 
-  // Whether the measure of a region is too small, 2^-40 of the total measure or less, for a mean of
-  // double precision. Its cells must then be summed in floating point.
+  // Whether a region has at most 2^-40 of the total measure, which is too little for a mean of
+  // double precision. The cells of such a region must be summed in floating point.
   static bool is_too_small(const FixedSum& sum) { return sum.upper[3] < (std::int64_t{1} << 20); }
 
   Point mean(const FixedSum& sum) const;

@@ -13,15 +13,15 @@ namespace superfacets {
 Point weighted_mean(const OrderedGraph& graph, ThreadTeam& team);
 
 // For each region 0..n_regions-1, the place nearest to the measure-weighted mean position of its
-// cells, or to the unweighted mean if all measures are 0. Ties go to the lowest cell. `labels` is
+// cells (the unweighted mean, if all measures are 0). Ties go to the lowest cell. `labels` is
 // indexed by place. Every region must have a cell.
 std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Label> labels,
                                   Label n_regions, ThreadTeam& team);
 
-// update_centers, computed incrementally for labels that change little between calls. Only cells
-// with a new label are added and subtracted, and only changed regions search for their nearest
-// place. Regions of nearly zero measure are summed again each time, which takes a pass over all
-// cells. Memory: 4 bytes per cell.
+// Computes update_centers incrementally, for labels that change little between calls. Only cells
+// with a new label change the sums, and only changed regions search for their nearest place.
+// Regions of nearly zero measure are summed from scratch each time, in a pass over all cells.
+// Memory: 4 bytes per cell.
 class RegionMeans {
  public:
   // Initially, no cell has a label.
@@ -29,7 +29,7 @@ class RegionMeans {
 
   void resize(std::size_t n_regions);
 
-  // Sets the labels of places begin to end - 1 to label_of(place). May be called on several threads
+  // Sets the labels of the places begin to end - 1 to label_of(place). Several threads may call it
   // at once.
   template <typename LabelOf>
   void take_over(Place begin, Place end, const LabelOf& label_of) {
@@ -46,12 +46,13 @@ class RegionMeans {
     apply(gained, 1);
   }
 
-  // The place of each region nearest to its mean. `members` holds any place of each region. For a
-  // region without cells, it holds a place of another region, which becomes the result.
+  // For each region, the place nearest to its mean position. `members` holds any place of each
+  // region. For a region without cells, `members` holds a place of another region, which becomes
+  // the result.
   const std::vector<Place>& nearest(std::span<const Place> members);
 
  private:
-  // A run of consecutive cells that change to or from the same label.
+  // Sum over a run of consecutive cells that change to or from the same label.
   struct Change {
     Label label = kNoLabel;
     FixedSum sum;

@@ -1,8 +1,9 @@
-// A queue of places for label-correcting shortest paths, with buckets ordered by path length. It is
-// far cheaper than a heap, and so nearly sorted that few places are expanded twice. Within a bucket
-// there is no order: a place whose path becomes shorter after its expansion must be expanded again.
-// If most arcs are much shorter than the mean, a bucket holds whole neighborhoods and the number of
-// repeated expansions has no good bound. Callers must watch n_handled and switch to a RadixHeap.
+// A queue of places for label-correcting shortest paths, with buckets ordered by path length. The
+// queue is far cheaper than a heap, and nearly sorted, so few places are expanded twice. Places
+// within a bucket are unordered: a place whose path becomes shorter after its expansion must be
+// expanded again. If most arcs are much shorter than the mean, a bucket holds whole neighborhoods
+// and the number of repeated expansions has no good bound. Callers must watch n_handled and switch
+// to a RadixHeap.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +26,8 @@ class BucketQueue {
   explicit BucketQueue(std::int64_t n_arcs)
       : width_bits_(std::max(0, kTotalBits - 2 - bits_of(n_arcs))), ring_(kRingSize) {}
 
-  // Restarts at the bucket of the lowest length that will be pushed. The queue must be empty.
+  // Restarts at the bucket of `lowest`, the lowest length that will be pushed. The queue must be
+  // empty.
   void restart(PathLength lowest) {
     SUPERFACETS_ASSERT(empty());
     current_ = lowest >> width_bits_;
@@ -34,7 +36,7 @@ class BucketQueue {
 
   bool empty() const { return n_near_ == 0 && far_.empty(); }
 
-  // Pushes a place. Its length must not be below the range of the last bucket taken.
+  // Pushes a place. Its length must be at least the lower bound of the last bucket taken.
   void push(PathLength length, Place place) {
     const std::uint64_t bucket = length >> width_bits_;
     SUPERFACETS_ASSERT(bucket >= current_);
@@ -46,9 +48,9 @@ class BucketQueue {
     }
   }
 
-  // Removes and returns the first bucket that is not empty. Its places were pushed with a length in
-  // the range of that bucket; their paths may be shorter by now. The result is valid until the next
-  // call. The queue must not be empty.
+  // Removes the first bucket that is not empty, and returns its places. Their paths may have become
+  // shorter since they were pushed. The result is valid until the next call. The queue must not be
+  // empty.
   const std::vector<Place>& take() {
     SUPERFACETS_ASSERT(!empty());
     if (n_near_ == 0) bring_near();
@@ -72,11 +74,11 @@ class BucketQueue {
     n_near_ = 0;
   }
 
-  // Whether an entry just taken is outdated: its place got a shorter path later, and was pushed
-  // again.
+  // Whether an entry just taken is outdated, because its place later got a shorter path and was
+  // pushed again. `length` is the current length.
   bool is_stale(PathLength length) const { return length >> width_bits_ != current_; }
 
-  // Number of places taken, and of places inspected to find them, since the restart.
+  // Number of places taken since the restart, plus the number of places inspected to find them.
   std::size_t n_handled() const { return n_handled_; }
 
  private:
@@ -92,7 +94,7 @@ class BucketQueue {
   // The ring spans arcs of up to about 100 times the mean length.
   static constexpr std::uint64_t kRingSize = 512;
 
-  // Refills the empty ring from the far entries, starting at the lowest length among them.
+  // Refills the empty ring from the far entries, starting at the lowest length of a far entry.
   void bring_near() {
     auto by_length = [](const FarEntry& a, const FarEntry& b) { return a.length < b.length; };
     std::vector<FarEntry> waiting;
@@ -105,7 +107,7 @@ class BucketQueue {
   int width_bits_;                        // a bucket is 2^width_bits_ units wide
   std::vector<std::vector<Place>> ring_;  // bucket b is ring_[b % kRingSize]
   std::vector<FarEntry> far_;             // entries that were beyond the ring
-  std::vector<Place> taken_;              // the bucket being worked on
+  std::vector<Place> taken_;              // places of the last bucket taken
   std::uint64_t current_ = 0;             // the first bucket that may have entries
   std::size_t n_near_ = 0;                // entries in the ring
   std::size_t n_handled_ = 0;

@@ -10,15 +10,16 @@
 namespace superfacets {
 namespace {
 
-// Number of places in a chunk. A chunk, with its arcs and paths, takes at most a few megabytes, and
-// its active part fits into the second-level cache. On small graphs, chunks are smaller, so that
-// each thread has several. They must not be so small that most paths leave their chunk.
+// Number of places in a chunk, as a power of two. A chunk, with its arcs and paths, takes at most a
+// few megabytes, and its active part fits into the second-level cache. On small graphs, chunks are
+// smaller, so that each thread has several chunks. Chunks must be large enough that most paths stay
+// within their chunk.
 constexpr int kMaxChunkBits = 17;
 constexpr int kMinChunkBits = 13;
 constexpr std::int64_t kChunksPerThread = 4;
 
-// Number of handled places, per place of a chunk, at which a chunk switches from buckets to a heap.
-// On meshes it is one to two.
+// Limit of handled places per place of a chunk. At this limit a chunk switches from buckets to a
+// heap. On meshes a place is handled once or twice.
 constexpr std::size_t kMaxHandled = 4;
 
 // Prefetch distances, in places, for arcs and for paths.
@@ -92,9 +93,9 @@ void Expansion::lengthen_chunk(std::int64_t chunk, std::span<const PathLength> b
   }
 }
 
-// Posts proposals for arcs between labels that improve a path. Arcs within a label cannot: all
-// paths of the label were lengthened by the same amount. Paths are not written here, because other
-// threads read them at the same time.
+// Posts a proposal for each arc between two labels that improves a path. Arcs within a label cannot
+// improve a path, because all paths of the label were lengthened by the same amount. Paths are not
+// written here, because other threads read them at the same time.
 void Expansion::compare_labels(std::int64_t chunk, std::span<const PathLength> by_label,
                                Worker& worker) {
   const auto [begin, end] = places(chunk);
@@ -158,7 +159,8 @@ void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
     const std::vector<Place>& taken = worker.queue.take();
     for (std::size_t i = 0; i < taken.size(); ++i) {
       if (i + kArcsAhead < taken.size()) prefetch(graph_.arcs_of(taken[i + kArcsAhead]).data());
-      // Long lists of arcs lead to few different places, which are in the cache already.
+      // Prefetch only for rows: the arcs of long lists lead to few different places, which are
+      // already in the cache.
       if (graph_.has_rows() && i + kPathsAhead < taken.size()) {
         for (const Arc& arc : graph_.arcs_of(taken[i + kPathsAhead])) {
           prefetch(&lengths_[arc.to]);

@@ -14,8 +14,8 @@ namespace superfacets {
 
 inline constexpr PathLength kUnreached = std::numeric_limits<PathLength>::max();
 
-// A path to a place. The best path is the shortest; ties go to the lowest label. The best of all
-// paths does not depend on the order of comparisons.
+// A path to a place. The best path is the shortest; ties go to the lowest label. So the best of
+// several paths does not depend on the order of comparisons.
 struct Path {
   PathLength length = kUnreached;
   Label label = kNoLabel;
@@ -27,9 +27,9 @@ struct Path {
 
 // Computes the best path to every place from all centers started so far. The places are split into
 // chunks: consecutive places on the space-filling curve that fit into a cache. A thread takes a
-// chunk, follows all paths within it, and posts proposals to other chunks for paths that leave it.
-// The run is done when no proposals remain. Then no arc can improve a path, so each place has the
-// best of all paths, in whatever order the chunks were processed.
+// chunk, follows all paths within the chunk, and posts proposals to other chunks for paths that
+// leave the chunk. The run ends when no proposals remain. Then no arc can improve a path, so each
+// place has the best of all paths, for any order of processing.
 class Expansion {
  public:
   // Initially no place is reached.
@@ -40,9 +40,10 @@ class Expansion {
   // Discards all paths.
   void clear();
 
-  // Lengthens all paths of a label by the length of the detour from its new center to its old one,
-  // so that they remain valid upper bounds; kUnreached discards them. Arcs between regions may then
-  // improve paths; the next run applies these improvements. The graph must be symmetric.
+  // Lengthens all paths of each label by by_label[label], the length of the detour from its new
+  // center to its old center, so that paths remain valid upper bounds. The value kUnreached
+  // discards the paths. Arcs between regions may then improve paths; the next run applies these
+  // improvements. The graph must be symmetric.
   void lengthen(std::span<const PathLength> by_label);
 
   // Starts a center: a path without arcs, whose length is the offset.
@@ -58,8 +59,8 @@ class Expansion {
 
   void run();
 
-  // Number of chunks. has_changed tells whether paths in a chunk changed since it was last
-  // processed.
+  // Number of chunks. has_changed(chunk) tells whether a path in the chunk has changed since
+  // settle(chunk).
   std::int64_t n_chunks() const { return static_cast<std::int64_t>(chunks_.size()); }
   std::pair<Place, Place> places(std::int64_t chunk) const;
   bool has_changed(std::int64_t chunk) const { return chunks_[chunk].has_changed; }
@@ -81,7 +82,7 @@ class Expansion {
     std::vector<Proposal> proposals;  // proposals to other chunks
   };
 
-  // Threads read lengths in other chunks while their owner writes them. A value read this way is
+  // A thread may read lengths in a chunk that another thread writes. A length read this way is
   // never too short. If it is too long, a later proposal corrects the result.
   PathLength length(Place place) const {
     return std::atomic_ref(const_cast<PathLength&>(lengths_[place]))

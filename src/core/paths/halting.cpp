@@ -12,7 +12,8 @@
 namespace superfacets {
 namespace {
 
-// Maximum number of threads. Each takes 8 bytes per cell, and more threads would save no time.
+// Maximum number of threads. Each thread takes 8 bytes per cell, and more threads would save no
+// time.
 constexpr std::int64_t kMaxWorkers = 4;
 
 }  // namespace
@@ -44,8 +45,8 @@ void HaltedPaths::add_doubt(Place place, const Path& path) {
   doubts_.push_back({place, path});
 }
 
-// A place is uncertain if some shortest path to it leaves the reach of its center. (If an equally
-// short path stays within reach, the place is checked unnecessarily.)
+// A place is uncertain if a shortest path to it leaves the reach of its center. (A place with
+// another shortest path within reach is checked unnecessarily.)
 void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> centers) {
   const auto add_halted = [&](Place place, std::vector<Place>& found) {
     const Label label = exact.path(place).label;
@@ -73,7 +74,7 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
 }
 
 // The centers whose expansion may reach an uncertain place: every center within reach of a place
-// that has an arc to an uncertain place. On a graph that is not symmetric, all centers.
+// that has an arc to an uncertain place. All centers, if the graph is not symmetric.
 std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers) const {
   std::vector<Label> labels;
   if (!graph_.is_symmetric) {

@@ -8,22 +8,23 @@
 
 namespace superfacets {
 
-// In the halted mode each center expands on its own: a place farther than `reach` (Euclidean) from
-// it is labeled but not expanded, and where expansions overlap the better path wins. Done directly,
-// that takes about five expansions per place, and most confirm the exact classification: if the
-// exact path to a place stays within reach of its center, the halted result is the same path,
-// because no other center has a better one. Only the other places are uncertain. Their paths are
-// found as in the paper, by separate expansions from the centers that may reach an uncertain place.
+// In the halted mode each center expands separately. A place at a Euclidean distance of more than
+// `reach` from the center is labeled but not expanded. Where expansions overlap, the better path
+// wins. A direct implementation takes about five expansions per place, and most of these confirm
+// the exact classification: if the exact path to a place stays within reach of its center, the
+// halted result is the same path, because no other center has a better one. All other places are
+// uncertain. Their paths are found as in the paper, by separate expansions from the centers that
+// may reach an uncertain place.
 class HaltedPaths {
  public:
   HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& team);
 
-  // Finds the paths that differ from the exact ones. `exact` holds the exact classification by the
-  // centers; cells in components without a center are unreached.
+  // Finds the paths that differ from the exact paths. `exact` holds the exact classification by the
+  // centers, in which cells of components without a center are unreached.
   void correct(const Expansion& exact, std::span<const Place> centers);
 
-  // To be called after `correct`: makes the lowest unreached cell a center, and appends it to
-  // `centers`, until all cells are reached.
+  // Must be called after `correct`. Repeatedly makes the lowest unreached cell a center and appends
+  // it to `centers`, until all cells are reached.
   void adopt_orphans(const Expansion& exact, std::vector<Place>& centers);
 
   // The path to a place, after all corrections.
@@ -49,7 +50,7 @@ class HaltedPaths {
   const OrderedGraph& graph_;
   const double squared_reach_;
   ThreadTeam& team_;
-  Buffer<std::int32_t> doubt_of_;  // (N,) index of a place among the uncertain ones
+  Buffer<std::int32_t> doubt_of_;  // (N,) index of a place among the uncertain places
   std::vector<Doubt> doubts_;
   const std::int64_t n_workers_;
   PerThread<SourcePaths> workers_;

@@ -9,8 +9,8 @@
 
 namespace superfacets {
 
-// The best path to every place from the centers placed so far, and the place with the longest of
-// these paths.
+// Computes the best path to every place from the centers placed so far, and finds the place with
+// the longest of these paths.
 class LongestPaths {
  public:
   // Initially there are no centers.
@@ -18,7 +18,7 @@ class LongestPaths {
 
   void place(Place center);
 
-  // Whether a path reaches a place, and whether paths reach every place.
+  // reaches: whether a path reaches a place. reach_all: whether paths reach all places.
   bool reaches(Place place) const { return paths_.path(place).label != kNoLabel; }
   bool reach_all() const;
 

@@ -1,5 +1,5 @@
-// Lengths of shortest paths between cells: from some cells to all, or between nearby cells. Used by
-// normalized cuts. Only these functions need memory quadratic in the number of cells.
+// Lengths of shortest paths from some cells to all cells, or between nearby cells, for normalized
+// cuts. No other functions need memory quadratic in the number of cells.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -15,15 +15,16 @@ struct SparseRows {
   Buffer<float> values;          // (E,)
 };
 
-// Row i holds the length of the shortest path from sources[i] to each cell, multiplied by `unit`;
-// infinity if there is no path. Time O(S (N + M)) in practice; memory 4 bytes for each pair.
+// Row i holds the length of the shortest path from sources[i] to each cell, multiplied by `unit`,
+// or infinity if there is no path. Time O(S (N + M)) in practice; memory 4 bytes per source and
+// cell.
 Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sources, double unit,
                            ThreadTeam& team);
 
-// Path lengths from each cell to all cells within the Euclidean distance `reach` (0 to itself). The
-// path is the shortest one whose places, except the last, are all within reach of the source. As
-// this bound depends on the source, the two paths between a pair of cells may differ, or only one
-// may exist. Memory: 8 bytes per pair, twice that while rows are concatenated.
+// Path lengths from each cell to itself (0) and to all cells within the Euclidean distance `reach`.
+// A path is the shortest path whose places, except the last, are all within reach of the source.
+// This bound depends on the source, so the two paths between a pair of cells may differ, or only
+// one may exist. Memory: 8 bytes per pair, 16 while rows are concatenated.
 SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double unit,
                                ThreadTeam& team);
 

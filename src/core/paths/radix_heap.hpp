@@ -1,5 +1,5 @@
-// A monotone priority queue for integer keys (Ahuja, Mehlhorn, Orlin and Tarjan 1990): no key
-// pushed may be below the last key popped, which holds in Dijkstra's algorithm.
+// A monotone priority queue for integer keys (Ahuja, Mehlhorn, Orlin and Tarjan 1990). Monotone:
+// each key pushed must be at least the last key popped, as in Dijkstra's algorithm.
 #pragma once
 
 #include <algorithm>
@@ -47,7 +47,8 @@ class RadixHeap {
   // Bucket b > 0 holds the keys whose highest bit that differs from last_ is bit b - 1.
   std::size_t bucket_of(PathLength key) const { return std::bit_width(key ^ last_); }
 
-  // Moves the entries of the first occupied bucket down; those with the lowest key reach bucket 0.
+  // Moves the entries of the first occupied bucket to lower buckets. Entries with the lowest key
+  // move to bucket 0.
   void refill() {
     std::size_t occupied = 1;
     while (buckets_[occupied].empty()) ++occupied;

@@ -8,7 +8,7 @@
 namespace superfacets {
 namespace {
 
-// The best path into each place that comes from another region, by its last arc.
+// Finds the best path to each place whose last arc comes from another region.
 void enter_regions(const OrderedGraph& graph, std::span<const Path> nearest, ThreadTeam& team,
                    std::span<Path> seconds) {
   SUPERFACETS_ASSERT(graph.is_symmetric);
@@ -25,7 +25,7 @@ void enter_regions(const OrderedGraph& graph, std::span<const Path> nearest, Thr
   });
 }
 
-// The same where arcs may have no reverse arcs, so that paths are found at their sources.
+// Like enter_regions, for graphs with arcs that have no reverse arc: visits arcs at their sources.
 void enter_along_arcs(const OrderedGraph& graph, std::span<const Path> nearest, ThreadTeam& team,
                       std::span<Path> seconds) {
   team.fill(seconds, Path{});
@@ -40,8 +40,9 @@ void enter_along_arcs(const OrderedGraph& graph, std::span<const Path> nearest, 
   }
 }
 
-// Continues the paths into a region within it: by label correction, one arc further in each round,
-// as regions are a few arcs wide; if that takes long, by Dijkstra's algorithm.
+// Extends the paths that enter a region within the region. Label correction extends all paths by
+// one arc per round. Regions are a few arcs wide, so a few rounds usually suffice. Otherwise,
+// Dijkstra's algorithm takes over.
 class Inwards {
  public:
   Inwards(const OrderedGraph& graph, std::span<const Path> nearest, std::span<Path> seconds)
@@ -63,7 +64,7 @@ class Inwards {
   }
 
  private:
-  // Number of expanded places, per place of the region, at which the search switches.
+  // Limit of expansions per place of the region. At this limit, Dijkstra's algorithm takes over.
   static constexpr std::size_t kMaxExpanded = 4;
 
   void expand_in_order() {

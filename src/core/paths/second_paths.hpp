@@ -1,4 +1,4 @@
-// Path lengths to the second-nearest center.
+// Computes the path from each place to its second-nearest center.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@
 
 namespace superfacets {
 
-// The places of each label, ascending, by the label of their paths.
+// The places grouped by the label of their path, ascending within each label.
 struct Regions {
   Regions(std::span<const Path> paths, Label n_regions);
 
@@ -24,9 +24,9 @@ struct Regions {
 // For each place, the best path from a center other than its own, or kUnreached. `nearest` holds
 // the best path to each place, with kNoLabel if unreached.
 //
-// Such a path consists of the best path to a place just outside the region, and a part inside the
-// region: the place from which it last enters the region has its own center at least as near. So
-// one expansion per region suffices, from its border inwards.
+// The result consists of the best path to a place just outside the region, one arc into the region,
+// and a part inside. (The place outside has its own center at least as near as any other.) So one
+// expansion per region suffices, from its border inwards.
 Buffer<Path> second_paths(const OrderedGraph& graph, std::span<const Path> nearest,
                           const Regions& regions, ThreadTeam& team);
 

@@ -14,8 +14,8 @@
 
 namespace superfacets {
 
-// Expands one source after another by label correction, and switches to Dijkstra's algorithm after
-// too many steps. Memory: 8 bytes per cell.
+// Expands one source after another by label correction. After too many steps, Dijkstra's algorithm
+// takes over. Memory: 8 bytes per cell.
 class SourcePaths {
  public:
   explicit SourcePaths(const OrderedGraph& graph)
@@ -23,10 +23,10 @@ class SourcePaths {
     std::ranges::fill(lengths_, kUnreached);
   }
 
-  // Finds the shortest paths from a place on which is_followed(place, length) holds for every place
-  // but the last, where `length` is the shortest such path to the place. is_followed may also be
-  // called with longer paths; if it holds for a path, it must hold for any shorter one. The paths
-  // of the previous source must have been taken.
+  // Finds the shortest paths from `source`. A path continues beyond a place only if
+  // is_followed(place, length) holds. is_followed may be called before the shortest path to a place
+  // is known; if it holds for a length, it must hold for any lower length. The paths of the
+  // previous source must have been taken.
   template <typename IsFollowed>
   void expand(Place source, const IsFollowed& is_followed) {
     SUPERFACETS_ASSERT(reached_.empty() && heap_.empty());
@@ -43,7 +43,7 @@ class SourcePaths {
     }
   }
 
-  // Calls take(place, length) for each place reached, in any order, and clears its path.
+  // Calls take_one(place, length) for each place reached, in any order, and clears the path to it.
   template <typename Take>
   void take(const Take& take_one) {
     for (const Place place : reached_) take_one(place, std::exchange(lengths_[place], kUnreached));
@@ -51,8 +51,8 @@ class SourcePaths {
   }
 
  private:
-  // Number of handled places, in total and per place reached, at which the search switches from
-  // buckets to a heap. On meshes it is one to two per place.
+  // Limits of handled places, in total and per place reached. Beyond both, the search switches from
+  // buckets to a heap. On meshes a place is handled once or twice.
   static constexpr std::size_t kAlwaysHandled = 1000;
   static constexpr std::size_t kMaxHandled = 4;
 

@@ -9,12 +9,13 @@
 namespace superfacets {
 namespace {
 
-// Every kStep-th length is sampled for the mean. A sample of some thousand lengths suffices.
+// The mean length is estimated from every kStep-th length. A sample of some thousand lengths
+// suffices.
 constexpr std::size_t kStep = 61;
 
 // Estimated number of arcs of the whole graph: 2^kTotalBits, the sum of all lengths, divided by the
-// mean length of the sample. Queues derive their bucket width from it, so the width does not depend
-// on the size of the tile.
+// mean length of the sample. Queues derive their bucket width from this number, so the width does
+// not depend on the size of the tile.
 std::int64_t n_arcs_of_all(std::span<const float> lengths) {
   double total = 0.0;
   std::int64_t n_lengths = 0;

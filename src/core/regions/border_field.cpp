@@ -9,8 +9,8 @@
 namespace superfacets {
 namespace {
 
-// Fraction of each share that flows out of a vertex per step. At most one half, because shares
-// would oscillate otherwise.
+// Fraction of each share that flows out of a vertex per step. Above one half, shares would
+// oscillate.
 constexpr float kFlow = 0.5F;
 
 // Smallest share that is kept. Smaller shares never become the largest, but would make most
@@ -18,17 +18,18 @@ constexpr float kFlow = 0.5F;
 constexpr float kLeastShare = 0.02F;
 
 // Limits of the cotangent weights: the cotangents of 87 and 18 degrees. The lower limit lets shares
-// flow over every edge; the upper one keeps slivers from dominating their neighbors.
+// flow over every edge. The upper limit keeps slivers from dominating their neighbors.
 constexpr double kLeastCotangent = 0.05;
 constexpr double kMostCotangent = 3.0;
 
-// Rings around borders in which shares diffuse: twice the standard deviation of six steps.
+// Number of rings around borders in which shares diffuse: twice the standard deviation of six
+// steps.
 constexpr int kRings = 4;
 
-// Factor from the area error of a region to the step of its offset. A border moves by (change of
-// the offset) / (slope of the shares). The slope is 1 / (3.2 edges sqrt(steps)), a region of area A
-// has a border of 4 sqrt(A), and an edge is 2 sqrt(A / n) for n faces. The factor 0.5 halves the
-// step, because neighboring regions correct the same border.
+// Change of a region's offset per area error. A border moves by (change of the offset) / (slope of
+// the shares). The slope is 1 / (3.2 edge lengths times sqrt(number of steps)). A region of area A
+// has a border of length 4 sqrt(A), and the edges of n faces have length 2 sqrt(A / n). The factor
+// 0.5 halves the change, because neighboring regions correct the same border.
 constexpr double kBalance = 0.5 / (4.0 * 2.0 * 0.8);
 constexpr double kMostStep = 0.05;
 constexpr double kMostOffset = 0.6;
@@ -36,7 +37,7 @@ constexpr double kMostOffset = 0.6;
 // Maximum number of distinct labels counted around a vertex.
 constexpr int kMostLabels = 32;
 
-// Sum of the shares of each label. Labels are kept in order of first appearance.
+// Sums the shares of each label. Labels are in order of first appearance.
 class MixSum {
  public:
   void add(Label label, float share) {
@@ -57,7 +58,7 @@ class MixSum {
     }
   }
 
-  // The largest shares, scaled to a sum of 1. Of equal shares, the lower label comes first.
+  // The largest shares, scaled to a sum of 1. Equal shares are sorted by label.
   LabelMix largest() {
     float total = 0.0F;
     for (int i = 0; i < n_; ++i) total += shares_[i];
@@ -186,7 +187,8 @@ LabelMix BorderField::mix_around(Vertex vertex) const {
   return sum.largest();
 }
 
-// Ring numbers rise from 1, the outermost ring, toward the borders.
+// Finds the vertices near borders. Ring numbers start at 1 in the outermost ring, and rise toward
+// the borders.
 void BorderField::find_near() {
   Buffer<std::uint8_t> rings(mesh_.vertices.size());
   team_.for_each_index(around_.n_vertices(), [&](std::int64_t vertex) {
@@ -221,7 +223,7 @@ void BorderField::diffuse() {
   team_.for_each_index(n_near, [&](std::int64_t i) { mixes_[near_[i]] = next_mixes_[i]; });
 }
 
-// Whether every corner of every face around the vertex has the label of the vertex, and no other.
+// Whether every corner of every face around the vertex has the label of the vertex.
 bool BorderField::is_inside(Vertex vertex) const {
   const LabelMix& own = mixes_[vertex];
   if (!own.is_pure()) return false;
@@ -236,7 +238,8 @@ bool BorderField::is_inside(Vertex vertex) const {
   });
 }
 
-// Each neighbor counts once for each face on the edge to it.
+// The mean of the neighbors' shares, by cotangent weights. A neighbor counts once for each face on
+// the edge to it.
 LabelMix BorderField::diffused(Vertex vertex) const {
   if (is_inside(vertex)) return mixes_[vertex];
   MixSum sum;
@@ -301,7 +304,8 @@ void BorderField::cut_faces() {
   });
 }
 
-// Runs on one thread and adds in the order of faces, so the sums have the same bits in every run.
+// Runs on one thread and adds areas in the order of faces, so the sums have the same bits in every
+// run.
 std::vector<double> BorderField::measure_labels() const {
   std::vector<double> areas = far_areas_;
   for (const Face face : near_faces_) {

@@ -19,11 +19,10 @@ struct FaceShares {
 };
 
 // The cut of a face by the labels of its corners. A corner with kNoLabel lies on a border. Side s
-// joins corners s and s + 1, and is cut if both have labels, and different ones:
-// - no side: the face is whole;
-// - one side: the cut runs from its crossing to the opposite corner, which lies on a border;
-// - two sides: the cut runs from crossing to crossing;
-// - three sides: three cuts run from a junction to the crossings.
+// joins corners s and s + 1, and is cut if both corners have labels that differ: - no side: the
+// face is whole; - one side: the cut runs from its crossing to the opposite corner, which lies on a
+// border; - two sides: the cut runs from crossing to crossing; - three sides: three cuts run from a
+// junction to the crossings.
 struct FaceCut {
   Label labels[3];      // of the corners
   double crossings[3];  // [s] position of the cut on side s, 0 at corner s to 1 at corner s + 1
@@ -71,8 +70,8 @@ struct FaceCut {
   }
 
  private:
-  // Least barycentric coordinate of a junction. With a smaller one, the parts have sharper angles
-  // than the parts of faces with two cut sides.
+  // Minimum barycentric coordinate of a junction. A smaller minimum would give the six parts
+  // sharper angles than the parts of faces with two cut sides.
   static constexpr double kLeastWeight = 0.15;
 
   FaceShares shares_of_two_parts() const {
@@ -86,8 +85,8 @@ struct FaceCut {
     const auto share = static_cast<float>(crossings[odd] * (1.0 - crossings[next_corner(uncut)]));
     return {{labels[odd], labels[uncut], kNoLabel}, {share, 1.0F - share, 0.0F}};
   }
-  // Computes in coordinates whose axes are the two sides at a corner. The terms are twice the areas
-  // of triangles.
+  // Uses coordinates whose axes are the two sides at a corner. The terms are twice the areas of
+  // triangles.
   FaceShares shares_of_three() const {
     FaceShares found;
     const std::array<double, 3> middle = junction();
@@ -106,7 +105,7 @@ struct CutOptions {
   int n_rounds = 1;    // maximum number of rounds; borders move once per round
   int n_steps = 1;     // diffusion steps per round
   int n_balances = 0;  // steps per round that restore the areas of regions
-  // least distance of a crossing from either end of its edge, as a fraction of the edge
+  // minimum distance of a crossing from either end of its edge, as a fraction of the edge
   double margin = 0.1;
 };
 
@@ -131,8 +130,8 @@ struct LabelMix {
 // crosses an edge between two labels where their interpolated shares are equal. This shortens
 // borders. One offset per label, added to its shares, restores the initial area of its region.
 //
-// Shares do not diffuse into or through pinned vertices (see pinned_vertices), nor beyond a few
-// rings around borders. The result does not depend on the number of threads. Time O(F), plus
+// Shares diffuse only within a few rings around borders, and never into or through pinned vertices
+// (see pinned_vertices). The result does not depend on the number of threads. Time O(F), plus
 // O(faces near borders) per step.
 class BorderField {
  public:
@@ -172,8 +171,8 @@ class BorderField {
   Buffer<LabelMix> mixes_;           // (V,) shares of labels at each vertex
   Buffer<LabelMix> next_mixes_;      // (V,) new shares of near vertices
   Buffer<Label> chosen_;             // (V,) kNoLabel: the border runs through the vertex
-  std::vector<Vertex> near_;         // not pinned, within a few rings of a border; ascending
-  std::vector<Face> near_faces_;     // with a corner that is near or pinned
+  std::vector<Vertex> near_;         // vertices near a border that are not pinned; ascending
+  std::vector<Face> near_faces_;     // faces with a corner that is near or pinned
   std::vector<double> far_areas_;    // (n_labels,) area of each label in faces outside near_faces_
   std::vector<double> goals_;        // (n_labels,) initial area of each label
   std::vector<double> steps_;        // (n_labels,) change of the offset for an area of 0

@@ -22,14 +22,15 @@ struct RegionLength {
   double length;
 };
 
-// Whether a side of a cell adds to the perimeter of its region at this cell: some cell at the side
-// is in another region, and this cell is the lowest cell of its own region there.
+// Tells whether a side of a cell counts for the perimeter of the cell's region. It does if some
+// cell at the side is in another region, and this cell is the lowest cell of its region at the
+// side.
 struct SideState {
   bool is_border = false;
   bool is_counted = false;
 };
 
-// Appends the length of each side that adds to the perimeter of its region at this cell.
+// Appends the length of each side of a cell that counts for the perimeter of the cell's region.
 void append_border(const Surface& surface, std::span<const Label> labels, Cell cell,
                    std::vector<RegionLength>& lengths) {
   const double open = surface.open_length(cell);

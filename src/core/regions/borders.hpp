@@ -1,4 +1,4 @@
-// Stage 5: which regions touch, the lengths of their borders, and the perimeter of each region.
+// Stage 5: borders between regions with their costs, and perimeters of regions.
 #pragma once
 
 #include <algorithm>
@@ -14,9 +14,9 @@
 
 namespace superfacets {
 
-// The cost of a border across an arc: its length times exp(-excess / crease_scale). The excess is
-// the weight of the arc (eq. 1) minus the length of its step: the part of the weight that a crease
-// adds, in the unit of the positions.
+// Computes the cost of the border across an arc: the length of the border times exp(-excess /
+// crease_scale). The excess is the weight of the arc minus the length of its step (eq. 1), in the
+// unit of the positions. It is the part of the weight that a crease adds.
 struct BorderCost {
   std::span<const float> lengths;  // (M,) quantized weight of each arc (see quantize_weights)
   double unit = 1.0;               // size of one unit of `lengths`, in the unit of the positions
@@ -31,8 +31,8 @@ struct BorderCost {
   void write(const Surface& surface, Cell from, std::int64_t arc, std::span<float> costs) const;
 };
 
-// Sorts arcs that cross borders by pair of regions, then by arc. So the order of addition does not
-// depend on the number of threads.
+// Sorts arcs that cross borders by pair of regions, then by arc, so that the order of addition does
+// not depend on the number of threads.
 template <typename Crossing>
 void sort_crossings(Buffer<Crossing>& crossings) {
   std::ranges::sort(crossings, {}, [](const Crossing& crossing) {
@@ -46,14 +46,14 @@ struct RegionBorder {
   double cost;  // summed over the arcs from one to the other
 };
 
-// The borders between regions, sorted. Time O(N + M), and O(n log n) for n arcs that cross borders;
-// the same bits on any number of threads.
+// Returns the borders between regions, sorted. Time O(N + M), and O(n log n) for n arcs that cross
+// borders. The result has the same bits for any number of threads.
 std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,
                                          std::span<const Label> labels, ThreadTeam& team);
 
-// The perimeter of each region 0..n_regions-1; a cell may have kNoLabel. A side with cells of
-// several regions counts once for each of these regions. Sides without arcs (the boundary of an
-// open mesh) count too. Time O(N + M); the same bits for any number of threads.
+// Returns the perimeter of each region 0..n_regions-1. Cells may have kNoLabel. A side with cells
+// of several regions counts once for each of these regions. Sides without arcs (the boundary of an
+// open mesh) count too. Time O(N + M). The result has the same bits for any number of threads.
 std::vector<double> region_perimeters(const Surface& surface, std::span<const Label> labels,
                                       Label n_regions, ThreadTeam& team);
 

@@ -24,8 +24,8 @@ class BridgeSearch {
   }
 
   std::vector<Bridge> search_all() {
-    // The nearest place along the curve is usually near in space, so searches start with a short
-    // bridge.
+    // Start with the nearest place along the curve. It is usually near in space, so the search
+    // starts with a short bridge.
     Place last_lower = kNoPlace;
     for (Place place = 1; place < cells_.n_cells(); ++place) {
       if (ranks_[place - 1] < ranks_[place]) last_lower = place - 1;

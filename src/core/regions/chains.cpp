@@ -17,15 +17,16 @@ constexpr double kLeastGain = 1e-9;
 // time 1.5 times as long.
 constexpr double kDeepest = 0.5;
 
-// Maximum number of neighbors in the region that are examined. A cell with more stays where it is.
+// Maximum number of neighbors in the region that are examined. A cell with more neighbors does not
+// move.
 constexpr int kMostNeighbors = 16;
 
 class Neighborhood {
  public:
   Neighborhood(const Surface& surface, std::span<const Label> labels, Cell cell)
       : surface_(surface), labels_(labels), cell_(cell) {
-    // A cell with a neighbor of the region across every side is not at a border. The exception,
-    // several cells meeting at one side, is too rare to examine.
+    // A cell with a neighbor in the region across every side is not at a border, unless several
+    // cells meet at one side, which is too rare to examine.
     limit_ = surface.has_corners() ? std::min(surface.n_sides(cell) - 1, kMostNeighbors)
                                    : kMostNeighbors;
     for (const Step step : surface.arcs().steps(cell)) {
@@ -35,7 +36,7 @@ class Neighborhood {
 
   bool is_joined() const {
     if (n_steps_ == 0 || n_steps_ > limit_) return false;
-    // Starts with the first neighbor and adds joined neighbors until the set stops growing.
+    // Starts with the first neighbor, and adds joined neighbors until no more can be added.
     std::array<bool, kMostNeighbors> is_reached{true};
     int n_reached = 1;
     for (bool has_grown = true; has_grown && n_reached < n_steps_;) {
@@ -88,11 +89,11 @@ class Neighborhood {
   std::array<Step, kMostNeighbors> steps_{};
 };
 
-// Local test whether a region stays connected and non-empty when the cell leaves it: true if its
-// neighbors in the region are joined around the corners of the cell or, where corners are unknown,
-// by arcs between neighbors. The test is sufficient, not necessary: it also fails if only a longer
-// path joins the neighbors, or if the cell has too many of them. A failed test is safe, because the
-// cell then stays.
+// Local test whether a region stays connected and non-empty when the cell leaves it. The test
+// succeeds if the cell's neighbors in the region are joined around the corners of the cell (by arcs
+// between neighbors, if corners are unknown). It may fail for a region that stays connected: if
+// only a longer path joins the neighbors, or if the cell has too many neighbors. The cell then does
+// not move.
 bool stays_connected_without(const Surface& surface, std::span<const Label> labels, Cell cell) {
   const std::span<const Cell> neighbors = surface.arcs().neighbors(cell);
   const auto n_same = std::ranges::count_if(
@@ -123,7 +124,8 @@ MovingRegions::MovingRegions(const Surface& surface, const BorderCost& cost,
 
 void MovingRegions::prefetch_arcs(Cell cell) const {
   const std::int64_t arc = arcs().offsets[cell];
-  prefetch(arcs().targets.data() + arc);  // valid without arcs too: a prefetch reads nothing
+  prefetch(arcs().targets.data() +
+           arc);  // also valid without arcs, because a prefetch reads nothing
   prefetch(border_cost_.lengths.data() + arc);
   prefetch(costs_.data() + arc);
   surface_.prefetch_cell(cell, arc);
@@ -169,7 +171,7 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
   for (const auto [arc, neighbor] : arcs().steps(cell)) {
     if (labels_[neighbor] != to) continue;
     const double step = border_cost_.length(arc);
-    // then the first border lies halfway along the step
+    // then the initial border is halfway along the step
     const bool is_at_border = first_labels_[neighbor] == to;
     shortest = std::min(shortest, is_at_border ? 0.5 * step : step + travels_[neighbor]);
   }
@@ -178,8 +180,8 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
 
 std::span<const Cell> ChainMover::try_moves(Cell cell) {
   chain_.clear();
-  // Every chain begins with this cell, so it is tested once, before the loop over regions. A test
-  // per region would dominate the time where hundreds of cells are mutual neighbors.
+  // Every chain begins with this cell, so this cell is tested once, before the loop over regions. A
+  // test per region would dominate the time where hundreds of cells are mutual neighbors.
   if (!regions_.may_leave(cell)) return {};
   const double cost = regions_.cost_of_sides(cell);
   const Label from = regions_.label(cell);
@@ -194,9 +196,9 @@ std::span<const Cell> ChainMover::try_moves(Cell cell) {
 }
 
 // Repeatedly moves the best candidate adjacent to the cells moved before, then undoes all moves
-// after the cheapest state. A single move may raise the cost, so a border can cross a row of
-// triangles (Kernighan and Lin 1970 do the same with pairs). Every move keeps regions connected.
-// Returns whether any cell has moved.
+// after the cheapest state. A single move may raise the cost, so that a border can cross a row of
+// triangles (like the swaps of Kernighan and Lin 1970). Every move keeps regions connected. Returns
+// whether any cell has moved.
 bool ChainMover::move_chain(Cell first, Label to, double cost) {
   const Label from = regions_.label(first);
   const std::size_t best_size = grow_chain(first, from, to, cost);
@@ -207,8 +209,8 @@ bool ChainMover::move_chain(Cell first, Label to, double cost) {
   return best_size > 0;
 }
 
-// Returns the number of moves after which borders are cheapest; 0 if no state is cheaper than the
-// first. Records the change of areas by all moves.
+// Makes the moves of a chain, and records the change of areas by all of them. Returns the number of
+// moves after which borders are cheapest; 0 if no state is cheaper than the first.
 std::size_t ChainMover::grow_chain(Cell first, Label from, Label to, double cost) {
   double gain = 0.0;
   double area = 0.0;
@@ -266,8 +268,7 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, StiffGain
   return {};
 }
 
-// Updates the candidates adjacent to a cell that has just moved, because the move raised their
-// gain.
+// Updates the candidates adjacent to a cell that has just moved. The move raised their gain.
 void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   for (const Cell cell : regions_.arcs().neighbors(moved)) {
     if (regions_.label(cell) != from) continue;

@@ -31,8 +31,8 @@ class MovingRegions {
   bool is_at_border(Cell cell) const { return arcs().is_at_border(cell, labels()); }
   bool may_leave(Cell cell);
 
-  // Costs of the borders across the arcs of a cell, computed when first asked for, because few arcs
-  // are near a border.
+  // Costs of the borders across the arcs of a cell. They are computed at the first request, because
+  // few arcs are near a border.
   std::span<const float> costs_of(Cell cell);
 
   // Whether a move of the cell was tried, which reads the cells around it.
@@ -43,7 +43,7 @@ class MovingRegions {
   double cost_of_sides(Cell cell);
 
   // Path length from a moved cell back to the initial border of its region, along cells that moved
-  // before it.
+  // earlier.
   float travel(Cell cell) const {
     return labels_[cell] == first_labels_[cell] ? 0.0F : travels_[cell];
   }
@@ -51,7 +51,8 @@ class MovingRegions {
   // The travel that the cell would have after a move to an adjacent region.
   double travel_to(Cell cell, Label to) const;
 
-  // Prefetch the data of a cell, in two steps: the cell itself, then the data of its arcs.
+  // prefetch_cell prefetches the data of a cell; prefetch_arcs then prefetches the data of its
+  // arcs.
   void prefetch_cell(Cell cell) const {
     prefetch(&arcs().offsets[cell]);
     prefetch(&labels_[cell]);
@@ -74,8 +75,8 @@ class MovingRegions {
   const std::span<const Label> first_labels_;
   Buffer<Label> labels_;
   Buffer<std::uint8_t> marks_;  // kFixed, kHasCosts, kWasTried
-  Buffer<float> travels_;       // travel_to, of cells not in their first region
-  Buffer<float> costs_;         // of arcs of cells with kHasCosts
+  Buffer<float> travels_;       // travel of each cell that is not in its initial region
+  Buffer<float> costs_;         // costs of the arcs of cells with kHasCosts
 };
 
 // Tries chains of moves. Each thread has its own mover.

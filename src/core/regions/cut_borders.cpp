@@ -77,8 +77,8 @@ class Cutter {
     std::ranges::copy(mesh_.vertices, result_.vertices.begin());
   }
 
-  // Interpolates from the lower to the higher welded vertex, so crossings on both sides of a seam
-  // have the same bits.
+  // Interpolates from the lower to the higher welded vertex, so that crossings on both sides of a
+  // seam have the same bits.
   void write_crossings() {
     team_.for_each_index(std::ssize(edges_), [&](std::int64_t edge) {
       const auto [low, high] = std::minmax(mesh_.representative[edges_[edge].first],
@@ -145,8 +145,9 @@ class Cutter {
     return sum > 0.0 ? 4.0 * norm(cross(ab, bc)) / sum : 0.0;
   }
 
-  // Writes the three parts of a face with two cut sides: the corner that is cut off, and the
-  // remaining quadrilateral, split along the diagonal that gives the rounder triangles.
+  // Writes the three parts of a face with two cut sides: the corner that is cut off, and two
+  // triangles of the remaining quadrilateral, which is split along the diagonal that gives rounder
+  // triangles.
   void write_corner(Face face, const FaceCut& cut, Parts& parts) const {
     const auto& corners = mesh_.faces[face].corners;
     const int uncut = cut.side_where(false);

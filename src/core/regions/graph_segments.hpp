@@ -1,4 +1,4 @@
-// Stage 5: number of segments that the common segmenter of indoor scans finds.
+// Stage 5: counts the segments that the usual segmenter of indoor scans would find.
 #pragma once
 
 #include <cstdint>
@@ -18,13 +18,13 @@ struct SegmentLimits {
 };
 
 // Number of segments with at least `least` nodes, by the method of Felzenszwalb and Huttenlocher
-// ("Efficient Graph-Based Image Segmentation", 2004). The edges lead from node ends[2 i] to node
-// ends[2 i + 1]. The weight of an edge is its crease_weight. The edge is convex if the normal at
-// its end points forward along it, so an edge and its reverse may have different weights. First, in
-// the order of ascending weight (ties in input order), an edge joins the segments at its ends if
-// its weight is at most the limit of both. The limit of a segment is threshold / size, plus the
-// last weight that joined it. Second, in the same order, edges join segments smaller than `least`
-// to others. Time O(E log V) at worst.
+// ("Efficient Graph-Based Image Segmentation", 2004). Edge i leads from node ends[2 i] to node
+// ends[2 i + 1]. The weight of an edge is its crease_weight. An edge is convex if the normal at its
+// end points forward along the edge, so an edge and its reverse may have different weights. Edges
+// are processed in ascending order of weight (ties in input order). First, an edge joins the
+// segments at its ends if its weight is at most the limit of both segments. The limit of a segment
+// is threshold / size, plus the last weight that joined the segment. Second, in the same order,
+// edges join segments smaller than `least` to neighboring segments. Time O(E log V) at worst.
 std::int64_t count_graph_segments(std::span<const Point> positions, std::span<const Point> normals,
                                   std::span<const Vertex> ends, const SegmentLimits& limits,
                                   ThreadTeam& team);

@@ -13,7 +13,7 @@
 namespace superfacets {
 namespace {
 
-// Neighbors of a group of joined regions, both indexed by group and ranked by cost of the border.
+// Neighbors of a group of joined regions, indexed by group and also ranked by cost of the border.
 class Neighbors {
  public:
   bool empty() const { return costs_.empty(); }
@@ -47,9 +47,9 @@ class Neighbors {
   std::set<std::pair<double, Label>> ranking_;
 };
 
-// Groups of joined regions. A group has a number, by which neighbors refer to it, and a label, the
-// label of the region that the others joined. The two differ if that region had fewer neighbors
-// than another region of the group.
+// Groups of joined regions. A group has a number, by which neighbors refer to the group, and a
+// label, which is the label of the region that the other regions joined. The number and the label
+// differ if another region of the group had more neighbors.
 class Groups {
  public:
   Groups(std::span<const double> areas, std::span<const RegionBorder> borders, const JoinRule& rule)
@@ -127,8 +127,8 @@ class Groups {
 
   const JoinRule rule_;
   std::vector<double> areas_;     // of each group
-  std::vector<Label> labels_;     // of each group: label of the region that the others joined
-  std::vector<Label> joined_to_;  // of each region: the region that it joined; itself at first
+  std::vector<Label> labels_;     // label of each group
+  std::vector<Label> joined_to_;  // of each region: the region that it joined, or the region itself
   std::vector<std::uint8_t> is_alive_;  // 1: the group has not joined another
   std::vector<Neighbors> neighbors_;
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;

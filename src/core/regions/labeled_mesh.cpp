@@ -8,9 +8,9 @@
 namespace superfacets {
 namespace {
 
-// Cosines of 75 degrees, kSharpAngle (cells/weights.hpp) and 30 degrees. At 75 degrees the edges of
-// boxes stay pinned. Regions of the benchmark models are 0.3 % less compact with 60 degrees in
-// place of 75, and 1 % less with 40 degrees for all creases.
+// Cosines of 75 degrees, kSharpAngle (cells/weights.hpp) and 30 degrees. With a limit of 75 degrees
+// the edges of boxes are pinned. With 60 degrees, regions of the benchmark models are 0.3 % less
+// compact; with 40 degrees for all creases, 1 % less.
 constexpr double kSharp = 0.2588190451025207;
 constexpr double kFolded = 0.7660444431189780;
 constexpr double kStraight = 0.8660254037844386;

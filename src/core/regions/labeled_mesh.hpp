@@ -1,4 +1,5 @@
-// Stage 5: a triangle mesh with labels, and the faces around each vertex.
+// Stage 5: a triangle mesh with labels, its faces around each vertex, and the vertices that borders
+// keep.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -13,7 +14,7 @@ struct LabeledMesh {
   std::span<const Triangle> faces;
   std::span<const Vertex> representative;  // see weld_vertices
   std::span<const Label> labels;           // (F,) 0..n_labels-1
-  std::span<const std::uint8_t> is_kept;   // (F,) 1: the face and its borders stay as they are
+  std::span<const std::uint8_t> is_kept;   // (F,) 1: the face and its borders do not change
   Label n_labels;
 };
 
@@ -38,12 +39,11 @@ class FacesAround {
   Lists<Face> faces_;  // faces around each vertex
 };
 
-// Marks (1) the vertices at which borders stay in place: all corners of kept faces, vertices of
-// more than 64 faces, and the ends of border edges
-// - with at least three faces;
-// - with a fold of at least 75 degrees, or of at least 40 degrees if a folded edge continues it
-//   straight at one end or both, which shows a crease and not the roughness of a coarse mesh.
-// Time O(F), and O(n^2) at a border vertex with n faces.
+// Marks (1) the vertices at which borders must not move: all corners of kept faces, vertices of
+// more than 64 faces, and the ends of border edges - with at least three faces; - with a fold of at
+// least 75 degrees, or of at least 40 degrees if a folded edge continues it straight at one end or
+// both, which shows a crease and not the roughness of a coarse mesh. Time O(F), and O(n^2) at a
+// border vertex with n faces.
 Buffer<std::uint8_t> pinned_vertices(const LabeledMesh& mesh, const FacesAround& around,
                                      ThreadTeam& team);
 

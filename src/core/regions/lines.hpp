@@ -18,10 +18,10 @@ struct Lines {
   std::vector<std::uint8_t> are_closed;  // (L,) 1: the line is closed
 };
 
-// Follows each line from segment to segment. `partners` holds, for each end of a segment, the end
-// of the next segment that it meets, or kNoEnd; partners are mutual. Open lines come first. They
-// begin at the start of a segment if either end of the line is one. Closed lines follow. They begin
-// at the start of their lowest segment. Time O(S).
+// Follows each line from segment to segment. For each end of a segment, `partners` holds the end of
+// the adjacent segment, or kNoEnd. Partners are mutual. Open lines come first. An open line begins
+// at the start of a segment, if one of its two ends is a start. Closed lines follow, and begin at
+// the start of their lowest segment. Time O(S).
 Lines trace_lines(std::span<const SegmentEnd> partners);
 
 }  // namespace superfacets

@@ -37,8 +37,9 @@ struct Candidate {
   }
 };
 
-// Groups of merged regions. The number of a group is its latest node in the tree. Its data is in a
-// slot. A merge keeps the slot of the group with more neighbors, so the longer list is not copied.
+// Groups of merged regions. The number of a group is its latest node in the tree. The data of a
+// group is in a slot. A merge keeps the slot of the group with more neighbors, so the longer list
+// is not copied.
 class MergingGroups {
  public:
   MergingGroups(const MergeRegions& regions, const MergeRule& rule)
@@ -64,7 +65,7 @@ class MergingGroups {
     while (!queue_.empty()) {
       const Candidate next = queue_.top();
       queue_.pop();
-      // Skips an outdated pair: a node of it has merged since.
+      // Skips an outdated pair, of which a node has been merged since.
       if (slots_[next.low] == kNoLabel || slots_[next.high] == kNoLabel) continue;
       tree_.children.insert(tree_.children.end(), {next.low, next.high});
       tree_.costs.push_back(next.cost);
@@ -176,7 +177,7 @@ class MergingGroups {
 
   const MergeRule rule_;
   const std::size_t n_features_;
-  std::vector<double> areas_;  // this and the following by slot
+  std::vector<double> areas_;  // indexed by slot, like the next arrays
   std::vector<Point> positions_;
   std::vector<double> features_;
   std::vector<Neighbors> neighbors_;

@@ -8,8 +8,8 @@
 
 namespace superfacets {
 
-// The border between two neighbors. Its cost (see BorderCost) is lower where it follows a crease. A
-// length of 0 means that the two are separated by a gap.
+// The border between two neighbors. The cost of a border (see BorderCost) is lower along a crease.
+// A length of 0 means that a gap separates the two neighbors.
 struct MergeBorder {
   Label low;
   Label high;  // > low
@@ -27,7 +27,7 @@ struct MergeRegions {
 };
 
 struct MergeRule {
-  // distance that a border entirely in a crease adds, as a multiple of r
+  // distance that is added for a border entirely in a crease, as a multiple of r
   double crease_weight = 0.0;
   int dimension = 2;  // 2: areas; 3: volumes
 };
@@ -43,14 +43,14 @@ struct MergeTree {
 //
 //   a b / (a + b) * (|p - q| + crease_weight * r * (1 - cost / length)) / length
 //
-// for areas a and b, positions p and q, and the radius r of a disk (or a ball) of their total area:
-// the cost is low for small, near regions with a long common border outside creases. A gap counts
+// for areas a and b, positions p and q, and the radius r of a disk (or a ball) of their total area.
+// The cost is low for small, near regions with a long common border outside creases. A gap counts
 // as a border of length r (of area r^2 in a volume) with border cost 0. If regions have features f
-// and g, the cost is Ward's, a b / (a + b) * |f - g|^2, and the cost above only breaks ties.
-// Remaining ties go to the lower nodes. Means of two nodes are weighted by area (equally if both
-// areas are 0), and borders are added.
+// and g, the cost is Ward's, a b / (a + b) * |f - g|^2, and the cost in the formula only breaks
+// ties. Remaining ties go to the lower nodes. Means of two nodes are weighted by area (equally if
+// both areas are 0), and borders are added.
 //
-// Merging regions with m neighbors in all takes O(m log K) time; memory is O(K + borders).
+// Merging two regions with m neighbors in total takes O(m log K) time. Memory: O(K + borders).
 MergeTree merge_tree(const MergeRegions& regions, const MergeRule& rule);
 
 }  // namespace superfacets

@@ -7,15 +7,16 @@ namespace {
 
 constexpr Patch kNoPatch = -1;
 
-// Maximum number of border cells of a patch: their data fits into the cache of a core. Patches are
-// smaller if there would be fewer than kManyPatches, which suffice to keep several threads busy at
-// each color.
+// Maximum number of border cells of a patch, whose data fits into the cache of a processor core.
+// Patches are smaller if there would otherwise be fewer than kManyPatches, which keep several
+// threads busy at each color.
 constexpr std::int64_t kLargestPatch = 1024;
 constexpr std::int64_t kSmallestPatch = 64;
 constexpr std::int64_t kManyPatches = 512;
 
-// Minimum number of colors. A patch touches about six others, so fewer would do. With more colors,
-// two patches that become adjacent because the patch between them vanishes seldom share a color.
+// Minimum number of colors. A patch touches about six other patches, so fewer colors would suffice.
+// Two patches may become adjacent when cells between them move. With more colors, two such patches
+// seldom share a color.
 constexpr std::size_t kFewestColors = 8;
 
 class PatchMaker {

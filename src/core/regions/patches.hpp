@@ -19,7 +19,7 @@ struct GroupedCells {
   }
 };
 
-// Groups the cells of several lists, and keeps their order within each group. group_of(cell) is
+// Groups the cells of several lists. Each group keeps the order of its cells. group_of(cell) is
 // called twice per cell. Time O(n + n_groups).
 template <typename GroupOf>
 GroupedCells group_cells(std::span<const std::vector<Cell>> lists, const GroupOf& group_of,
@@ -52,9 +52,9 @@ struct Patches {
   Patch n_patches() const { return static_cast<Patch>(colors.size()); }
 };
 
-// Groups regions into patches. Each patch grows breadth first until it has enough border cells. It
-// starts from the first region adjacent to the previous patch, or from the lowest remaining label.
-// Patches are colored greedily in their order: a patch gets the color with the fewest cells so far
+// Groups regions into patches. A patch starts from the first region adjacent to the previous patch,
+// or from the lowest remaining label, and grows breadth first until it has enough border cells.
+// Patches are colored greedily in their order. A patch gets the color with the fewest cells so far
 // among the colors that no adjacent patch has. `border` holds the cells with a neighbor in another
 // region, grouped by region. Time O(K + n), for n arcs of these cells.
 Patches make_patches(const Arcs& arcs, std::span<const Label> labels, const GroupedCells& border);

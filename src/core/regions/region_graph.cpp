@@ -11,7 +11,7 @@
 namespace superfacets {
 namespace {
 
-// Regions per task. Few are enough, because most regions have hundreds of cells.
+// Regions per task. A small number suffices, because most regions have hundreds of cells.
 constexpr std::int64_t kRegionBlock = 8;
 
 // Sums over the cells of a region. Positions are relative to the first cell, because sums far from
@@ -40,7 +40,7 @@ Sums sum_cells(const Surface& surface, std::span<const Cell> cells, const Point&
   return sums;
 }
 
-// Second moment about the centroid, weighted by measure, or unweighted where all measures are 0.
+// Second moment about the centroid, weighted by measure. It is unweighted if all measures are 0.
 SecondMoment moment_about(const Surface& surface, std::span<const Cell> cells,
                           const Point& centroid, double total_measure) {
   SecondMoment moment;
@@ -81,8 +81,8 @@ RegionShape measure_region(const Surface& surface, std::span<const Cell> cells) 
           sums.box.high,       sums.open_length, nearest_cell(surface, cells, centroid)};
 }
 
-// An arc between two regions. Arcs that cross one side between the same two regions share the
-// length of the side.
+// An arc between two regions. Several arcs may cross one side between the same two regions. They
+// share the length of the side.
 struct Crossing {
   Label low;
   Label high;
@@ -113,8 +113,7 @@ class CrossingFinder {
   }
 
  private:
-  // Whether the arc counts. Of an arc and its reverse arc, only the arc from the lower region
-  // counts.
+  // Whether the arc counts. If an arc has a reverse arc, only the arc from the lower region counts.
   bool is_counted(Cell cell, Cell neighbor) const {
     const Label own = labels_[cell];
     const Label other = labels_[neighbor];
@@ -126,7 +125,7 @@ class CrossingFinder {
   void add_side(Cell cell, std::int64_t begin, std::int64_t end,
                 std::vector<Crossing>& found) const {
     const std::span<const Cell> neighbors = surface_.arcs().targets.subspan(begin, end - begin);
-    // sorted labels of the cells at the side; empty if there are only two cells
+    // sorted labels of the cells at the side; empty if there are only two
     std::vector<Label> on_side;
     if (neighbors.size() > 1) {
       on_side.push_back(labels_[cell]);

@@ -1,5 +1,5 @@
-// Stage 5: the region graph: its nodes are regions with their measures, its arcs are the borders
-// between neighbors. Cells with kNoLabel belong to no region.
+// Stage 5: the region graph. Nodes are regions with their measures, and arcs are borders between
+// neighbors. Cells with kNoLabel belong to no region.
 #pragma once
 
 #include <vector>
@@ -13,23 +13,23 @@ namespace superfacets {
 
 struct RegionShape {
   double measure;
-  Point centroid;  // mean of the positions weighted by measure; unweighted where all measures are 0
-  Point squares;   // xx, yy, zz of the covariance, with the same weights
-  Point products;  // xy, xz, yz of the covariance
+  Point centroid;    // mean position, weighted by measure; unweighted if all measures are 0
+  Point squares;     // xx, yy, zz of the covariance, with the same weights
+  Point products;    // xy, xz, yz of the covariance
   Point normal_sum;  // sum of the area vectors
   Point low;         // corners of the bounding box of the vertices
   Point high;
-  double open_length;  // length of border without neighbor: no arc crosses it
+  double open_length;  // length of border that no arc crosses
   Cell center;         // the cell nearest to the centroid; ties go to the lowest index
 };
 
-// Measures regions 0..n_regions-1. Each must have a cell. Time O(N); the same bits on any number of
-// threads. Memory: 4 bytes per cell.
+// Measures regions 0..n_regions-1. Each region must have a cell. Time O(N). The result has the same
+// bits for any number of threads. Memory: 4 bytes per cell.
 std::vector<RegionShape> measure_regions(const Surface& surface, std::span<const Label> labels,
                                          Label n_regions, ThreadTeam& team);
 
 // The border between two regions. Angles are signed dihedral angles (see Surface::angle). Means are
-// weighted by border length, or unweighted where that is 0.
+// weighted by border length, or unweighted if the length is 0.
 struct RegionArc {
   Label low;
   Label high;  // > low
@@ -41,9 +41,9 @@ struct RegionArc {
 };
 
 // The borders between neighboring regions, sorted. A side where several cells meet counts once for
-// each pair of regions there, with the mean angle over the pairs of cells. An arc without a reverse
-// arc counts like an arc with one. Time O(N + M), and O(n log n) for n arcs that cross borders; the
-// same bits for any number of threads.
+// each pair of regions at the side, with the mean angle over the pairs of cells. An arc counts
+// once, with or without a reverse arc. Time O(N + M), and O(n log n) for n arcs that cross borders.
+// The result has the same bits for any number of threads.
 std::vector<RegionArc> region_arcs(const Surface& surface, std::span<const Label> labels,
                                    ThreadTeam& team);
 

@@ -12,17 +12,18 @@
 namespace superfacets {
 namespace {
 
-// Tolerance of comparing sizes, as a fraction of the mean size of a region. It absorbs rounding.
+// Tolerance of comparing sizes, as a fraction of the mean size of a region. The tolerance absorbs
+// rounding errors.
 constexpr double kRounding = 1e-9;
 
-// Limit of stuck paths per region: after so many paths on which cells did not reach the end, the
-// next LeaveTest is used. A stuck path only moves the excess to another region.
+// Maximum number of stuck paths per region. On a stuck path cells do not reach the end, so the path
+// only moves the excess to another region. Beyond the limit, the next LeaveTest is used.
 constexpr std::int64_t kMostStuck = 4;
 
-// Tests whether a cell may leave its region, from the strictest to none.
+// Tests whether a cell may leave its region, the strictest first.
 enum class LeaveTest : std::uint8_t { kLocal, kExact, kNone };
 
-// The cells of each region, with the tests whether a cell may leave.
+// The cells of each region, and the tests whether a cell may leave its region.
 class Members {
  public:
   Members(MovingRegions& regions, std::size_t n_regions)
@@ -78,8 +79,8 @@ class Members {
     return !front_.empty() && reaches(cell, label, n_missing);
   }
 
-  // Searches the region from the front. Returns whether the search reaches n_missing cells that
-  // carry the stamp; reached cells get the next stamp.
+  // Searches a region breadth first from the cells in front_. Returns whether the search reaches
+  // n_missing cells that carry the stamp. Reached cells get the next stamp.
   bool reaches(Cell without, Label label, std::size_t n_missing) {
     const std::int64_t wanted = stamp_++;
     seen_[without] = seen_[front_.front()] = stamp_;
@@ -137,7 +138,7 @@ class CellTransfer {
     bool are_known = false;
   };
 
-  // Moves cells until every region is within its bounds, or no path is left. Returns whether any
+  // Moves cells until every region is within its bounds, or no path remains. Returns whether any
   // cell has moved.
   bool sweep() {
     bool has_moved = false;
@@ -154,8 +155,8 @@ class CellTransfer {
   double excess(Label region) const { return totals_[region] - bounds_.highs[region]; }
   double lack(Label region) const { return bounds_.lows[region] - totals_[region]; }
 
-  // `drain` moves cells out of a region above its bounds, `fill` into a region below them. They
-  // return whether any cell has moved.
+  // `drain` moves cells out of a region above its upper bound, `fill` into a region below its lower
+  // bound. Both return whether any cell has moved.
   bool drain(Label region) {
     const auto has_room = [&](Label other) { return -excess(other) >= step_; };
     const auto next_of = [&](Label at, const auto& take) {
@@ -268,7 +269,8 @@ class CellTransfer {
     candidates_.push_back(cell);
   }
 
-  // Whether a cell may leave after its region has gained another cell. Then even its last cell may.
+  // Whether a cell may leave after its region has gained another cell. Even the last of the earlier
+  // cells may then leave.
   bool may_pass(Cell cell) {
     return members_.test() == LeaveTest::kNone || members_.may_leave(cell);
   }
@@ -282,8 +284,8 @@ class CellTransfer {
     return std::ranges::find(cells, cell) != cells.end();
   }
 
-  // Removes and returns the candidate with the largest gain that may leave and is not larger than
-  // `most`; or kNoCell.
+  // Removes and returns the candidate with the largest gain among the candidates that may leave and
+  // have a size of at most `most`. Returns kNoCell if there is none.
   Cell take_candidate(Label from, Label to, double most) {
     ranked_.clear();
     for (const Cell cell : candidates_)
@@ -342,13 +344,13 @@ class CellTransfer {
   // (K,) predecessor of each region in the last search; kNoLabel: not visited
   std::vector<Label> parents_;
   std::vector<Label> queue_;  // regions reached by the last search, in order
-  // steps that no cell could take since cells last reached the end of a path
+  // steps between regions that no cell could take since cells last reached the end of a path
   std::vector<Leg> blocked_;
   std::vector<Cell> candidates_;
   std::vector<std::pair<double, Cell>> ranked_;
   std::int64_t n_stuck_ = 0;
   double rounding_ = 0.0;
-  // mean size of a cell: the least room that a region at the end of a path must have
+  // mean size of a cell: the minimum room that a region at the end of a path must have
   double step_ = 0.0;
 };
 

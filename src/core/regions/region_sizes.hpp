@@ -16,21 +16,22 @@ struct SizeBounds {
   std::span<const double> sizes;  // (N,) size of each cell, >= 0
   std::span<const double> lows;   // (K,) lower bound of the size of each region
   std::span<const double> highs;  // (K,) upper bound, at least the lower bound
-  bool may_split = false;         // regions may become disconnected where no other way is left
+  bool may_split = false;         // regions may become disconnected as a last resort
 };
 
 // Moves cells from regions above their upper bound to regions with room, and from regions with
-// cells to spare to regions below their lower bound. Cells move along shortest paths in the region
-// graph: each region of a path passes cells to the next. It passes the cells that lower the border
-// cost most; ties go to the lowest cell.
+// spare cells to regions below their lower bound. Cells move along shortest paths in the region
+// graph: each region of a path passes cells to the next region. The cells that lower the border
+// cost most move first; ties go to the lowest cell.
 //
-// A cell leaves a region only if the region stays connected. A local test decides this first, and
-// an exact test where the local one finds no path. If regions may split, cells finally move without
-// a test. No region loses its last cell, and cells only move across arcs. A region stays out of
-// bounds if no path is found. This cannot happen if regions may split, all cells have size 1, and
-// lows and highs are equal and sum to the number of cells in each connected component.
+// A cell leaves a region only if the region stays connected. A local test decides this first. If no
+// path remains, an exact test is used. If regions may split, cells finally move without a test. No
+// region loses its last cell, and cells only move across arcs. If no path is found, a region stays
+// out of bounds. A path always exists if regions may split, all cells have size 1, and lows and
+// highs are equal and sum to the number of cells in each connected component.
 //
-// Serial. Time O(N + M), plus O(size of its region) for each cell that moves.
+// Runs on one thread. Time O(N + M), plus O(number of cells of its region) for each cell that
+// moves.
 Buffer<Label> move_cells(const Surface& surface, const BorderCost& cost,
                          std::span<const Label> labels, const SizeBounds& bounds, ThreadTeam& team);
 

@@ -1,4 +1,4 @@
-// Stage 5: the cells around borders between regions.
+// Stage 5: finds the cells around borders between regions.
 #pragma once
 
 #include <algorithm>
@@ -14,13 +14,13 @@ namespace superfacets {
 Buffer<std::uint8_t> cells_at_borders(std::span<const std::int64_t> offsets,
                                       std::span<const Cell> targets, std::span<const Label> labels);
 
-// Spreads ring numbers over vertices, until every vertex of a cell has at least the largest number
+// Spreads ring numbers over vertices, until each vertex of a cell has at least the largest number
 // in the cell minus one. Then each cell within n rings of a vertex with number n has a vertex with
 // a number of at least 1. corners_of(cell) is a range of vertices. Time O(N max(rings)).
 template <typename CornersOf>
 void spread_rings(Cell n_cells, const CornersOf& corners_of, std::span<std::uint8_t> rings) {
-  // One round per number, in descending order: each round writes the numbers that the next one
-  // reads.
+  // There is one round per number, in descending order. Each round writes the numbers that the next
+  // round reads.
   for (int ring = rings.empty() ? 0 : *std::ranges::max_element(rings); ring > 1; --ring) {
     const auto less = static_cast<std::uint8_t>(ring - 1);
     for (Cell cell = 0; cell < n_cells; ++cell) {

@@ -32,8 +32,8 @@ struct Pair {
   }
 };
 
-// Groups are numbered like the nodes of a merge tree: first regions 0 to K-1, then the result of
-// each join.
+// Groups of regions. Groups are numbered like the nodes of a merge tree: first regions 0 to K-1,
+// then the result of each join.
 class MaskGroups {
  public:
   MaskGroups(const MaskedAreas& seen, double least)

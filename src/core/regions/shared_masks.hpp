@@ -18,16 +18,16 @@ struct MaskedAreas {
   std::span<const std::int32_t> image_of;  // image of each mask, ascending
 };
 
-// Agreement of two groups of regions: draw one point of each group, both in masks of one image. The
-// agreement is the probability that the two points are in the same mask. It is a sum over all
-// images of products of areas in the same mask, divided by the sum of products of areas in any two
-// masks. Starting from single regions, the two groups with the highest agreement are joined, until
-// no two groups reach the agreement `least`, > 0. Ties go to the groups joined earlier, then to
-// lower regions.
+// Repeatedly joins the two groups of regions with the highest agreement, until no two groups have
+// an agreement of `least`, > 0. At first each region is a group. The agreement of two groups is the
+// probability that a random point of each group, both in masks of one image, are in the same mask:
+// the sum over all images of products of areas in the same mask, divided by the sum of products of
+// areas in any two masks of the image. Ties go to the groups joined earlier, then to lower regions.
 //
 // Returns the group of each region, (K,). Groups are numbered in the order of their lowest regions.
-// A region without areas is a group by itself. Time at most O(K P L), if each group shares masks
-// with at most P others and has at most L masks; memory O(areas + pairs that share a mask). Serial.
+// A region without areas is a group of its own. Time at most O(K P L), if each group shares masks
+// with at most P other groups and has at most L masks. Memory: O(areas + pairs of regions that
+// share a mask). Runs on one thread.
 Buffer<Label> join_by_masks(const MaskedAreas& seen, double least);
 
 }  // namespace superfacets

@@ -19,10 +19,10 @@ constexpr std::int64_t kBlock = 1 << 14;
 // Maximum number of arcs of a cell that are searched for a reverse arc.
 constexpr std::size_t kMostArcs = 256;
 
-// Prefetch distance, in cells: trying to move so many cells takes longer than a cache miss.
+// Prefetch distance, in cells. Trying to move this many cells takes longer than a cache miss.
 constexpr std::size_t kAhead = 4;
 
-// Set of cells from which chains will be tried. Threads may add cells concurrently.
+// Set of cells from which chains will be tried. Several threads may add cells at once.
 class WaitingCells {
  public:
   // Initially contains all cells.
@@ -92,8 +92,8 @@ class Smoother {
 
   GroupedCells by_region(const Lists& lists) const {
     const std::span<const Label> labels = regions_.labels();
-    // Counts all regions: without reverse arcs, a region may be adjacent although none of its cells
-    // has an arc across the border.
+    // All regions count, even without cells at borders: a region may be adjacent to another by
+    // one-way arcs into it.
     const Label n_regions = *std::ranges::max_element(labels) + 1;
     return group_cells(lists, [&](Cell cell) { return labels[cell]; }, n_regions);
   }
@@ -104,7 +104,7 @@ class Smoother {
 
   Patch patch_of(Cell cell) const { return patches_.of_region[regions_.label(cell)]; }
 
-  // Processes patches of one color in parallel. They do not touch, so they share nothing but the
+  // Processes patches of one color in parallel. These patches do not touch, so they share only the
   // areas of regions between them. Areas are therefore updated after all patches have finished.
   void sweep_patches(const std::vector<Patch>& patches) {
     tasks_.clear();
@@ -174,8 +174,8 @@ void smooth(MovingRegions& regions, const RegionSums& at_first, const SmoothOpti
             ThreadTeam& team) {
   const Surface& surface = regions.surface();
   if (surface.may_have_one_way_arcs() && !all_lead_back(surface.arcs(), team)) {
-    // Without reverse arcs, adjacent patches may not be known as adjacent, so one thread processes
-    // all.
+    // If arcs have no reverse arcs, the coloring may miss that two patches are adjacent, so one
+    // thread processes all patches.
     ThreadTeam alone(1);
     Smoother(regions, at_first, options, alone).run(options.max_sweeps);
   } else {

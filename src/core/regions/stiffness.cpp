@@ -7,8 +7,8 @@
 namespace superfacets {
 namespace {
 
-// Lower bound of A_0 in the stiffness, as a fraction of the mean area. Without it, a region of area
-// 0 would be infinitely stiff.
+// Lower bound of A_0 in the stiffness, as a fraction of the mean area. Without a bound, a region of
+// area 0 would be infinitely stiff.
 constexpr double kLeastShare = 1e-6;
 
 // Cells per block of a sum. The sums do not depend on the number of threads.

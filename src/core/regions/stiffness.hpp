@@ -1,4 +1,4 @@
-// Stage 5: cost of regions that change their areas or spread out from their centroids.
+// Stage 5: cost of changes of region areas, and of cells far from the centroids of their regions.
 #pragma once
 
 #include <span>
@@ -15,8 +15,7 @@ struct AreaChange {
   double change;
 };
 
-// Area and position of a cell that may move to another region. StiffGain computes the change of
-// cost.
+// Input of StiffGain for a cell that may move to another region.
 struct StiffCell {
   double area = 0.0;
   double gain = 0.0;  // decrease of the roundness cost by the move
@@ -39,15 +38,15 @@ struct StiffGain {
 struct StiffnessOptions {
   double stiffness = 0.0;  // per unit of length; 0 turns both terms off
   double roundness = 0.0;  // per unit of length, cubed
-  // Target sizes, in place of the initial areas A_0. The size of a region is then the sum of the
-  // sizes of its cells, in place of their areas. Either both arrays are empty, or neither.
+  // Target sizes, which replace the initial areas A_0. The sum of the sizes of its cells then
+  // replaces the area of a region. Either both arrays are empty, or neither.
   std::span<const double> sizes;  // (N,) size of each cell
   std::span<const double> goals;  // (K,) target size of each region
 };
 
-// The area of each region, and the sum of the positions of its cells, weighted by their areas.
-// Cells are summed in fixed blocks, in ascending order, so that the sums do not depend on the
-// number of threads.
+// The area of each region, and the area-weighted sum of the positions of its cells. Cells are
+// summed in fixed blocks, in ascending order, so that the sums do not depend on the number of
+// threads.
 struct RegionSums {
   std::vector<double> areas;
   std::vector<Point> moments;
@@ -56,7 +55,7 @@ RegionSums sums_of_regions(const Surface& surface, std::span<const Label> labels
 
 class Stiffness {
  public:
-  // `at_first` holds the initial sums of all regions; it is not read if stiffness is 0. Labels are
+  // `at_first` holds the initial sums of all regions. It is not read if stiffness is 0. Labels are
   // read only if there are goals.
   Stiffness(const Surface& surface, const RegionSums& at_first, std::span<const Label> labels,
             const StiffnessOptions& options);
@@ -66,7 +65,7 @@ class Stiffness {
 
   StiffCell cell(Cell cell, Label from, Label to) const;
 
-  // `changes` holds changes of the areas in addition to the changes already added.
+  // `changes` holds changes of areas that are not yet part of this object.
   StiffGain gain(Label from, Label to, std::span<const double> changes) const {
     return {weights_[to] * (changes_[to] + changes[to]) -
                 weights_[from] * (changes_[from] + changes[from]),

@@ -1,4 +1,4 @@
-// Stage 5: edges between vertices or points, weighted by creases.
+// Stage 5: edges between vertices or points, with weights that are high at creases.
 #pragma once
 
 #include <bit>
@@ -13,11 +13,12 @@
 namespace superfacets {
 
 struct WeightedEdge {
-  std::uint64_t key;  // bits of the weight; ascends with it
+  std::uint64_t key;  // bits of the weight, in the order of weights
   Vertex a, b;
 };
 
-// Maps a number >= 0 to its bits. They ascend with the number, and the highest bit is 0.
+// Returns the bits of a number >= 0 as an integer. Integers ascend with the numbers, and the
+// highest bit is 0.
 inline std::uint64_t ascending_bits(double weight) {
   return std::bit_cast<std::uint64_t>(weight);
 }
@@ -34,8 +35,8 @@ struct VertexEdges {
     return neighbors.subspan(offsets[vertex], offsets[vertex + 1] - offsets[vertex]);
   }
   // The crease_weight of an edge, equal in both directions. The edge is convex if the normal at
-  // either end points away from the other end: the lower of the two weights that the common
-  // segmenter gives to the two directions.
+  // either end points away from the other end. The usual segmenter of indoor scans gives each
+  // direction its own weight; this is the lower of the two.
   double weight(Vertex a, Vertex b) const {
     const Point step = positions[b] - positions[a];
     const bool is_convex = dot(normals[b], step) > 0.0 || dot(normals[a], step) < 0.0;
@@ -44,7 +45,7 @@ struct VertexEdges {
 };
 
 // For each edge in order, unites the sets of its two ends if either set is smaller than `least`.
-// sizes[root] is the size of the set of a root, and is kept up to date.
+// sizes[root] is the size of the set of a root. The function updates the sizes.
 inline void join_small_sets(std::span<const WeightedEdge> edges, std::int64_t least,
                             DisjointSets& sets, std::span<std::int64_t> sizes) {
   for (const WeightedEdge& edge : edges) {

@@ -14,7 +14,7 @@
 namespace superfacets {
 namespace {
 
-// Lists edge(a, b) for each arc for which is_listed holds, and sorts the list.
+// Returns edge(a, b) for each arc for which is_listed(a, b) holds, sorted.
 template <typename IsListed, typename MakeEdge>
 Buffer<WeightedEdge> sorted_edges(const VertexEdges& edges, const IsListed& is_listed,
                                   const MakeEdge& edge, ThreadTeam& team) {
@@ -37,7 +37,7 @@ std::vector<std::int64_t> sizes_of(std::span<const Label> labels, const LeastSiz
   return sizes;
 }
 
-// Regions of vertices. Small regions take vertices from others.
+// Regions of vertices, in which small regions take vertices from other regions.
 class GrowingRegions {
  public:
   GrowingRegions(const VertexEdges& edges, std::span<const Label> labels, const LeastSize& size)
@@ -68,8 +68,9 @@ class GrowingRegions {
   };
   using Steps = std::priority_queue<Step, std::vector<Step>, std::greater<>>;
 
-  // Maximum number of vertices visited to test whether a region stays connected without a vertex.
-  // Few suffice: the neighbors of a vertex are mostly adjacent to each other, or share a neighbor.
+  // Maximum number of vertices visited to test whether a region stays connected without a vertex. A
+  // small number suffices, because the neighbors of a vertex are mostly adjacent to each other, or
+  // share a neighbor.
   static constexpr std::size_t kMostVisited = 100;
 
   bool is_small(Label label) const { return sizes_[label] < size_.least; }
@@ -107,8 +108,8 @@ class GrowingRegions {
     }
   }
 
-  // Whether the neighbors of a vertex in its region stay connected without the vertex, according to
-  // a search of limited length.
+  // Whether a search of limited length shows that the neighbors of a vertex in its region stay
+  // connected without the vertex.
   bool can_spare(Vertex vertex) {
     const Label label = labels_[vertex];
     if (edges_.of(vertex).size() > kMostVisited) return false;  // the search would not reach them

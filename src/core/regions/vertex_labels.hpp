@@ -11,11 +11,11 @@
 
 namespace superfacets {
 
-// Gives labels to the vertices with kNoLabel, by Kruskal's algorithm: in ascending order of weight,
+// Gives labels to the vertices with kNoLabel, by Kruskal's algorithm. In ascending order of weight,
 // each edge with an unlabeled end unites the sets of its two ends, unless both sets have a label.
 // Ties of weight, as in planes, go to edges whose ends have equal hints. Labeled vertices keep
-// their label, and every other vertex gets the label of its set. kNoLabel remains where no chain of
-// edges leads to a labeled vertex. The result does not depend on the number of threads.
+// their label, and every other vertex gets the label of its set. A vertex that no chain of edges
+// joins to a labeled vertex keeps kNoLabel. The result does not depend on the number of threads.
 Buffer<Label> spread_labels(const VertexEdges& edges, std::span<const Label> labels,
                             std::span<const Label> hints, ThreadTeam& team);
 
@@ -27,15 +27,15 @@ struct LeastSize {
   std::int64_t least;
 };
 
-// Grows each region smaller than `least`, in the order of labels: it repeatedly takes the vertex of
-// another region across the edge of lowest weight, until it is large enough. A region gives a
-// vertex only if it keeps at least `least` and stays connected, which a search of limited length
-// around the vertex must show. A region that cannot get enough vertices stays unchanged.
+// Grows each region smaller than `least`, in the order of labels. A small region repeatedly takes
+// the vertex of another region across the edge of lowest weight, until it is large enough. The
+// other region must keep a size of at least `least` and stay connected, which a search of limited
+// length around the vertex must show. A region that cannot get enough vertices does not change.
 Buffer<Label> grow_small_regions(const VertexEdges& edges, std::span<const Label> labels,
                                  const LeastSize& size);
 
-// Unites each region smaller than `least` with another, in ascending order of edge weight. The
-// united region gets the lowest of its labels. Only regions without neighbors stay smaller.
+// Unites each region smaller than `least` with a neighbor, in ascending order of edge weight. The
+// united region gets the lower of the two labels. Regions without neighbors may stay smaller.
 // Precondition: all vertices with edges have labels.
 Buffer<Label> merge_small_regions(const VertexEdges& edges, std::span<const Label> labels,
                                   const LeastSize& size);

@@ -45,16 +45,17 @@ struct DiffusionMatrix {
   }
 };
 
-// Estimated length of the border between two cells.
+// Estimated length of the border between the two cells of an arc.
 double width_of(const OrderedGraph& graph, Place from, const Arc& arc) {
   return std::sqrt(graph.measures[from] + graph.measures[arc.to]);
 }
 
-// with 1, two cells with no other neighbors would swap their values forever
+// Weight of the neighbors' mean. With 1, two cells without other neighbors would swap values
+// forever.
 constexpr float kDamping = 0.75F;
 
-// Computes one row of a sweep. A width known at compile time makes it several times faster; with
-// kWidth = 0, any_width is the width.
+// Computes one row of a sweep. A width known at compile time makes the loop several times faster;
+// with kWidth = 0, any_width is the width.
 template <std::size_t kWidth>
 void relax_row(const Arcs& arcs, const float* shares, std::size_t any_width, Cell cell,
                const float* from, float* to) {
@@ -80,7 +81,7 @@ Buffer<double> step_conductances(const Surface& surface, std::span<const double>
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
       const double width = std::sqrt(areas[cell] + areas[neighbor]);
-      // Lower bound of the step, for two cells at one position: a fraction of the border width.
+      // The lower bound, a fraction of the border width, is for two cells at the same position.
       const double step = std::max(surface.step_length(cell, arc), 1e-6 * width);
       conductances[arc] = (width > 0.0 ? width / step : 0.0) + kLeastConductance;
     }
@@ -114,7 +115,7 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
     const Place place = graph.place_of[cell];
     const auto arcs = graph.arcs_of(place);
     const auto n =
-        // without padding
+        // padding arcs lead to the place itself, and do not count
         std::ranges::count_if(arcs, [&](const Arc& arc) { return arc.to != place; });
     found.offsets[cell + 1] = found.offsets[cell] + n;
   }

@@ -14,15 +14,15 @@
 namespace superfacets {
 namespace {
 
-// Number of vectors iterated in addition to the wanted ones. They speed up convergence: each
+// Number of vectors iterated in addition to the wanted vectors. They speed up convergence: each
 // iteration reduces the error of the wanted vectors by the ratio of the largest wanted eigenvalue
-// to the lowest eigenvalue that has no vector.
+// to the lowest eigenvalue without a vector.
 constexpr std::size_t kMoreVectors = 10;
 constexpr int kMaxIterations = 40;
 constexpr double kTolerance = 1e-3;  // relative change of the eigenvalues
 
-// Relative shift. L is singular, so kShift trace(L) / trace(A) times A is added to it. Eigenvalues
-// are corrected afterwards.
+// Relative shift. L is singular, so kShift trace(L) / trace(A) times A is added to L. The shift is
+// later subtracted from the eigenvalues.
 constexpr double kShift = 1e-9;
 
 // A small dense matrix, row by row.
@@ -110,8 +110,8 @@ double noise(std::uint64_t index) {
 // of surfaces the factors have about n log n entries.
 class SparseFactor {
  public:
-  // M has `diagonal` on its diagonal, and minus the conductance of each arc as other entries. Arcs
-  // have reverse arcs of the same conductance.
+  // M has `diagonal` on its diagonal. Its other entries are the negative conductances of the arcs.
+  // Arcs have reverse arcs of the same conductance.
   SparseFactor(const Arcs& arcs, std::span<const double> conductances,
                std::span<const double> diagonal);
 
@@ -297,8 +297,8 @@ class Subspace {
     }
   }
 
-  // Returns Y^T X, or Y^T A X if is_weighted; Y is rows_, X is `others`. The result is made
-  // symmetric.
+  // Returns Y^T X, or Y^T A X if is_weighted, for Y = rows_ and X = `others`. The result is made
+  // symmetric, to remove rounding errors.
   Square gram(std::span<const double> others, bool is_weighted) const {
     Square products(width_);
     for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
@@ -318,8 +318,8 @@ class Subspace {
     return products;
   }
 
-  // Replaces the vectors in rows_ by linear combinations that are orthonormal with respect to
-  // `masses` and make `energies` diagonal, in ascending order of eigenvalues.
+  // Replaces the vectors in rows_ by linear combinations in ascending order of eigenvalues. The new
+  // vectors are orthonormal with respect to `masses`, and make `energies` diagonal.
   void take_ritz_vectors(Square masses, const Square& energies) {
     Square basis = diagonalize(masses);
     double largest = 0.0;
