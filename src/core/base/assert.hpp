@@ -1,5 +1,5 @@
-// Assertions: preconditions and invariants of kernels. Tests and sanitizers run a build with
-// assertions (CMake option SUPERFACETS_ASSERT); in wheels they cost nothing.
+// Assertions check preconditions and invariants of kernels. Tests and sanitizers run a build with
+// assertions (CMake option SUPERFACETS_ASSERT). In wheels, assertions are off and cost nothing.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ inline constexpr bool kHasAssertions = true;
 inline constexpr bool kHasAssertions = false;
 #endif
 
-// A failed assertion is a bug in the core, which no caller can handle: the process ends.
+// Ends the process, because a failed assertion is a bug in the core that no caller can handle.
 [[noreturn]] inline void fail_assertion(const char* file, int line, const char* condition) {
   std::fprintf(stderr, "superfacets: %s:%d: assertion failed: %s\n", file, line, condition);
   std::fflush(stderr);
@@ -30,8 +30,8 @@ bool all_below(const Indices& indices, std::int64_t n) {
 
 }  // namespace superfacets
 
-// The condition is compiled in every build, so that it stays valid, and evaluated only in builds
-// with assertions.
+// Every build compiles the condition, so that it stays valid code. Only builds with assertions
+// evaluate it.
 #define SUPERFACETS_ASSERT(...)                    \
   (!::superfacets::kHasAssertions || (__VA_ARGS__) \
        ? static_cast<void>(0)                      \

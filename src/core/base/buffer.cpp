@@ -17,9 +17,9 @@ namespace {
 constexpr std::size_t kPage = 1 << 16;      // bytes: a multiple of the page size of every system
 constexpr std::size_t kHugePage = 1 << 21;  // bytes: size of a huge page on most systems
 
-// Limit of the unused memory that the pool keeps: kAlwaysKept bytes, which suffices for a mesh of
-// some hundred thousand faces, or 1 / kKeptPart of the memory in use if that is more. Keeping more
-// would raise the peak of memory.
+// The pool keeps at most kAlwaysKept bytes of unused memory, or 1 / kKeptPart of the memory in use
+// if that is more. kAlwaysKept suffices for a mesh of some hundred thousand faces. Keeping more
+// would raise peak memory.
 constexpr std::size_t kAlwaysKept = 64 << 20;
 constexpr std::size_t kKeptPart = 8;
 
@@ -54,7 +54,7 @@ class Pool {
  private:
   using Ranges = std::map<std::byte*, std::size_t>;  // start and size in bytes of each range
 
-  // The smallest range that is large enough.
+  // Finds the smallest range that is large enough.
   Ranges::iterator best_fit(std::size_t n_bytes) {
     auto best = ranges_.end();
     for (auto range = ranges_.begin(); range != ranges_.end(); ++range) {
@@ -64,8 +64,8 @@ class Pool {
     return best;
   }
 
-  // Takes the end of a range. New mappings are used from their end, so memory that was used before
-  // is reused before untouched memory.
+  // Takes the end of a range. Mappings are used from their end to their start, so memory that was
+  // used before is reused before untouched memory.
   void* cut(Ranges::iterator range, std::size_t n_bytes) {
     range->second -= n_bytes;
     n_free_ -= n_bytes;
@@ -133,8 +133,8 @@ Pool& pool() {
 
 }  // namespace
 
-// A thread never waits for the lock: if it is taken, memory comes from the system. In a process
-// forked while another thread held the lock, the lock is never released.
+// If the pool is locked, memory comes from the system, because no thread may wait for the lock. In
+// a process forked while another thread held the lock, the lock is never released.
 void* take_memory(std::size_t n_bytes) {
   const std::size_t n_taken = rounded_up(n_bytes, kPage);
   const std::unique_lock lock(pool_mutex, std::try_to_lock);

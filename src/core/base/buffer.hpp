@@ -1,4 +1,4 @@
-// Memory for large arrays: uninitialized, and in huge pages where the system has them.
+// Uninitialized memory for large arrays, in huge pages if the system has them.
 #pragma once
 
 #include <algorithm>
@@ -12,21 +12,21 @@
 
 namespace superfacets {
 
-// Smallest array that uses take_memory.
+// Size of the smallest array that uses take_memory.
 inline constexpr std::size_t kLargeMemory = 1 << 16;  // bytes
 
-// Returns uninitialized memory. On Linux it is reused or new, begins on a page, and is in huge
-// pages where supported. Elsewhere it comes from operator new, aligned to a cache line. Throws
-// std::bad_alloc. May be called on any thread, and after a fork.
+// Returns uninitialized memory. On Linux the memory is reused or new, begins on a page, and is in
+// huge pages if supported. On other systems it comes from operator new, aligned to a cache line.
+// Throws std::bad_alloc. May be called on any thread, and after a fork.
 void* take_memory(std::size_t n_bytes);
 
 // Returns memory to the pool; n_bytes must equal the argument of take_memory. On Linux, a limited
 // amount is kept for later calls, and the rest is returned to the system.
 void return_memory(void* memory, std::size_t n_bytes) noexcept;
 
-// An array of n uninitialized values. A vector would first write zeros on one thread, with a page
-// fault for each 4 KiB: on meshes of millions of faces that takes longer than most stages. Here
-// each thread faults in the pages that it fills.
+// An array of uninitialized values. A std::vector would first write zeros on one thread, with a
+// page fault for each 4 KiB, which takes longer than most stages on meshes of millions of faces. In
+// a buffer, each thread causes the page faults of the memory that it fills.
 template <typename T>
 class Buffer {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
@@ -73,8 +73,8 @@ class Buffer {
     return std::max<std::size_t>(size, 1) * sizeof(T);
   }
 
-  // Large arrays do not use malloc: malloc cannot return freed memory to the system while a small
-  // allocation follows in the heap, which raises peak memory by a sixth on a million faces.
+  // Large arrays do not use malloc. malloc cannot return freed memory to the system while a small
+  // allocation follows it in the heap. This would raise peak memory by a sixth on a million faces.
   static T* allocate(std::size_t size) {
     const std::size_t n_bytes = bytes(size);
     void* data =

@@ -17,8 +17,8 @@ namespace superfacets {
 
 namespace elementary_parts {
 
-// atan(q) = q + q z P(z) with z = q^2: the minimax polynomial of degree 12 for z P(z) on
-// 0 <= z <= 1/4, by the Remez algorithm. Its error is 2^-62. Coefficients in rising order.
+// Coefficients of P in rising order, for atan(q) = q + q z P(z) with z = q^2. The polynomial is
+// minimax of degree 12 for z P(z) on 0 <= z <= 1/4, by the Remez algorithm, with an error of 2^-62.
 inline constexpr std::array<double, 13> kSeries{
     -0.33333333333333315,  0.19999999999993445, -0.14285714284977744,  0.11111111069363067,
     -0.09090907692059402,  0.07692277476441967, -0.06666223702917291,  0.05877809365040213,
@@ -26,20 +26,20 @@ inline constexpr std::array<double, 13> kSeries{
     -0.008368794178450841,
 };
 
-// pi / 4 as a sum of two doubles. The first is the double nearest to pi / 4. It happens to end in
-// three zero bits, so its products with 0 to 4 are exact. The second is the remainder.
+// pi / 4 as a sum of two doubles. The first is the double nearest to pi / 4. It ends in three zero
+// bits, so its products with 0 to 4 are exact. The second is the remainder.
 inline constexpr double kEighthTurn = 0x1.921fb54442d18p-1;
 inline constexpr double kEighthTurnRest = 0x1.1a62633145c07p-55;
 
-// ln 2 as a sum of two doubles: its first 32 bits, so that products with whole numbers up to 2^20
-// are exact, and the remainder.
+// ln 2 as a sum of two doubles. The first has the first 32 bits of ln 2, so its products with whole
+// numbers up to 2^20 are exact. The second is the remainder.
 inline constexpr double kLn2 = 0x1.62e42fefp-1;  // NOLINT(modernize-use-std-numbers): not all bits
 inline constexpr double kLn2Rest = 0x1.473de6af278edp-34;
 
 }  // namespace elementary_parts
 
-// Rounds 0 <= x < 2^52 to an integer, ties to even, like std::nearbyint, which the baseline
-// instruction set implements by a function call per number.
+// Rounds 0 <= x < 2^52 to an integer, ties to even, like std::nearbyint. With the baseline
+// instruction set, std::nearbyint is a function call per number.
 SUPERFACETS_ALWAYS_INLINE double round_to_whole(double x) {
   constexpr double kNoFraction = 0x1p52;  // numbers from here on have no fraction bits
   return (x + kNoFraction) - kNoFraction;
@@ -48,15 +48,15 @@ SUPERFACETS_ALWAYS_INLINE double round_to_whole(double x) {
 // The angle from the positive x axis to (x, y), for y >= 0: atan2(y, x), in [0, pi]. Error below
 // 1.6 ulp (tests/base measure 1.5). Exact or correctly rounded at the ends: 0 for y = 0 and x > 0,
 // pi / 2 for x = 0 and y > 0, pi for y = 0 and x < 0. If both are 0, of either sign, the result is
-// 0. Arguments are at most 2^1022 in magnitude. The function only adds, multiplies, divides once
-// and selects. So the result has the same bits wherever these operations follow IEEE 754 and are
-// not fused.
+// 0. Arguments are at most 2^1022 in magnitude. The function only adds, multiplies, divides and
+// selects, so the result has the same bits on all platforms where these operations follow IEEE 754
+// and are not fused.
 SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   using namespace elementary_parts;
   const bool is_left = x < 0.0;
   const double width = std::abs(x);
-  // The angle of (width, y) is 0, pi / 4 or pi / 2 plus atan(q) with |q| <= 1/2: it is measured
-  // from the nearer axis, or from the diagonal. From the diagonal, the subtraction is exact
+  // The angle of (width, y) is measured from the x axis, the diagonal or the y axis: it is 0, pi /
+  // 4 or pi / 2, plus atan(q) with |q| <= 1/2. For the diagonal, the subtraction is exact
   // (Sterbenz). Selections between a number and 0 are single instructions, and adding 0 is exact.
   const bool is_flat = y + y <= width;
   const bool is_steep = y > width + width;
@@ -67,7 +67,7 @@ SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   const double q = is_left ? -ratio : ratio;
   const double n = is_left ? 4.0 - eighths : eighths;
   const double z = q * q;
-  // Even and odd powers are summed separately, which halves the chain of dependent operations.
+  // Even and odd powers are summed separately, to halve the chain of dependent operations.
   const double zz = z * z;
   double even = kSeries[12];
   double odd = kSeries[11];
@@ -81,12 +81,13 @@ SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   return sum + (q * (z * series) + (lost + n * kEighthTurnRest));
 }
 
-// angles[i] = arctangent(y[i], x[i]), the same bits with every instruction set. This processor must
-// support `with`. About 2 ns per element with AVX2, 6 ns with SSE2.
+// angles[i] = arctangent(y[i], x[i]). All instruction sets give the same bits. The processor must
+// support `with`. Takes about 2 ns per element with AVX2, and 6 ns with SSE2.
 void arctangents(std::span<const double> y, std::span<const double> x, std::span<double> angles,
                  InstructionSet with = best_instruction_set());
 
-// 1 / i!, the Taylor series of exp up to degree 13: error 2^-57 for |r| <= ln 2 / 2.
+// 1 / i!, the coefficients of the Taylor series of exp(r) up to degree 13. The error of the series
+// is 2^-57 for |r| <= ln 2 / 2.
 constexpr std::array<double, 14> inverse_factorials() {
   std::array<double, 14> inverse{1.0};
   double factorial = 1.0;

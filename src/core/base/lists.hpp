@@ -1,5 +1,4 @@
-// Lists stored one after the other, and functions that build them, by counting sort or on all
-// threads.
+// Lists stored in one array (CSR form), and functions that build them.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +28,7 @@ struct Lists {
   }
 };
 
-// Groups entries by a counting sort. for_each(add) calls add(list, entry) for each entry; it is
+// Groups entries by a counting sort. for_each(add) calls add(list, entry) for each entry. It is
 // called twice. Each list keeps the order of its entries.
 template <typename Entry, typename ForEach>
 Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
@@ -46,9 +45,9 @@ Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
   return lists;
 }
 
-// Counting sort on all threads, for few lists. for_each(begin, end, add) calls add(list, entry) for
-// elements begin..end-1 of n. Each part of the elements has its own write cursors, so the result
-// does not depend on the number of threads.
+// Like `group` for a small number of lists, on all threads. for_each(begin, end, add) calls
+// add(list, entry) for the elements begin..end-1 of n. Each part of the elements has its own write
+// cursors, so the result does not depend on the number of threads.
 template <typename Entry, typename ForEach>
 Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each,
                    ThreadTeam& team) {
@@ -128,14 +127,14 @@ Buffer<Entry> concatenated(std::span<const std::vector<Entry>> lists) {
   return all;
 }
 
-// Collects the entries that append(cell, list) appends for cells 0..n-1, in the order of cells.
-// Each block of cells has a list of its own.
+// Collects the entries that append(cell, list) appends to `list` for cells 0..n-1, in the order of
+// cells. Each block of cells has a list of its own.
 template <typename Entry, typename Append>
 Buffer<Entry> gather(std::int64_t n, const Append& append, ThreadTeam& team) {
   constexpr std::int64_t kBlock = 1 << 14;
   std::vector<std::vector<Entry>> lists((n + kBlock - 1) / kBlock);
   const auto append_range = [&](std::int64_t begin, std::int64_t end) {
-    // local: in the array, its header would share a cache line with other headers
+    // A local list, because vectors next to each other in `lists` share cache lines.
     std::vector<Entry> list;
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) append(cell, list);
     lists[begin / kBlock] = std::move(list);

@@ -1,4 +1,4 @@
-// A block of points with one array per coordinate: the layout for vectorized loops.
+// A block of points with one array per coordinate, the layout for vectorized loops.
 #pragma once
 
 #include <array>

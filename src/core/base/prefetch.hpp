@@ -3,8 +3,8 @@
 
 namespace superfacets {
 
-// Prefetches the cache line of an address. Always inlined: compilers consider a function that only
-// prefetches to have no effect, and drop calls to it.
+// Prefetches the cache line of an address. The function is always inlined, because compilers drop
+// calls of a function that only prefetches.
 #if defined(__GNUC__)
 [[gnu::always_inline]] inline void prefetch(const void* address) {
   __builtin_prefetch(address);

@@ -10,9 +10,8 @@
 
 namespace superfacets {
 
-// Sorts entries by their member `key`, an unsigned integer of 64 bits; entries with equal keys stay
-// in order. Digits that are equal in all keys are skipped. Uses a second array of the size of the
-// first.
+// Sorts entries by their member `key`, an unsigned integer of 64 bits. Entries with equal keys keep
+// their order. Digits that are equal in all keys are skipped. Uses a second array of the same size.
 template <typename Entry>
 void radix_sort(Buffer<Entry>& entries) {
   constexpr int kDigitBits = 11;  // the write cursors of one digit fit into the first-level cache

@@ -27,9 +27,9 @@ struct Kept {
 
 thread_local Kept kept;
 
-// Takes the kept team of this thread. Returns null if there is none, or if it has fewer than
-// n_threads threads. A team kept before a fork is dropped without calling its destructor, because
-// its threads do not exist in this process.
+// Takes the kept team of this thread. Returns null if there is no team, or if the team has fewer
+// than n_threads threads. A team kept before a fork is dropped without calling its destructor,
+// because its threads do not exist in this process.
 std::unique_ptr<ThreadTeam> take_kept(int n_threads) {
   if (kept.team != nullptr && kept.process != process_id()) {
     const ThreadTeam* const lost = kept.team.release();

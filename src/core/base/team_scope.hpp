@@ -1,4 +1,4 @@
-// Threads that are kept from one kernel to the next.
+// Keeps threads from one kernel call to the next.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,5 @@
-// A team of threads for loops over independent elements, and sums that do not depend on its size.
+// A team of threads for loops over independent elements, and sums that do not depend on the number
+// of threads.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +17,7 @@
 
 namespace superfacets {
 
-// Minimum number of elements per thread. For fewer elements, starting the thread takes longer than
+// Minimum number of elements per thread. For fewer elements, starting a thread takes longer than
 // the work.
 inline constexpr std::int64_t kMinPerThread = 1 << 14;
 
@@ -44,8 +45,8 @@ class JoiningThread {
   std::thread thread_;
 };
 
-// A team consists of the calling thread and n_threads - 1 helpers, or fewer if threads cannot be
-// started.
+// A team consists of the calling thread and n_threads - 1 helpers. It has fewer helpers if the
+// system cannot start more threads.
 class ThreadTeam {
  public:
   explicit ThreadTeam(int n_threads) {
@@ -132,13 +133,13 @@ class ThreadTeam {
   // Elements per task: about ten microseconds of simple work.
   static constexpr std::int64_t kBlock = 1 << 14;
 
-  // generation_ is (loop number) * kGeneration + (number of helpers)
+  // generation_ equals (loop number) * kGeneration + (number of helpers)
   static constexpr std::uint32_t kGeneration = 1 << 13;
   // number of helpers that tells all helpers to end
   static constexpr std::uint32_t kClosing = kGeneration - 1;
 
-  // Number of polls before a thread sleeps. They take about fifty microseconds, as long as waking a
-  // sleeping thread. Loops usually follow each other within microseconds.
+  // Number of polls before a thread sleeps. These polls take about fifty microseconds, as long as
+  // waking a sleeping thread. Loops usually follow each other within microseconds.
   static constexpr int kLooksBeforeSleep = 20'000;
 
   template <typename Value, typename Condition>
@@ -152,11 +153,10 @@ class ThreadTeam {
   }
 
   // Announces a loop by one atomic number, which also contains the number of helpers that take
-  // part. Other helpers read nothing but this number, so the next loop can be prepared at any time.
+  // part. All other helpers read only this number, so the next loop can be prepared at any time.
   //
-  // notify_all checks for sleepers before it wakes them. The store must be visible before that
-  // check, which needs seq_cst: with a weaker order, a helper that falls asleep in between would
-  // never wake.
+  // The store is seq_cst, so that it is visible before notify_all checks for sleeping helpers. With
+  // a weaker order, a helper that falls asleep in between would never wake.
   void start_helpers(std::uint32_t n_active) {
     const std::uint32_t last = generation_.load(std::memory_order_relaxed);
     generation_.store(((last / kGeneration + 1) * kGeneration) | n_active,
@@ -188,7 +188,7 @@ class ThreadTeam {
     }
   }
 
-  // The current loop: written before generation_ increases, read by helpers afterwards.
+  // The current loop. It is written before generation_ increases, and read by helpers afterwards.
   const void* work_ = nullptr;
   void (*call_)(const void*, std::int64_t, int) = nullptr;
   std::int64_t n_tasks_ = 0;
@@ -199,7 +199,7 @@ class ThreadTeam {
   std::atomic<int> n_busy_ = 0;                // helpers that have not finished this loop
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
-  // last member: destroyed first, which joins the threads before other members are destroyed
+  // The last member is destroyed first, so threads are joined before other members are destroyed.
   std::vector<JoiningThread> helpers_;
 };
 
@@ -219,7 +219,8 @@ class PerThread {
   std::vector<std::optional<T>> objects_;
 };
 
-// Number of terms of a partial sum. It is fixed, so sums do not depend on the number of threads.
+// Number of terms of a partial sum. The number is fixed, so sums do not depend on the number of
+// threads.
 inline constexpr std::int64_t kSumBlock = 4096;
 
 // Returns the total of sum(begin, end) over blocks of 0..n-1, added in the order of the blocks.

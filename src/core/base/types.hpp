@@ -1,5 +1,5 @@
-// The types that all stages share. Kernels take arrays and return arrays; they check nothing
-// (superfacets/_validate.py does), print nothing and do not depend on Python.
+// The types that all stages share. Kernels take arrays and return arrays. They print nothing and do
+// not depend on Python. Callers check arguments (superfacets/_validate.py).
 #pragma once
 
 #include <cmath>

@@ -4,15 +4,16 @@
 
 #include <cstdint>
 
-// Attribute of functions that are inlined even into a caller compiled for another instruction set.
+// Attribute of functions that are inlined even if the caller is compiled for another instruction
+// set.
 #if defined(__GNUC__)
 #define SUPERFACETS_ALWAYS_INLINE [[gnu::always_inline]] inline
 #else
 #define SUPERFACETS_ALWAYS_INLINE inline
 #endif
 
-// best_instruction_set selects the version at run time. Selection by the loader (ifunc) would
-// require the GNU C library, not musl, and would run before a sanitizer is ready.
+// The version is selected at run time, by best_instruction_set. Selection by the loader (ifunc)
+// does not work with musl, and would run before a sanitizer is ready.
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__)
 #define SUPERFACETS_HAS_VERSIONS 1
 #else

@@ -1,5 +1,5 @@
-// Bindings of the base layer: selection of lists; scopes that keep threads and heap memory;
-// elementary functions of arrays; properties of the build, for tests.
+// Bindings of the base layer: selection of lists, scopes that keep threads and heap memory,
+// elementary functions of arrays, and properties of the build for tests.
 #include <algorithm>
 #include <optional>
 

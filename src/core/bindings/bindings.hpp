@@ -1,5 +1,5 @@
-// Shared by all bindings: arrays become spans, kernels run without the GIL on a team of threads,
-// and results become arrays that own their memory.
+// Common code of all bindings. It converts arrays to spans, runs kernels without the GIL on a team
+// of threads, and converts results to arrays that own their memory.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -57,7 +57,7 @@ struct ArrayOf<Tet> {
 }  // namespace superfacets
 
 // Accepts only an array of the exact type, because a conversion would make a silent copy. The
-// caster holds on to the array until the call returns.
+// caster keeps the array alive until the call returns.
 template <typename T>
 struct nanobind::detail::type_caster<std::span<const T>> {
   using Held = make_caster<typename superfacets::ArrayOf<T>::Type>;
@@ -119,7 +119,7 @@ auto to_numpy(List&& list) {
   }
 }
 
-// Converts to any type in unevaluated code that counts the members of a struct.
+// A type that converts to any type. `members` uses it to count the members of a struct.
 struct Anything {
   template <typename T>
   operator T() const;  // NOLINT(google-explicit-constructor)
@@ -161,7 +161,7 @@ auto columns(const std::vector<Struct>& rows, Member Struct::*... chosen) {
 }
 
 // Converts a result for Python: lists become arrays, tuples and structs become tuples, and other
-// values stay as they are.
+// values do not change.
 template <typename Result>
 auto to_python(Result&& result) {
   using Type = std::decay_t<Result>;
@@ -192,8 +192,8 @@ auto without_gil(const Work& work) {
   }
 }
 
-// Like without_gil, for work(team). The number of threads of the team suits n elements, and is at
-// most n_threads.
+// Like without_gil, for work(team). The team has the number of threads that is useful for n
+// elements, at most n_threads.
 template <typename Work>
 auto on_team(std::size_t n, int n_threads, const Work& work,
              std::int64_t min_per_thread = kMinPerThread) {

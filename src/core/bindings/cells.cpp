@@ -196,7 +196,7 @@ void join_alike_in(TurnedSets& sets, const Table<Place>& rows, Integers places, 
   join_alike(sets, normal_tile(rows, places, cells, normals));
 }
 
-// Returns the pairs as columns: their costs, four numbers per pair, and whether normals are
+// Returns the pairs as three columns: costs, four numbers per pair, and whether normals are
 // opposite.
 auto pairs_apart_in(TurnedSets& sets, const Table<Place>& rows, Integers places, Integers cells,
                     Points normals) {

@@ -17,8 +17,8 @@ SortedMesh mesh_in_curve_order(Points vertices, Integers representative, Integer
   return sort_mesh(vertices, representative, {corners, offsets, size}, team);
 }
 
-// For the number of threads, the rays of one start count as much work as the tree of a hundred
-// faces.
+// The choice of the number of threads assumes that the rays of one start take as long as the tree
+// of a hundred faces.
 auto thickness(Points vertices, Triangles faces, Points starts, Points axes, int n_rays,
                double least_distance, bool inside_out, int n_threads) {
   const RayOptions options{n_rays, least_distance, inside_out};
@@ -36,8 +36,8 @@ Buffer<Cell> ordered_within_steps(Points positions, std::span<const std::uint32_
   return order_within_steps(positions, codes, BoxTree::kLeaf, team);
 }
 
-// `numbers` has a row per view: the projection, then the product of the focal lengths. The sizes of
-// its image are separate.
+// `numbers` has a row per view: the projection, then the product of the focal lengths. `sizes`
+// holds the width and height of each image.
 auto surface_seen(Points vertices, Triangles faces, const Table<double>& numbers, Integers sizes,
                   int n_threads) {
   std::vector<View> views(numbers.shape(0));

@@ -9,7 +9,8 @@
 namespace superfacets {
 namespace {
 
-// Minimum number of sources per thread: their paths take longer than starting the thread.
+// Minimum number of sources per thread. The paths of this number of sources take longer than
+// starting a thread.
 constexpr std::int64_t kMinSources = 64;
 
 void make_proxy_regions(ProxyRegions* self, Points vertices, Triangles faces, Doubles areas,

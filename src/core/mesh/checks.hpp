@@ -8,19 +8,19 @@
 namespace superfacets {
 
 struct MeshFindings {
-  bool is_finite = true;    // coordinates of all vertices, used or not, are finite
+  bool is_finite = true;    // coordinates of all vertices are finite, also of unused vertices
   bool is_in_range = true;  // all corners are indices of vertices
   // Bounding box of the vertices used by faces. Valid only if is_finite and is_in_range.
   Point low{};
   Point high{};
 };
 
-// Checks the preconditions of the other kernels. `corners` are the corners of all faces, one face
+// Checks the preconditions of the other kernels. `corners` holds the corners of all faces, one face
 // after the other. Time O(C + V), memory V bytes.
 MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Vertex> corners,
                         ThreadTeam& team);
 
-// Copies indices to 32 bits. An index that does not fit becomes -1, which no index range contains.
+// Copies indices to 32 bits. An index that does not fit becomes -1, which is never a valid index.
 template <typename Index>
 Buffer<std::int32_t> narrow_indices(std::span<const Index> indices, ThreadTeam& team) {
   Buffer<std::int32_t> narrow(indices.size());

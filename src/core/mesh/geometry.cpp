@@ -11,9 +11,9 @@
 namespace superfacets {
 namespace {
 
-// Threshold of a normal: the cross product of two edges of length L has rounding errors up to about
-// 4 eps L^2. If the product is shorter than twice this error, its direction is arbitrary, and the
-// face has no normal.
+// Threshold for the length of a cross product. The cross product of two edges of length L has
+// rounding errors up to about 4 eps L^2. If the product is shorter than twice this error, its
+// direction is arbitrary, and the face has no normal.
 constexpr double kNormalNoise = 8.0 * std::numeric_limits<double>::epsilon();
 
 // Number of faces per block. Their data fits into the first-level cache.
@@ -29,7 +29,7 @@ struct Shapes {
   Numbers longest;
 };
 
-// Measures the first n of a block of faces by the formulas of centroid, area and unit_normal.
+// Measures the first n faces of a block, by the formulas of centroid, area and unit_normal.
 struct Measure {
   SUPERFACETS_ALWAYS_INLINE void operator()(const std::array<Points, 3>& corners, Shapes* shapes,
                                             std::size_t n) const {
@@ -54,7 +54,7 @@ struct Measure {
   }
 };
 
-// Measures faces begin .. end-1. Returns the square of their longest side.
+// Measures faces begin .. end-1. Returns the squared length of their longest side.
 double measure_range(std::span<const Point> vertices, std::span<const Triangle> faces,
                      std::int64_t begin, std::int64_t end, FaceShapes& all) {
   const InstructionSet with = best_instruction_set();

@@ -1,4 +1,4 @@
-// Stage 0: centroids, areas and normals of faces, and the volume they enclose.
+// Stage 0: centroids, areas and normals of faces, and the volume that faces enclose.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -13,7 +13,7 @@ inline Point centroid(std::span<const Point> vertices, const Triangle& face) {
   return {sum.x / 3.0, sum.y / 3.0, sum.z / 3.0};
 }
 
-// Twice the area times the unit normal; zero where a face has no area.
+// Twice the area times the unit normal of a face; zero if the face has no area.
 inline Point double_area_vector(std::span<const Point> vertices, const Triangle& face) {
   const auto& [a, b, c] = face.corners;
   return cross(vertices[b] - vertices[a], vertices[c] - vertices[a]);
@@ -28,17 +28,17 @@ struct FaceShapes {
   Buffer<Point> centroids;  // (F,)
   Buffer<double> areas;     // (F,)
   Buffer<Point> normals;    // (F,) as from unit_normal
-  Buffer<double> longest;   // (F / kSumBlock, rounded up) the longest side, squared, in each block
-                            // of faces
+  // (F / kSumBlock, rounded up) squared length of the longest side in each block of faces
+  Buffer<double> longest;
 };
 
-// Computes all of these measures in one pass over the faces.
+// Computes all measures in one pass over the faces.
 FaceShapes measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces,
                          ThreadTeam& team);
 
-// Total area of slivers: faces whose longest side is longer than min_length, and whose height above
-// that side is less than max_height. The same bits for any number of threads. `longest` comes from
-// measure_faces: blocks without long sides are skipped.
+// Total area of slivers. A sliver is a face whose longest side is longer than min_length, and whose
+// height above this side is less than max_height. The result has the same bits for any number of
+// threads. `longest` comes from measure_faces, and serves to skip blocks without long sides.
 double sliver_area(std::span<const Point> vertices, std::span<const Triangle> faces,
                    std::span<const double> areas, std::span<const double> longest,
                    double min_length, double max_height, ThreadTeam& team);
@@ -58,8 +58,8 @@ Point unit_normal(std::span<const Point> vertices, const Triangle& face);
 // Number of faces that have no normal.
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces);
 
-// Volume enclosed by the faces, negative if their normals point inwards. Meaningful on closed
-// meshes only. `origin` should be near the mesh. The same bits on any number of threads.
+// Volume enclosed by the faces of a closed mesh, negative if their normals point inwards. `origin`
+// should be near the mesh. The result has the same bits for any number of threads.
 double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces, Point origin,
                      ThreadTeam& team);
 

@@ -10,8 +10,8 @@
 namespace superfacets {
 namespace {
 
-// Calls visit(u, v) for each triangle of the fan; u and v are the vectors from corner 0 to its
-// other two corners.
+// Calls visit(u, v) for each triangle of the fan; u and v are the vectors from corner 0 to the
+// other two corners of the triangle.
 template <typename Visit>
 void for_each_of_fan(std::span<const Point> vertices, std::span<const Vertex> corners,
                      const Visit& visit) {
@@ -33,7 +33,7 @@ double longest_squared(std::span<const Point> vertices, std::span<const Vertex> 
   return longest;
 }
 
-// Scales the direction to length 1. Returns zero if its length is within the rounding error of the
+// Scales a direction to length 1. Returns zero if the length is within the rounding error of the
 // fan.
 Point normal_along(const Point& direction, std::span<const Point> vertices,
                    std::span<const Vertex> corners) {
@@ -43,7 +43,7 @@ Point normal_along(const Point& direction, std::span<const Point> vertices,
 }
 
 Point mean_corner(std::span<const Point> vertices, std::span<const Vertex> corners) {
-  // positions relative to a corner avoid cancellation in small polygons
+  // Sums positions relative to a corner, to avoid cancellation in small polygons.
   const Point& origin = vertices[corners[0]];
   Point sum{0.0, 0.0, 0.0};
   for (const Vertex corner : corners) sum = sum + (vertices[corner] - origin);
@@ -66,7 +66,7 @@ Point centroid_of_fan(std::span<const Point> vertices, std::span<const Vertex> c
   return box.clamped(vertices[corners[0]] + (1.0 / (3.0 * total)) * moment);
 }
 
-// Cuts one polygon, seen along its normal, into triangles.
+// Cuts one polygon into triangles, in the projection along its normal.
 class EarCutter {
  public:
   EarCutter(std::span<const Point> vertices, std::span<const Vertex> corners)
@@ -105,7 +105,7 @@ class EarCutter {
     });
   }
 
-  // Positive if a, b, c run counterclockwise.
+  // Positive if a, b, c are in counterclockwise order.
   double turn(Vertex a, Vertex b, Vertex c) const {
     return dot(cross(vertices_[b] - vertices_[a], vertices_[c] - vertices_[a]), normal_);
   }

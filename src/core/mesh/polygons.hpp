@@ -29,19 +29,18 @@ struct PolygonMeasures {
   Point normal;  // unit normal; zero if the polygon has none
 };
 
-// Twice the sum of the area vectors of the fan of triangles (0, i, i + 1), by Newell's formula: in
-// a plane, twice the area times the unit normal, for concave polygons too.
+// Twice the sum of the area vectors of the fan of triangles (0, i, i + 1), by Newell's formula. For
+// a planar polygon, also a concave one, this is twice the area times the unit normal.
 Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners);
 
 // The unit normal of a polygon; zero if its area is not larger than rounding errors.
 Point unit_normal(std::span<const Point> vertices, std::span<const Vertex> corners);
 
 // Area, centroid and normal of a polygon. The area is the area of the projection along the normal.
-// For a planar polygon it is the area of the fan, with flipped triangles counted as negative. The
-// centroid is the centroid of the fan, with these signs. It is clamped to the bounding box of the
-// corners, because the centroid of a self-intersecting polygon may be outside. If there is no
-// normal, the centroid is the mean of the corners. For triangles, the results equal those of
-// mesh/geometry.hpp bit for bit.
+// The centroid is the centroid of the fan, in which flipped triangles count as negative. It is
+// clamped to the bounding box of the corners, because the centroid of a self-intersecting polygon
+// may be outside. If there is no normal, the centroid is the mean of the corners. For triangles,
+// the results have the same bits as the results of mesh/geometry.hpp.
 PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners);
 
 // Measures of all faces.
@@ -53,17 +52,19 @@ struct PolygonShapes {
 PolygonShapes measure_polygons(std::span<const Point> vertices, const Polygons& faces,
                                ThreadTeam& team);
 
-// Like sliver_area of triangles: area of the faces whose longest side or diagonal from corner 0 is
-// longer than min_length, and whose width is less than max_height. The width of a face is the
-// height of a triangle (for three corners) or rectangle (for more) with this area and length.
+// Like sliver_area, for polygons. The length of a face is its longest side or diagonal from corner
+// 0. The width is the height of a triangle (for three corners) or rectangle (for more) with this
+// length and the area of the face. Slivers are longer than min_length, and less than max_height
+// wide.
 double polygon_sliver_area(std::span<const Point> vertices, const Polygons& faces,
                            std::span<const double> areas, double min_length, double max_height,
                            ThreadTeam& team);
 
 // Cuts each face of n corners into n - 2 triangles, stored consecutively. The triangles of face i
 // begin at offsets[i] - 2 i. A face is cut into its fan if no triangle of the fan is flipped, as in
-// convex faces, or if it has more than kMostCornersCut corners. Otherwise ears are cut off one by
-// one, mostly in O(n^2). If a self-intersecting polygon has no ear, corner 1 is cut off instead.
+// convex faces, or if the face has more than kMostCornersCut corners. Otherwise ears are cut off
+// one by one, mostly in O(n^2). If a self-intersecting polygon has no ear, corner 1 is cut off
+// instead.
 inline constexpr int kMostCornersCut = 4096;
 Buffer<Triangle> triangulate(std::span<const Point> vertices, const Polygons& faces,
                              ThreadTeam& team);

@@ -1,9 +1,8 @@
-// Shapes (a point, a triangle, a tetrahedron), and the point of a shape that is nearest to a given
-// point.
+// Shapes: a point, a triangle, a tetrahedron. Each can find its point nearest to a given point.
 //
 // The result of nearest() is in the box() of the shape, despite rounding. So
-// box().squared_distance(p) is a lower bound of the computed squared distance, and a search that
-// prunes by boxes has the same result, bit for bit, as a comparison with all shapes.
+// box().squared_distance(p) is a lower bound of the computed squared distance. A search that prunes
+// by boxes therefore has the same result, bit for bit, as a comparison with all shapes.
 #pragma once
 
 #include <algorithm>
@@ -40,8 +39,8 @@ struct PointShape {
   Point nearest(const Point&) const { return at; }
 };
 
-// A triangle. Its corners are sorted by x, y, z. So two triangles that share an edge compute the
-// same nearest point on it.
+// A triangle. Its corners are sorted by x, y, z, so two triangles that share an edge compute the
+// same nearest point on the edge.
 class TriangleShape {
  public:
   TriangleShape() = default;
@@ -58,8 +57,9 @@ class TriangleShape {
   }
 
   // If the projection of p is inside the triangle, the result is computed from barycentric
-  // coordinates. Otherwise it is on one of the sides. In a triangle of nearly no height, only the
-  // sides are searched, because every point is within this height of a side.
+  // coordinates. Otherwise the result is on one of the sides. In a triangle with a height of nearly
+  // 0, only the sides are searched, because every point of the triangle is within this height of a
+  // side.
   Point nearest(const Point& p) const {
     const Point ab = b_ - a_;
     const Point ac = c_ - a_;
@@ -78,8 +78,8 @@ class TriangleShape {
   }
 
  private:
-  // Threshold for the squared sine of the angle at the first corner. Below it, barycentric
-  // coordinates are nothing but rounding errors.
+  // Threshold for the squared sine of the angle at the first corner. Below the threshold,
+  // barycentric coordinates consist of rounding errors.
   static constexpr double kFlat = 1e-20;
 
   static bool precedes(const Point& a, const Point& b) {
@@ -89,7 +89,7 @@ class TriangleShape {
   Point a_, b_, c_;
 };
 
-// A solid tetrahedron. If its volume is 0, it consists of its four sides only.
+// A solid tetrahedron. If the volume is 0, the shape consists of the four sides only.
 class TetShape {
  public:
   TetShape() = default;
@@ -112,7 +112,7 @@ class TetShape {
   }
 
  private:
-  // Whether p is on the inner side of all four planes, or on them.
+  // Whether p is inside the tetrahedron or on its surface.
   bool contains(const Point& p) const {
     if (box().squared_distance(p) > 0.0) return false;
     const double whole = volume(a_, b_, c_, d_);

@@ -1,8 +1,8 @@
-// Rivara's algorithm bisects faces by their longest side, then neighbors that do not conform, and
-// their neighbors in turn. Here only sides that are too long are bisected, so no such chains arise:
-// if any side of a face is too long, so is its longest side. Hence each side that is too long is
-// eventually bisected in each of its faces. Faces are therefore independent, except for the indices
-// of midpoints on shared sides.
+// Rivara's algorithm bisects the longest side of a face, then neighboring faces that do not
+// conform, then their neighbors. Here only sides that are too long are bisected, which avoids such
+// chains: if any side of a face is too long, its longest side is too long. Hence each side that is
+// too long is eventually bisected in each of its faces. Faces are therefore independent, except for
+// the indices of midpoints on shared sides.
 //
 // The bound on angles: Rosenberg and Stenger, "A lower bound on the angles of triangles constructed
 // by bisecting the longest side", 1975. The algorithm: Rivara, "Algorithms for refining triangular
@@ -35,8 +35,8 @@ Point midpoint(const Point& a, const Point& b) {
 struct Corners {
   Point points[3];
 
-  // Returns a copy with one corner moved to `point`. If this is the midpoint of a side, the copy is
-  // one half of the face.
+  // Returns a copy with one corner moved to `point`. If `point` is the midpoint of a side, the copy
+  // is one half of the face.
   Corners with(int corner, const Point& point) const {
     Corners changed = *this;
     changed.points[corner] = point;
@@ -74,7 +74,7 @@ Corners corners_of(std::span<const Point> vertices, const Triangle& face) {
   return {vertices[face.corners[0]], vertices[face.corners[1]], vertices[face.corners[2]]};
 }
 
-// Returns the number of parts of a face; any number above `most` if there are more than `most`.
+// Returns the number of parts of a face, or some number above `most` if there are more than `most`.
 std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t most) {
   const int side = limit.longest_side(face);
   if (side == kNoSide) return 1;
@@ -188,7 +188,7 @@ class LongEdges {
  private:
   std::int64_t n_edges() const { return std::ssize(highs_.entries); }
 
-  // for each vertex, ascending: the higher vertices of edges whose lower vertex it is
+  // for each vertex as the lower vertex of edges: the higher vertices, ascending
   Lists<Vertex> highs_;
   Buffer<Vertex> first_points_;  // (edges + 1,) index of the first midpoint of each edge
 };
@@ -199,8 +199,8 @@ class Cutter {
   Cutter(const Limit& limit, const LongEdges& long_edges, Subdivision& parts)
       : limit_(limit), long_edges_(long_edges), parts_(parts) {}
 
-  // Writes the parts of a face from first_part on, and the midpoints within it from first_point on.
-  // Midpoints on the sides must have been written before.
+  // Writes the parts of a face from index first_part on, and the midpoints inside the face from
+  // index first_point on. Midpoints on the sides must have been written before.
   void cut(const Triangle& face, Face source, std::int64_t first_part, Vertex first_point) {
     edges_.clear();
     source_ = source;
@@ -215,7 +215,7 @@ class Cutter {
   struct SplitEdge {
     Vertex from;
     Vertex to;
-    Vertex middle = kNoVertex;  // midpoint, if it is bisected into two other edges
+    Vertex middle = kNoVertex;  // midpoint, if the edge is bisected into two other edges
     std::int32_t first_half = 0;
     std::int32_t second_half = 0;
   };
@@ -264,7 +264,8 @@ class Cutter {
     return index;
   }
 
-  // Adds a side of the face. Its edge runs from the lower to the higher vertex, like its midpoints.
+  // Adds a side of the face. The edge runs from the lower to the higher vertex, like the midpoints
+  // of the edge.
   Side add_side(Vertex a, Vertex b) {
     const bool is_reversed = a > b;
     Vertex next_point = kNoVertex;
@@ -272,10 +273,10 @@ class Cutter {
     return {add_edge(std::min(a, b), std::max(a, b), next_point), is_reversed};
   }
 
-  // Adds an edge from a midpoint to the corner opposite to it.
+  // Adds an edge from a midpoint to the opposite corner.
   std::int32_t add_inner_edge(Vertex middle, Vertex opposite) {
-    // A pointer, because next_point_ may be one past the last vertex. In this case the edge is
-    // short, and nothing is written.
+    // This is a pointer, because next_point_ may be one past the last vertex. In this case the edge
+    // is short, and nothing is written.
     Point* place = parts_.vertices.data() + next_point_;
     write_points(point(middle), point(opposite), limit_, place);
     return add_edge(middle, opposite, next_point_);

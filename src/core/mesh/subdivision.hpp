@@ -1,4 +1,4 @@
-// Stage 0: bisects faces until no edge is too long.
+// Stage 0: bisects faces until all edges are short enough.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -11,22 +11,22 @@ struct Subdivision {
   Buffer<Point> vertices;  // vertices of the input, then midpoints
   Buffer<Triangle> faces;  // all parts of face 0, then of face 1, ...
   Buffer<Face> sources;    // input face of each part
-  // number of bisections: a part has 2^-depth times the area of its source
+  // number of bisections of each part; its area is 2^-depth times the area of its source
   Buffer<std::uint8_t> depths;
 };
 
 // Bisects the longest side of every face, and of every part, until no side is longer than max_edge.
-// A side that is too long is bisected in all of its faces, so there are no T-junctions, whatever
-// the number of faces on an edge. No other side is bisected. Whether and where a side is bisected
-// depends only on the positions of its ends, so unwelded seams get no gaps. Faces with the same two
-// vertices share the midpoints between them. The smallest angle of a part is at least half the
+// A side that is too long is bisected in all of its faces, so there are no T-junctions, also on
+// non-manifold edges. No other side is bisected. Whether and where a side is bisected depends only
+// on the positions of its ends, so unwelded seams get no gaps. Faces with the same two vertices
+// share the midpoints between these vertices. The smallest angle of a part is at least half the
 // smallest angle of its face. Ties of length go to the first side. Parts keep the orientation of
 // their face.
 //
-// max_edge is positive, infinity included, and large compared with the rounding of coordinates.
+// max_edge is positive, may be infinite, and is large compared with the rounding of coordinates.
 // Time O(F + V + number of parts), and O(n log n) at a vertex with n long sides. Throws
-// std::length_error, before the result is allocated, if there would be more than max_faces parts,
-// or too many vertices to index.
+// std::length_error before it allocates the result, if there would be more than max_faces parts, or
+// too many vertices to index.
 Subdivision subdivide(std::span<const Point> vertices, std::span<const Triangle> faces,
                       double max_edge, std::int64_t max_faces, ThreadTeam& team);
 

@@ -18,17 +18,17 @@ struct VertexGraph {
 };
 
 // Builds one arc per edge and direction. Corners are replaced by representative[vertex] (see
-// weld_vertices): unused vertices and duplicates (vertices with another representative) have no
-// arcs. A side whose ends have the same representative is no edge. Time O(C + V), and O(n log n) at
-// a vertex with n edges.
+// weld_vertices). Unused vertices and duplicates (vertices with another representative) have no
+// arcs. A side whose ends have the same representative is not an edge. Time O(C + V), and O(n log
+// n) at a vertex with n edges.
 VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerLists& faces,
                                std::span<const Vertex> representative, ThreadTeam& team);
 
-// Positions after n_steps of Taubin's smoothing. A step moves each vertex by 0.5 of the way
-// toward the mean of its neighbors, then by 0.53 away from it. This removes bumps as small as an
-// edge, and does not shrink the shape. Vertices without neighbors stay. Time O(n_steps * (V + M));
-// the same bits for any number of threads. (Taubin, "A Signal Processing Approach to Fair Surface
-// Design", 1995.)
+// Positions after n_steps steps of Taubin's smoothing ("A Signal Processing Approach to Fair
+// Surface Design", 1995). A step moves each vertex by 0.5 of the way toward the mean of its
+// neighbors, then by 0.53 of the way away from the mean. Smoothing removes bumps as small as an
+// edge, and does not shrink the shape. Vertices without neighbors do not move. Time O(n_steps * (V
+// + M)). The result has the same bits for any number of threads.
 Buffer<Point> taubin_smooth(std::span<const Point> vertices, std::span<const std::int64_t> offsets,
                             std::span<const Vertex> neighbors, int n_steps, ThreadTeam& team);
 

@@ -9,15 +9,15 @@
 
 namespace superfacets {
 
-// For each vertex, the mean of the unit normals of the faces around it, not normalized; zero if
-// there are no faces. Corners are replaced by representative[vertex] (see weld_vertices), so
-// duplicates have no faces. A face without a normal counts as zero in the mean.
+// For each vertex, the mean of the unit normals of the faces around the vertex. The mean is not
+// normalized, and zero if there are no faces. Corners are replaced by representative[vertex] (see
+// weld_vertices), so duplicates have no faces. A face without a normal counts as zero in the mean.
 Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& faces,
                            std::span<const Vertex> representative);
 
-// Weight of an edge: 1 minus the dot product of the normals at its ends, at least 0. On convex
-// edges it is squared, because surfaces are rarely cut there. (Karpathy, Miller, Fei-Fei, "Object
-// Discovery in 3D Scenes via Shape Analysis", 2013.)
+// Weight of an edge: 1 minus the dot product of the normals at its ends, at least 0. The weight of
+// a convex edge is squared, because objects rarely meet at convex edges. (Karpathy, Miller,
+// Fei-Fei, "Object Discovery in 3D Scenes via Shape Analysis", 2013.)
 inline double crease_weight(const Point& a, const Point& b, bool is_convex) {
   const double turn = std::max(1.0 - dot(a, b), 0.0);
   return is_convex ? turn * turn : turn;

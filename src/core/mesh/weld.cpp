@@ -15,8 +15,8 @@ namespace {
 
 constexpr Vertex kEmptySlot = -1;
 
-// Prefetch distance, in vertices. It is large enough to hide the latency of memory, and small
-// enough for the hash slots to stay in the first-level cache.
+// Prefetch distance, in vertices. The distance is large enough to hide the latency of memory, and
+// small enough for the hash slots to stay in the first-level cache.
 constexpr std::int64_t kBatch = 32;
 
 // The finalizer of splitmix64: every output bit depends on every input bit, so regular grids of
@@ -27,10 +27,11 @@ std::uint64_t mix(std::uint64_t bits) {
   return bits ^ (bits >> 31);
 }
 
-// A multiplication moves the bits of a coordinate to the upper half of the product. The products
-// are rotated by different amounts and added, so that one finalizer mixes them all.
+// Hashes a position. A multiplication moves the bits of a coordinate to the upper half of the
+// product. The products are rotated by different amounts and added, so that one finalizer mixes all
+// coordinates.
 std::uint64_t hash(Point p) {
-  // Adding 0.0 turns -0.0 into 0.0. The two compare equal, so they must have the same hash.
+  // Adding 0.0 turns -0.0 into 0.0. The two zeros compare equal, so they must have the same hash.
   SUPERFACETS_ASSERT(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
   const std::uint64_t x = std::bit_cast<std::uint64_t>(p.x + 0.0) * 0x9e3779b97f4a7c15ULL;
   const std::uint64_t y = std::bit_cast<std::uint64_t>(p.y + 0.0) * 0xd6e8feb86659fd93ULL;
@@ -42,9 +43,9 @@ bool same_position(Point a, Point b) {
   return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
-// Hash table from position to the lowest vertex there: open addressing with linear probing, at most
-// half full. A slot never changes its position once taken, and all threads probe in the same order.
-// So they agree on one slot per position without a lock.
+// Hash table from positions to the lowest vertex at each position, with open addressing and linear
+// probing, at most half full. A taken slot keeps its position, and all threads probe in the same
+// order. So threads agree on one slot per position without a lock.
 class PositionTable {
  public:
   using Slot = std::uint32_t;  // 2^31 - 1 vertices make a table of 2^32 slots

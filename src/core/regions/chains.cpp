@@ -124,8 +124,7 @@ MovingRegions::MovingRegions(const Surface& surface, const BorderCost& cost,
 
 void MovingRegions::prefetch_arcs(Cell cell) const {
   const std::int64_t arc = arcs().offsets[cell];
-  prefetch(arcs().targets.data() +
-           arc);  // also valid without arcs, because a prefetch reads nothing
+  prefetch(arcs().targets.data() + arc);  // an address beyond the arcs is valid to prefetch
   prefetch(border_cost_.lengths.data() + arc);
   prefetch(costs_.data() + arc);
   surface_.prefetch_cell(cell, arc);

@@ -15,13 +15,13 @@
 
 namespace superfacets {
 
-// A leaf holds consecutive places on the curve, kLeaf by default; a node has kFanOut children in
-// the level below.
+// A leaf holds consecutive places on the curve, kLeaf by default. A node has up to kFanOut children
+// in the level below.
 class BoxTree {
  public:
   // places per leaf; their positions fill twelve cache lines
   static constexpr std::size_t kLeaf = 32;
-  // children per node, because a cube on a Morton curve has eight octants
+  // children per node; a cube on a Morton curve has eight octants
   static constexpr std::size_t kFanOut = 8;
 
   BoxTree() = default;  // an empty tree
@@ -30,7 +30,7 @@ class BoxTree {
       : BoxTree(
             positions.size(), kLeaf,
             [&](std::size_t place) { return Box{positions[place], positions[place]}; }, team) {}
-  // Builds a tree over cells with an extent. box_of(place) returns the box of a cell; it is called
+  // Builds a tree over cells with an extent. box_of(place) returns the box of a cell. It is called
   // once for each place, on any thread.
   template <typename BoxOf>
   BoxTree(std::size_t n_cells, std::size_t leaf_size, const BoxOf& box_of, ThreadTeam& team)
@@ -54,12 +54,12 @@ class BoxTree {
   // Number of levels. The first level holds the leaves, the last only the root.
   std::size_t n_levels() const { return levels_.size(); }
   std::span<const Box> level(std::size_t level) const { return levels_[level]; }
-  // The range of children of a node above the leaves: the first, and one past the last.
+  // The children of a node above the leaves, as the pair (first, one past the last).
   std::pair<std::size_t, std::size_t> children(std::size_t level, std::size_t index) const {
     SUPERFACETS_ASSERT(level > 0 && level < n_levels() && index < levels_[level].size());
     return {index * kFanOut, std::min((index + 1) * kFanOut, levels_[level - 1].size())};
   }
-  // The range of places of a leaf: the first, and one past the last.
+  // The places of a leaf, as the pair (first, one past the last).
   std::pair<std::size_t, std::size_t> places(std::size_t leaf) const {
     SUPERFACETS_ASSERT(leaf * leaf_size_ < n_cells_);
     return {leaf * leaf_size_, std::min((leaf + 1) * leaf_size_, n_cells_)};
@@ -83,16 +83,17 @@ class BoxTree {
     return nodes;
   }
 
-  // Calls visit(begin, end), with the range of places, for each leaf if is_wanted(level, index)
-  // holds for the leaf and all of its ancestors. The condition may change between visits.
+  // Calls visit(begin, end) with the places of each leaf, if is_wanted(level, index) holds for the
+  // leaf and all of its ancestors. The condition may change between visits.
   template <typename IsWanted, typename Visit>
   void visit_leaves(const IsWanted& is_wanted, const Visit& visit) const {
     if (!empty()) visit_below(n_levels() - 1, 0, is_wanted, visit);
   }
 
-  // Calls visit(begin, end) for each leaf not farther than `limit`, visiting the children of a node
-  // from nearest to farthest. visit may lower the limit. distance(level, index) is a lower bound of
-  // the distance to everything in a node, or NaN to skip the node.
+  // Calls visit(begin, end) with the places of each leaf at a distance of at most `limit`. The
+  // children of a node are visited from nearest to farthest. visit may lower the limit.
+  // distance(level, index) is a lower bound of the distance to all cells in a node, or NaN to skip
+  // the node.
   template <typename Distance, typename Visit>
   void visit_nearest(const Distance& distance, const double& limit, const Visit& visit) const {
     if (empty() || !(distance(n_levels() - 1, 0) <= limit)) return;

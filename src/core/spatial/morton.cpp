@@ -78,8 +78,9 @@ void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sort
   }
 }
 
-// Cells are sorted by the highest digit of their codes first, then by the other digits within the
-// second-level cache. If the codes are in a buffer, it is freed before the order is allocated.
+// Sorts cells by the highest digit of their codes first, then by the other digits within the
+// second-level cache. If the codes are in a buffer, the buffer is freed before the order is
+// allocated.
 template <typename Codes>
 Buffer<Cell> order_of(Codes codes, ThreadTeam& team) {
   const auto n = std::ssize(codes);
@@ -105,7 +106,8 @@ Buffer<Cell> order_of(Codes codes, ThreadTeam& team) {
 // cells. Halves have equal numbers of cells, so the recursion also ends if cells coincide.
 void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
                      std::size_t n_together) {
-  // Sorted by index, because the order after nth_element depends on the standard library.
+  // The cells are sorted by index, because the order after nth_element depends on the standard
+  // library.
   if (cells.size() <= n_together) return std::sort(cells.begin(), cells.end());
   Box box;
   for (const Cell cell : cells) box.include(positions[cell]);
@@ -121,7 +123,7 @@ void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
   order_by_halves(positions, {middle, cells.end()}, n_together);
 }
 
-// Finds the ranges of places with more than n_together cells of the same code.
+// Finds the ranges of more than n_together places with the same code.
 std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std::uint32_t> codes,
                                                              std::size_t n_together) {
   std::vector<std::pair<std::int64_t, std::int64_t>> runs;

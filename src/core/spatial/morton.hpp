@@ -1,4 +1,5 @@
-// A space-filling curve: cells that are adjacent in the order are near in space.
+// Orders cells along a space-filling curve, so that cells that are adjacent in the order are near
+// in space.
 #pragma once
 
 #include "base/box.hpp"
@@ -13,27 +14,27 @@ namespace superfacets {
 // the result, 20 if all cells are within a tenth of each axis.
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team);
 
-// Like morton_order over the box around all positions, except that more than n_together cells with
-// the same code are ordered by recursive halving of their box. So neighbors in the order are near
-// in space however unevenly the cells are spread. Expected time O(N log N) at worst.
+// Like morton_order over the box around all positions, but more than n_together cells with the same
+// code are ordered by recursive halving of their box. So neighbors in the order are near in space
+// even if the density of cells varies widely. Expected time O(N log N) at worst.
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 
-// refined_morton_order for cells that are already sorted by code, then by index. The cells may be a
-// subset of all, but must include all cells of each code that occurs.
+// Does the second step of refined_morton_order, for cells that are already sorted by code, then by
+// index. The cells may be a subset of a cloud, but must include all cells of each code that occurs.
 Buffer<Cell> order_within_steps(std::span<const Point> positions,
                                 std::span<const std::uint32_t> codes, std::size_t n_together,
                                 ThreadTeam& team);
 
-// The Morton code of each position: morton_order sorts by code, then by index.
+// The Morton code of each position. morton_order sorts by code, then by index.
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
                                    ThreadTeam& team);
 
 // Number of bits of a code.
 inline constexpr int kCodeBits = 30;
 
-// Cells sorted by codes of kCodeBits bits, then by index. Takes the time of morton_order, and its
-// memory without the codes.
+// Cells sorted by codes of kCodeBits bits, then by index. Time O(N); memory 8 bytes per cell with
+// the result.
 Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team);
 
 // Bounding box of all positions.

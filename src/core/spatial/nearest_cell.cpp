@@ -19,11 +19,11 @@ constexpr std::size_t kShapesPerLeaf = 2;
 // query, which is usually near.
 constexpr std::int64_t kQueriesPerTask = 1 << 11;
 
-// up to so many queries with one Morton code stay in input order
+// maximum number of queries with the same Morton code that keep the input order
 constexpr std::size_t kQueriesTogether = 64;
 
 // The best result so far. Initially, `squared` is the squared limit, and `cell` is higher than
-// every cell, so a cell at exactly the limit is accepted.
+// every real cell, so a cell at exactly the limit is accepted.
 struct Answer {
   double squared;
   Cell cell = std::numeric_limits<Cell>::max();
@@ -52,8 +52,8 @@ class ShapeSearch {
     tree_ = BoxTree(shapes_.size(), kShapesPerLeaf, take_place, team);
   }
 
-  // The nearest shape within a squared distance. `hint` is the result of another query. It makes
-  // the search fast if both queries are near each other, and does not affect the result.
+  // The nearest shape within a squared distance. `hint` is the result of another query. A hint
+  // makes the search fast if both queries are near each other, and does not affect the result.
   Answer nearest_to(const Point& p, double max_squared, const Answer& hint) const {
     Answer best{max_squared};
     if (hint.is_found()) offer(p, hint.place, best);

@@ -8,17 +8,17 @@
 
 namespace superfacets {
 
-// One entry per query, in their order.
+// One entry per query, in the order of queries.
 struct NearestCells {
-  Buffer<Cell> cells;        // the lowest of equally near cells; -1 if all are beyond max_distance
+  Buffer<Cell> cells;        // nearest cell, the lowest one in ties; -1 if there is none
   Buffer<double> distances;  // infinite if there is none
   Buffer<Point> points;      // the nearest point of that cell; NaN if there is none
 };
 
-// Cells beyond max_distance, which may be infinite, are not found. Distances are measured to the
-// nearest point of a cell, and are 0 inside a tetrahedron. Only exactly equal distances are ties.
-// Time: about a microsecond per cell, and per query near the surface. Results do not depend on the
-// number of threads.
+// Finds only cells within max_distance, which may be infinite. The distance of a cell is the
+// distance of its nearest point, and is 0 inside a tetrahedron. Only exactly equal distances are
+// ties. Time: about a microsecond per cell, and per query near the surface. Results do not depend
+// on the number of threads.
 NearestCells nearest_triangles(std::span<const Point> vertices, std::span<const Triangle> triangles,
                                std::span<const Point> queries, double max_distance,
                                ThreadTeam& team);

@@ -9,8 +9,8 @@
 namespace superfacets {
 namespace {
 
-// A lower bound of the squared distance between points of two boxes. It holds in floating point
-// too: see Box::squared_distance.
+// A lower bound of the squared distance between points of two boxes. The bound also holds in
+// floating point, see Box::squared_distance.
 double squared_gap(const Box& a, const Box& b) {
   auto gap = [](double a_low, double a_high, double b_low, double b_high) {
     return std::max({b_low - a_high, 0.0, a_low - b_high});
@@ -20,7 +20,8 @@ double squared_gap(const Box& a, const Box& b) {
                        gap(a.low.z, a.high.z, b.low.z, b.high.z)});
 }
 
-// Inserts a neighbor into a sorted list of limited length, which keeps only the nearest.
+// Inserts a neighbor into a sorted list of limited length. The list keeps only the nearest
+// neighbors.
 void insert(const Neighbor& neighbor, std::span<Neighbor> list, std::size_t& size) {
   if (size == list.size() && !(neighbor < list[size - 1])) return;
   if (size < list.size()) ++size;
@@ -29,7 +30,7 @@ void insert(const Neighbor& neighbor, std::span<Neighbor> list, std::size_t& siz
   list[slot] = neighbor;
 }
 
-// The squared distance beyond which no point can be among the nearest.
+// Upper bound of the squared distance of points that may enter the list.
 double squared_reach(std::span<const Neighbor> list, std::size_t size) {
   return size < list.size() ? kInfinity : list[size - 1].squared;
 }
@@ -96,9 +97,9 @@ void NeighborSearch::scan_leaves(std::size_t leaf, std::span<const Nearby> leave
   }
 }
 
-// Lists the other leaves within the square root of `farthest` of a leaf, sorted by the distance of
-// centers: scanning the nearest leaves first lowers the bound, and then excludes most of the
-// others.
+// Lists the other leaves at a squared distance of at most `farthest` from a leaf, sorted by the
+// distance of centers. Scanning the nearest leaves first lowers the bound, which excludes most
+// other leaves.
 void NeighborSearch::find_nearby(std::size_t leaf, double farthest,
                                  std::vector<Nearby>& nearby) const {
   const Box& box = tree_.level(0)[leaf];

@@ -1,4 +1,4 @@
-// The nearest neighbors of all points of a cloud.
+// Finds the nearest neighbors of all points of a cloud.
 #pragma once
 
 #include <utility>
@@ -23,9 +23,9 @@ inline bool operator<(const Neighbor& a, const Neighbor& b) {
   return a.squared < b.squared || (a.squared == b.squared && a.point < b.point);
 }
 
-// Points along a space-filling curve, with a tree of boxes over them. If many points have the same
-// Morton code, as in a cloud with a far outlier, they are ordered by recursive halving of their
-// box.
+// Points along a space-filling curve, with a tree of boxes over these points. Points with the same
+// Morton code, which are many in a cloud with a far outlier, are ordered by recursive halving of
+// their box.
 class NeighborSearch {
  public:
   // Builds a search of a subset of a cloud. `points` holds the indices of the subset, ascending. No
@@ -38,13 +38,13 @@ class NeighborSearch {
   std::span<const Cell> points() const { return points_.span(); }         // by place
   std::span<const Point> positions() const { return positions_.span(); }  // by place
 
-  // Move the arrays out of the search, which must not be used afterwards.
+  // These functions move the arrays out of the search, which must not be used afterwards.
   Buffer<Cell> release_points() { return std::move(points_); }
   Buffer<Point> release_positions() { return std::move(positions_); }
 
-  // Calls take(place, neighbors, thread) for each place, on any thread. The neighbors are the
-  // n_nearest nearest other points, nearest first, or all if there are fewer. About a microsecond
-  // per point for eight neighbors.
+  // Calls take(place, neighbors, thread) for each place, on any thread. `neighbors` holds the
+  // n_nearest nearest other points, or all if there are fewer, in ascending order of distance.
+  // Takes about a microsecond per point for eight neighbors.
   template <typename Take>
   void for_each_point(std::size_t n_nearest, const Take& take, ThreadTeam& team) const {
     for_each_wanted(n_nearest, [](Place) { return true; }, take, team);
@@ -77,7 +77,8 @@ class NeighborSearch {
  private:
   static constexpr std::int64_t kLeavesPerTask = 64;
 
-  // Number of nearest leaves that are scanned first, to exclude most of the others by distance.
+  // Number of nearest leaves that are scanned first. Their points lower the bound, which excludes
+  // most other leaves.
   static constexpr std::size_t kFirstLeaves = 12;
 
   // A leaf that may hold neighbors of the points of another leaf.

@@ -8,7 +8,7 @@ namespace {
 
 // Points with variances a <= b <= c along their principal axes have a normal if (b - a) (c - a)
 // exceeds about this fraction of (a + b + c)^2. With this limit, points in a strip a thousand times
-// as long as wide still have a normal.
+// as long as wide have a normal.
 constexpr double kLeastDifference = 1e-7;
 
 // Maximum number of Newton steps. The method converges to the smallest root from below, and its
@@ -20,8 +20,8 @@ struct Symmetric {
   double xx, xy, xz, yy, yz, zz;
 };
 
-// The covariance matrix, scaled so that its trace, the sum of the variances, is 1; zero if all
-// points have the same position.
+// The covariance matrix, scaled to a trace (sum of the variances) of 1. Zero if all points have the
+// same position.
 Symmetric covariance_of(const Spread& spread) {
   const Point mean = (1.0 / spread.n) * spread.sum;
   const Symmetric c{
@@ -35,9 +35,9 @@ Symmetric covariance_of(const Spread& spread) {
   return {scale * c.xx, scale * c.xy, scale * c.xz, scale * c.yy, scale * c.yz, scale * c.zz};
 }
 
-// The smallest eigenvalue of a covariance matrix with trace 1. Its characteristic polynomial x^3 -
-// x^2 + q x - det is concave and increasing up to this root, so that Newton's method from 0 never
-// overshoots.
+// The smallest eigenvalue of a covariance matrix with trace 1. The characteristic polynomial x^3 -
+// x^2 + q x - det is concave and increasing up to its smallest root, so Newton's method from 0
+// never overshoots.
 double smallest_eigenvalue(const Symmetric& c) {
   const double q =
       (c.xx * c.yy - c.xy * c.xy) + (c.xx * c.zz - c.xz * c.xz) + (c.yy * c.zz - c.yz * c.yz);
@@ -56,8 +56,8 @@ double smallest_eigenvalue(const Symmetric& c) {
   return x;
 }
 
-// The unit eigenvector of the smallest eigenvalue of a matrix with trace 1; zero if there are two
-// such eigenvectors.
+// The unit eigenvector of the smallest eigenvalue of a matrix with trace 1. Zero if this eigenvalue
+// is not unique.
 Point least_direction(const Symmetric& c) {
   const double least = smallest_eigenvalue(c);
   // The eigenvector is orthogonal to the rows of (matrix - eigenvalue * identity), so it is

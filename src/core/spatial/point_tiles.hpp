@@ -21,8 +21,8 @@ NearestRows nearest_in_part(std::span<const Point> positions,
                             std::span<const std::uint8_t> is_wanted, std::size_t n_nearest,
                             ThreadTeam& team);
 
-// For each center, the normal by NormalFit, of either sign, of the center and its neighbors.
-// `centers` and `rows` are indices of points; there is one row of neighbors per center, and it ends
+// For each center, the normal of the center and its neighbors by NormalFit, with arbitrary sign.
+// `centers` and `rows` are indices of points. There is one row of neighbors per center, which ends
 // at the first -1.
 Buffer<Point> directions_around(std::span<const Point> positions, std::span<const Point> axes,
                                 std::span<const Cell> centers, std::span<const Cell> rows,

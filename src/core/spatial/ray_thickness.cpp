@@ -21,7 +21,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 constexpr double kCosHalfAngle = 0.5;  // cosine of the half-angle of the cone of rays, 60 degrees
 constexpr double kSoftening = 0.2;     // radians; the weight of a ray is 1 / (angle + kSoftening)
-constexpr double kLeastShare = 0.25;   // least fraction of rays that must leave the body
+constexpr double kLeastShare = 0.25;   // minimum fraction of rays that must leave the solid
 
 struct Ray {
   Ray(const Point& start, const Point& direction, double by)
@@ -32,21 +32,21 @@ struct Ray {
         from_low(start + Point{by, by, by}),
         from_high(start - Point{by, by, by}) {}
 
-  // 1 / x, or a large number for x = 0: the product of infinity and 0 would be NaN.
+  // 1 / x, or a large number for x = 0, because the product of infinity and 0 is NaN.
   static double invert(double x) { return 1.0 / (x == 0.0 ? 1e-100 : x); }
 
   Point from;
   Point along;
   Point inverse;
   double slack;  // margin of boxes against rounding errors
-  // start + slack: subtracted from the low corner of a box, it also enlarges the box
+  // start + slack; subtracting it from the low corner of a box also enlarges the box
   Point from_low;
-  // start - slack: subtracted from the high corner of a box, it also enlarges the box
+  // start - slack; subtracting it from the high corner of a box also enlarges the box
   Point from_high;
 };
 
-// A lower bound of the distance at which a ray enters a box; NaN if it does not enter within
-// `limit`.
+// A lower bound of the distance at which a ray enters a box; NaN if the ray does not enter the box
+// within `limit`.
 double entry(const Box& box, const Ray& ray, double limit) {
   double enter = 0.0;
   double leave = limit;
@@ -73,9 +73,8 @@ struct Target {
   Point first;  // `first` and `second`: edges from the corner to the other two corners
   Point second;
 
-  // Replaces `best` if the ray hits the triangle at a shorter distance that is greater than
-  // `least`. Points on an edge belong to both of its triangles, so no ray slips through between
-  // them.
+  // Replaces `best` if the ray hits the triangle at a shorter distance, which must exceed `least`.
+  // Points on an edge belong to both triangles of the edge, so no ray passes between them.
   void offer(const Ray& ray, double least, bool inside_out, Hit& best) const {
     constexpr double kEdge = 1e-12;
     const Point p = cross(ray.along, second);
@@ -99,13 +98,13 @@ double surface_of(const Point& extent) {
   return 2.0 * (extent.x * extent.y + extent.y * extent.z + extent.z * extent.x);
 }
 
-// A bounding box aligned with the longest edge and the normal of a triangle. It culls long thin
+// A bounding box aligned with the longest edge and the normal of a triangle, for long thin
 // triangles that are not parallel to an axis. Axis-aligned boxes of such triangles overlap: in a
 // fan of n triangles, a ray would hit most of the n boxes.
 class SlantedBox {
  public:
   // Bounds triangles in a box aligned with the largest triangle. If all triangles have zero area,
-  // there are no axes, and every ray counts as a hit.
+  // there are no axes, and every ray hits the box.
   explicit SlantedBox(std::span<const Target> targets) {
     double most = 0.0;
     for (const Target& target : targets) {
@@ -131,7 +130,7 @@ class SlantedBox {
   Point extent() const { return box_.high - box_.low; }
   bool has_axes() const { return squared_norm(axes_[0]) > 0.0; }
 
-  // Like `entry` of an axis-aligned box.
+  // Like the function `entry` for axis-aligned boxes.
   double entry(const Ray& ray, double limit) const {
     const Ray turned(along_axes(ray.from - origin_), along_axes(ray.along), ray.slack);
     return superfacets::entry(box_, turned, limit);
@@ -172,7 +171,7 @@ class RayTree {
     add_slanted(team);
   }
 
-  // The first hit of a ray beyond the distance `least`. If there is none, its distance is infinite.
+  // The first hit of a ray beyond the distance `least`. If there is none, the distance is infinite.
   Hit first_hit(const Point& from, const Point& along, double least, bool inside_out) const {
     constexpr double kSlack = 1e-9;  // in extents of the mesh
     if (tree_.empty()) return {kInfinity};
@@ -194,10 +193,10 @@ class RayTree {
   }
 
  private:
-  // Adds a slanted box to each node whose axis-aligned box has many times the area of its
+  // Adds a slanted box to each node whose axis-aligned box has many times the area of the node's
   // triangles, if the slanted box is much smaller.
   void add_slanted(ThreadTeam& team) {
-    // least ratio of areas; a square at 45 degrees to two axes has a ratio of about 4
+    // minimum ratio of areas; a square at 45 degrees to two axes has a ratio of about 4
     constexpr double kThin = 32.0;
     constexpr double kMuchSmaller = 0.25;
     std::vector<double> of_targets(targets_.size());
@@ -237,8 +236,8 @@ struct Spoke {
   double weight;
 };
 
-// Returns rays spread evenly over the cone: equal steps in height, each rotated by the golden
-// angle.
+// Returns directions spread evenly over the cone, with equal steps in height, each rotated by the
+// golden angle.
 std::vector<Spoke> make_spokes(int n_rays) {
   constexpr double kCosGolden = -0.7373688780783197;
   constexpr double kSinGolden = 0.6754902942615237;
@@ -299,7 +298,7 @@ double typical_length(std::vector<Length>& lengths) {
     sum += ray.weight * ray.length;
     weights += ray.weight;
   }
-  // If lengths form two groups, no length may be near the median.
+  // If lengths form two groups, there may be no length near the median.
   return weights > 0.0 ? sum / weights : median;
 }
 

@@ -65,8 +65,8 @@ Buffer<Vertex> renumbered(std::span<const Vertex> corners, const Buffer<Place>& 
 
 // Cells sorted by the lowest of their corners, then by index.
 Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, ThreadTeam& team) {
-  // Codes are shifted to use all of their bits, because the sort splits work among threads by the
-  // highest digit. From 2^30 vertices on, the lowest bit of the corner is lost.
+  // Codes are shifted to use all bits, because the sort splits work among threads by the highest
+  // digit. With 2^30 vertices or more, the lowest bit of the corner is lost.
   const int spare_bits = kCodeBits - static_cast<int>(std::bit_width(n_vertices));
   Buffer<std::uint32_t> codes(cells.n_cells());
   team.for_each_index(cells.n_cells(), [&](std::int64_t cell) {

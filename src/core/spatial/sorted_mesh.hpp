@@ -15,10 +15,10 @@ struct SortedMesh {
   Buffer<Cell> order;            // (N,) index of each sorted cell in the input
 };
 
-// Sorts vertices along a Morton curve, and cells by the first of their vertices on it, then by
-// index. Vertices are welded: `representative` is the result of weld_vertices. Unused vertices are
-// kept, and corners keep their order within a cell. Expected time O(V log V + C) at worst; memory
-// at most 4 bytes per corner, 8 per vertex and 16 per cell in addition to the result.
+// Sorts vertices along a Morton curve, and cells by the first of their vertices on the curve, then
+// by index. Vertices are welded: `representative` is the result of weld_vertices. Unused vertices
+// are kept, and corners keep their order within a cell. Expected time O(V log V + C) at worst.
+// Memory: at most 4 bytes per corner, 8 per vertex and 16 per cell in addition to the result.
 SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> representative,
                      const CornerLists& cells, ThreadTeam& team);
 

@@ -9,17 +9,17 @@
 namespace superfacets {
 namespace {
 
-// Relative depth of the near plane. The search for the pixels that a triangle may cover cuts off
-// its part nearer than this fraction of its largest depth, because points at the camera project to
+// Depth of the near plane, as a fraction of the largest depth of a triangle. The bounding box of a
+// triangle in the image excludes the part nearer than this, because points at the camera project to
 // infinity.
 constexpr double kNearest = 1e-6;
 
-// Margin of the box of these pixels, against rounding errors of the projection.
+// Margin of the bounding box in pixels, against rounding errors of the projection.
 constexpr double kMargin = 1e-6;
 
-// Positions are homogeneous pixel coordinates (u d, v d, d). This map preserves depth and straight
-// lines, so no triangle has to be clipped: the ray (u, v, 1) of a pixel meets a triangle if it is
-// on the same side of the three planes through the camera and a side of the triangle.
+// Returns homogeneous pixel coordinates (u d, v d, d). This map preserves depth and straight lines,
+// so no triangle has to be clipped: the ray (u, v, 1) of a pixel hits a triangle if the ray is on
+// the same side of the three planes through the camera and a side of the triangle.
 Point projected(const View& view, const Point& p) {
   const double* m = view.projection;
   return {(m[0] * p.x + m[1] * p.y) + (m[2] * p.z + m[3]),
@@ -73,7 +73,7 @@ struct PixelRange {
     low = std::min(low, position);
     high = std::max(high, position);
   }
-  // Clamps before converting to an integer, because the number may be infinite.
+  // The number may be infinite, so it is clamped before conversion to an integer.
   std::int32_t first() const {
     return static_cast<std::int32_t>(std::clamp(std::ceil(low - 0.5 - kMargin), 0.0, kMost));
   }
@@ -165,8 +165,8 @@ class Picture {
              positions[triangle.corners[2]]}};
   }
 
-  // Whether all corners are beyond one side of the picture, or behind the camera. Needs no
-  // divisions, which take most of the time for other triangles.
+  // Whether all corners are beyond one side of the picture, or behind the camera. This test avoids
+  // divisions, which take most of the time of a triangle.
   bool is_outside(const Point (&corners)[3]) const {
     const auto are_all = [&](const auto& is_beyond) {
       return is_beyond(corners[0]) && is_beyond(corners[1]) && is_beyond(corners[2]);
@@ -199,7 +199,8 @@ class Picture {
     }
   }
 
-  // Surface area in a pixel. The area of a plane within a pixel grows with the cube of depth.
+  // Surface area in a pixel. The area of a plane within a pixel is proportional to the cube of the
+  // depth.
   double area_of(Face face, double depth) const {
     const auto [world] = corners_of(face, vertices_);
     const auto [seen] = corners_of(face, projected_.span());
@@ -213,7 +214,7 @@ class Picture {
   bool is_centroid_seen(Face face) const {
     const auto [corners] = corners_of(face, projected_.span());
     const Point sum = (corners[0] + corners[1]) + corners[2];
-    // early exit that saves most divisions
+    // This early exit saves most divisions.
     if (sum.z <= 0.0 || sum.x < 0.0 || sum.y < 0.0) return false;
     const double u = sum.x / sum.z, v = sum.y / sum.z;
     const bool is_inside = u < view_.width && v < view_.height;  // false for NaN
@@ -221,7 +222,7 @@ class Picture {
     const std::int64_t pixel =
         static_cast<std::int64_t>(v) * view_.width + static_cast<std::int64_t>(u);
     if (!(areas_[pixel] > 0.0)) return false;
-    // Length of the pixel on the surface: its area divided by the width of a pixel at that depth.
+    // Length of the pixel on the surface: the area divided by the width of a pixel at that depth.
     const double length = areas_[pixel] * std::sqrt(view_.focal_product) / depths_[pixel];
     return sum.z / 3.0 <= depths_[pixel] + length;
   }

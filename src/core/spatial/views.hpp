@@ -1,4 +1,4 @@
-// The triangle that a pinhole camera sees in each pixel.
+// Finds the triangle that a pinhole camera sees in each pixel.
 #pragma once
 
 #include <cstdint>
@@ -24,19 +24,21 @@ struct SeenSurface {
   // One entry per pixel, row by row, view after view.
   Buffer<Face> triangles;  // the nearest triangle at the center of the pixel; -1 if there is none
   Buffer<double> areas;    // surface area that the pixel covers; 0 without a triangle, and where it
-                           // is more than kMostStretched times the area seen at a right angle
-  // One entry per triangle: whether a view sees it: it has a pixel with an area, or its centroid is
-  // not deeper than the surface in its pixel by more than the length of that surface in the pixel.
+                           // is more than kMostStretched times the area seen at a right angle One
+                           // entry per triangle: whether a view sees the triangle. A view sees it
+                           // if it has a pixel with an area, or if its centroid is not hidden. A
+                           // centroid is hidden if it is deeper than the surface in its pixel by
+                           // more than the length of that surface in the pixel.
   Buffer<std::uint8_t> is_seen;
 };
 
-// Largest ratio of surface area to area at a right angle at which a pixel still votes. Surfaces
-// within 6 degrees of the line of sight exceed it. There, an error of one pixel in a mask is an
+// Maximum ratio of surface area in a pixel to area seen at a right angle. Surfaces within 6 degrees
+// of the line of sight exceed this ratio. On such surfaces, an error of one pixel in a mask is an
 // error of ten pixel widths on the surface.
 inline constexpr double kMostStretched = 10.0;
 
 // Triangles are visible from both sides. Ties of depth go to the lowest triangle. Triangles that
-// reach behind the camera are clipped. Time per view: some 20 ns per triangle, and 5 ns per pixel
+// extend behind the camera are clipped. Time per view: about 20 ns per triangle, and 5 ns per pixel
 // of each triangle in view. Results do not depend on the number of threads.
 SeenSurface see_surface(std::span<const Point> vertices, std::span<const Triangle> triangles,
                         std::span<const View> views, ThreadTeam& team);

@@ -11,16 +11,16 @@
 namespace superfacets {
 namespace {
 
-// Unit normals count as canceling if their area-weighted sum is shorter than this fraction of the
-// area. Such a sum is only rounding error, as on any closed surface.
+// Unit normals cancel out if their area-weighted sum is shorter than this fraction of the area.
+// Such a sum consists of rounding errors, as on a closed surface.
 constexpr double kCanceled = 1e-9;
 
 // Jacobi's method stops when the off-diagonal norm is at most this fraction of the trace. Each
-// sweep about squares the fraction, so 4 to 6 sweeps suffice.
+// sweep roughly squares the fraction, so 4 to 6 sweeps suffice.
 constexpr double kOffDiagonal = 1e-20;
 constexpr int kMaxSweeps = 16;
 
-// Heap order: whether a candidate is taken later than another (std::pop_heap takes the last).
+// Heap order: whether candidate `one` is taken after `other`.
 constexpr auto comes_after = [](const auto& one, const auto& other) {
   return one.error != other.error ? one.error > other.error : one.order > other.order;
 };
@@ -155,8 +155,8 @@ std::vector<RegionSums> sum_regions(const ProxySurface& surface, std::span<const
   return sums;
 }
 
-// Sets the normal of each proxy to that of the least-squares plane of its region.
-// The integral of x x^T over a triangle of area A is A / 12 (a a^T + b b^T + c c^T + s s^T), s = a
+// Sets the normal of each proxy to the normal of the least-squares plane of its region. The
+// integral of x x^T over a triangle of area A is A / 12 (a a^T + b b^T + c c^T + s s^T), with s = a
 // + b + c. The factor 1 / 12 is omitted, because it does not change the axes.
 void fit_planes(const ProxySurface& surface, std::span<const Label> labels,
                 std::vector<Proxy>& proxies) {
@@ -306,8 +306,8 @@ void ProxyRegions::take(Face face, Label label) {
   offer_neighbors(face);
 }
 
-// Queues the neighbors of a face for its region. Skips a neighbor that is already queued with an
-// error that is not larger, because the earlier candidate would be taken first.
+// Queues the neighbors of a face for its region. Skips a neighbor that is already queued with at
+// most the same error, because the earlier candidate would be taken first.
 void ProxyRegions::offer_neighbors(Face face) {
   const Label label = labels_[face];
   for (const Face neighbor : surface_.arcs().neighbors(face)) {

@@ -1,6 +1,6 @@
-// Variational Shape Approximation (Cohen-Steiner, Alliez and Desbrun 2004): an alternative to
-// stages 3 and 4. This is k-means with planes: each region has a proxy, a plane that approximates
-// it, and labels are assigned by flooding.
+// Variational Shape Approximation (Cohen-Steiner, Alliez and Desbrun 2004), an alternative to
+// stages 3 and 4. It is k-means with planes: each region has a proxy, a plane that approximates the
+// region, and floods assign labels.
 #pragma once
 
 #include <vector>
@@ -45,43 +45,43 @@ ProxySurface make_proxy_surface(std::span<const Point> vertices, std::span<const
 
 // The error of a face with respect to a proxy, >= 0.
 //
-// L2: if the proxy has no normal, its center replaces the plane: the error is the integral of the
-// squared distance to the center. L21: a face without a normal has error 0. A proxy without a
-// normal counts as orthogonal to all faces, which gives the average error over all directions.
+// L2: If the proxy has no normal, the error is the integral of the squared distance to its center.
+// L21: A face without a normal has error 0. If the proxy has no normal, the error is the average
+// over all directions.
 double proxy_error(const ProxySurface& surface, ProxyMetric metric, Face face, const Proxy& proxy);
 
-// The proxy of least error for each region 0..n_regions-1 of these labels. Each region must have a
-// face.
+// The proxy of least error for each region 0..n_regions-1. Each region must have a face.
 //
-// The center is the area-weighted barycenter; in a region without area, the mean of the centroids.
-// L2: the normal is the direction in which the region varies least; zero in a region without area.
-// L21: the normal is the direction of the area-weighted sum of the normals; zero where the normals
-// cancel out.
+// The center is the area-weighted barycenter, or the mean of the centroids in a region without
+// area. L2: The normal is the direction in which the region varies least, or zero in a region
+// without area. L21: The normal is the direction of the area-weighted sum of the normals, or zero
+// if the normals cancel out.
 std::vector<Proxy> fit_proxies(const ProxySurface& surface, ProxyMetric metric,
                                std::span<const Label> labels, Label n_regions);
 
-// Regions grown from their proxies. `labels()` is always the result of flooding from `seeds()` with
-// the current proxies.
+// Regions around proxies. `labels()` is always the result of a flood from `seeds()` with the
+// current proxies.
 //
-// A flood first labels the seeds. Then, of all faces adjacent to a region, it repeatedly adds the
-// face with least error to that region, the first queued among equals. So regions are connected. If
-// no seed reaches a face, the lowest unreached face becomes another seed, until all are reached.
+// A flood first labels the seeds. Then it repeatedly chooses the pair of a region and an adjacent
+// face with the least error, and adds the face to the region. Ties go to the pair queued first. So
+// regions are connected. While faces are unreached, the lowest unreached face becomes another seed.
 // The proxy of a new seed is the plane of its face.
 //
-// Time O((F + M) log F) for each call that floods, on one thread. The same bits every time.
+// Time O((F + M) log F) for each call that floods. Runs on one thread, so results have the same
+// bits every time.
 class ProxyRegions {
  public:
   // Seeds are distinct; there is at least one.
   ProxyRegions(ProxySurface&& surface, ProxyMetric metric, std::span<const Face> seeds);
 
-  // Fits the proxies to the regions. In each region, makes the face of least error the seed (faces
-  // with a normal first, the lowest index among equals). Floods. Returns the number of faces that
-  // changed regions.
+  // Fits the proxies to the regions, chooses new seeds, and floods. The seed of a region is its
+  // face of least error; faces with a normal come first, and ties go to the lowest index. Returns
+  // the number of faces that changed regions.
   std::int64_t relax();
 
-  // Like `relax`, with one more region. Its seed comes from the region of largest total error among
-  // regions with two faces or more (the lowest label among equals). The new seed is the face of
-  // largest error in that region (the highest index among equals), but not the seed of the region.
+  // Like `relax`, with one more region. The new seed comes from the region of largest total error
+  // among regions with two faces or more; ties go to the lowest label. The new seed is the face of
+  // largest error in that region, except the seed of the region; ties go to the highest index.
   // There must be fewer regions than faces.
   void insert();
 
@@ -93,7 +93,7 @@ class ProxyRegions {
   // A face offered to a region.
   struct Candidate {
     double error;
-    std::int64_t order;  // number of candidates queued before this one
+    std::int64_t order;  // number of candidates queued earlier
     Face face;
     Label label;
   };

@@ -1,5 +1,4 @@
-// Rows of binary tables: copies strided rows and runs of bytes, and locates rows that contain lists
-// of different lengths.
+// Reads rows of binary tables.
 #pragma once
 
 #include <cstdint>
@@ -29,22 +28,22 @@ Buffer<std::uint8_t> copy_runs(std::span<const std::uint8_t> bytes,
 // Layout of a column in a row: a single value, or a list stored as its length followed by its
 // values.
 struct ColumnLayout {
-  // size in bytes of the stored length of a list: 1, 2, 4 or 8; 0 for a single value
+  // size of the stored length of a list, in bytes: 1, 2, 4 or 8; 0 for a single value
   int count_size;
   bool is_count_signed;
   int value_size;  // bytes of a value
 };
 
 struct WalkedRows {
-  Buffer<std::int64_t> starts;   // (R * columns,) first byte of the values, row by row
+  Buffer<std::int64_t> starts;   // (R * columns,) index of the first byte of the values, row by row
   Buffer<std::int64_t> lengths;  // (R * columns,) number of values; may be negative
   std::int64_t end = 0;  // one past the last byte of the last row; valid if all rows are complete
   std::int64_t n_whole = 0;  // number of complete rows; entries of later rows are not valid
 };
 
-// Finds the values of n_rows rows from byte `begin` on. Stops at a row that is truncated by the end
-// of the bytes. A negative length counts as 0. Time O(R * columns), on one thread: the start of a
-// row is known only after reading the previous one.
+// Finds the values of n_rows rows from byte `begin` on. Stops at a row that extends beyond the end
+// of the bytes. A negative length counts as 0. Time O(R * columns). Runs on one thread, because the
+// start of a row is known only after reading the previous row.
 WalkedRows walk_rows(std::span<const std::uint8_t> bytes, std::int64_t begin, std::int64_t n_rows,
                      std::span<const ColumnLayout> columns, bool is_big_endian);
 

@@ -7,10 +7,13 @@
 namespace superfacets {
 namespace {
 
-constexpr std::size_t kLiteral = 32;  // lower control bytes: that many bytes plus one follow
-constexpr std::size_t kLong = 7;      // this length means that another byte is added to it
+// A lower control byte c announces c + 1 literal bytes.
+constexpr std::size_t kLiteral = 32;
+// If a length has this value, the next byte is added to it.
+constexpr std::size_t kLong = 7;
 
-// Repeats `size` earlier bytes, which may overlap with the copy: it then repeats itself.
+// Appends a copy of `size` earlier bytes. The copy may overlap with its source, and then repeats
+// it.
 void repeat(std::uint8_t* end, std::size_t distance, std::size_t size) {
   for (std::size_t i = 0; i < size; ++i) end[i] = *(end + i - distance);
 }

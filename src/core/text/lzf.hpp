@@ -1,4 +1,4 @@
-// LZF, the compression of point clouds in PCD files.
+// Decompression of LZF, the compression of point clouds in PCD files.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 namespace superfacets {
 
 // Decompresses `packed` to n_bytes bytes. Returns no bytes if `packed` is damaged: if it ends too
-// early, refers to bytes before the first, or holds more than n_bytes.
+// early, refers to bytes before the first byte, or holds more than n_bytes bytes.
 Buffer<std::uint8_t> unpack_lzf(std::span<const std::uint8_t> packed, std::int64_t n_bytes);
 
 }  // namespace superfacets

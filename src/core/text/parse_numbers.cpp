@@ -74,8 +74,8 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #endif
 
-// Each of the functions below parses the token at `begin`, which has at least one byte. It returns
-// the end of the part that it parsed, or null.
+// Each of the next functions parses the token at `begin`, which has at least one byte. The result
+// is the end of the parsed part, or null.
 
 const char* parse_double(const char* begin, const char* end, double& value) {
   begin = skip_plus(begin, end);
@@ -90,7 +90,7 @@ const char* parse_integer(const char* begin, const char* end, Integer& value) {
   return error == std::errc() ? stop : nullptr;
 }
 
-// Sets `values` to the first integers of the token; to 0 where they are missing.
+// Sets `values` to the first integers of the token. A missing integer is 0.
 template <typename Integer, std::size_t kSize>
 const char* parse_indices(const char* begin, const char* end, std::array<Integer, kSize>& values) {
   values.fill(0);
@@ -121,8 +121,8 @@ const char* parse_second_index(const char* begin, const char* end, Integer& valu
   return place;
 }
 
-// Parses as many tokens as there are values. Returns false if the line has fewer or more tokens, or
-// a token is not a number.
+// Parses one token per value. Returns false if the number of tokens differs from the number of
+// values, or a token is not a number.
 template <typename Value, typename ParseToken>
 bool parse_line(const char* place, const char* end, std::span<Value> values,
                 const ParseToken& parse_token) {

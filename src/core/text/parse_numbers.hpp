@@ -23,13 +23,13 @@ struct LineSpans {
 template <typename Value>
 struct ParsedLines {
   Buffer<Value> values;
-  // Lines that were not parsed: the number of tokens is wrong, or a token is no number or is not
-  // supported here. Their values are zeros, and the caller must replace them.
+  // Lines that were not parsed, because the number of tokens is wrong, or a token is not a
+  // supported number. Their values are zeros, which the caller must replace.
   std::vector<std::int64_t> left_out;
 };
 
 // Parses decimals, rounded to the nearest double, like Python's float(). Not supported: nan, inf,
-// numbers outside the range of a double and, in a build without from_chars, tokens of 64 bytes or
+// and numbers outside the range of a double; in a build without from_chars, tokens of 64 bytes or
 // more.
 ParsedLines<double> parse_doubles(const LineSpans& lines, ThreadTeam& team);
 
@@ -42,7 +42,7 @@ ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team);
 template <typename Integer>
 ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team);
 
-// Parses the second integer of each token of parse_corners; 0 where it is missing.
+// Parses the second integer of each token, in the format of parse_corners; 0 if it is missing.
 template <typename Integer>
 ParsedLines<Integer> parse_second_indices(const LineSpans& lines, ThreadTeam& team);
 

@@ -12,7 +12,8 @@
 
 namespace superfacets {
 
-// Separators of tokens within lines: the bytes that Python's bytes.split() treats as whitespace.
+// Whether a byte separates tokens. Separators are the bytes that Python's bytes.split() treats as
+// whitespace.
 inline bool is_blank(char c) {
   return c == ' ' || (c >= '\t' && c <= '\r');
 }
@@ -30,9 +31,10 @@ struct TextLines {
 TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end, char comment,
                      ThreadTeam& team);
 
-// Writes, for each line, the index of the keyword that equals its first token, or the number of
-// keywords if none does. A keyword ends at the end of the line, a blank or a control character.
-// With `any_case`, the case of the line is ignored, and keywords must be in lower case.
+// Writes for each line the index of the keyword that equals the first token of the line, or the
+// number of keywords if no keyword does. A keyword ends at the end of the line, a blank or a
+// control character. With `any_case`, the case of the line is ignored, and keywords must be in
+// lower case.
 void match_keywords(std::string_view text, std::span<const std::int64_t> starts,
                     std::span<const std::int64_t> ends, const std::vector<std::string>& keywords,
                     bool any_case, ThreadTeam& team, std::span<std::int8_t> found);
