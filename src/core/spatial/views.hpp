@@ -23,12 +23,12 @@ struct View {
 struct SeenSurface {
   // One entry per pixel, row by row, view after view.
   Buffer<Face> triangles;  // the nearest triangle at the center of the pixel; -1 if there is none
-  Buffer<double> areas;    // surface area that the pixel covers; 0 without a triangle, and where it
-                           // is more than kMostStretched times the area seen at a right angle One
-                           // entry per triangle: whether a view sees the triangle. A view sees it
-                           // if it has a pixel with an area, or if its centroid is not hidden. A
-                           // centroid is hidden if it is deeper than the surface in its pixel by
-                           // more than the length of that surface in the pixel.
+  // surface area in the pixel; 0 if there is no triangle, or if the area is more than
+  // kMostStretched times the area seen at a right angle
+  Buffer<double> areas;
+  // One entry per triangle: whether a view sees the triangle. A view sees it if it has a pixel with
+  // an area, or if its centroid is not hidden. A centroid is hidden if it is deeper than the
+  // surface in its pixel by more than the length of that surface in the pixel.
   Buffer<std::uint8_t> is_seen;
 };
 
