@@ -21,30 +21,31 @@ from .sums import sums_by_label
 _N_ROUNDS = 7
 """Number of rounds in which borders move. On 16 benchmark models compactness is 4.41 before, and
 4.18, 4.09 and 4.07 after 1, 5 and 7 rounds. Further rounds gain little, and move borders farther
-from those of the segmentation."""
+from the borders of the segmentation."""
 
 _N_STEPS = 6
-"""Diffusion steps per round. Compactness is 4.10 with 4 and 4.07 with 6; with more, small regions
-vanish."""
+"""Diffusion steps per round. Compactness is 4.10 with 4 steps and 4.07 with 6. With more steps,
+small regions vanish."""
 
 _N_BALANCES = 6
-"""Steps per round that restore areas. With 6, the sum of all changes is 0.3 % of the area."""
+"""Steps per round that restore areas. With 6 steps, the sum of all changes is 0.3 % of the area."""
 
 _MARGIN = 0.1
 """Smallest distance of a cut from both ends of its edge, as a fraction of the edge. With 0.01,
 compactness is 0.3 % lower."""
 
 _MOST_CHANGE = 0.15
-"""Largest relative change of the area of a region. Regions that would change more
-are not cut: 7 of 150 regions with this limit, 12 with 0.05."""
+"""Largest relative change of the area of a region. Regions that would change more are not cut: 7 of
+150 regions with this limit, and 12 with a limit of 0.05."""
 
 _MOST_TOTAL = 0.01
 """Largest sum of all changes of areas, as a fraction of the area of the mesh. Few models would
 exceed it without this limit."""
 
 _MAX_TRIALS = 12
-"""Number of trials before all regions keep their faces. After each trial, regions with a fault keep
-theirs; in the second half of the trials their neighbors do, too. Most models need 3 to 5."""
+"""Maximum number of trials. After each trial, regions with a fault keep their faces; in the second
+half of the trials, their neighbors keep their faces, too. After the last trial, all regions do.
+Most models need 3 to 5 trials."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,10 +55,10 @@ class BorderCut:
     Attributes
     ----------
     mesh : Mesh
-        Vertices: the old ones, in their order, then new ones. Faces: the parts of old face 0, of
-        old face 1, and so on, oriented as those.
+        Vertices are the old vertices, in their order, then the new vertices. Faces are the parts of
+        old face 0, of old face 1, and so on, with the orientation of the old face.
     labels : ndarray of int32, shape (F',)
-        Region of each new face, -1 for none.
+        Region of each new face; -1 for no region.
     sources : ndarray of int32, shape (F',)
         The old face that contains each new face, ascending. ``values[sources]`` maps values of old
         faces to new faces.
@@ -92,20 +93,19 @@ def cut_borders(
     """Cut faces along smooth borders between regions, and return the new mesh and its labels.
 
     Borders of face labels zigzag along edges. This function replaces them by smooth curves, and
-    cuts the faces there: for charts, cut-out patterns, printing and pictures. `smooth_borders`
-    changes labels only, not the mesh.
+    cuts the faces along these curves, for charts, cut-out patterns, printing and pictures.
+    `smooth_borders` changes labels only, not the mesh.
 
-    Borders in creases stay on their edges: at folds of 75 degrees or more, of 40 degrees or more if
-    the crease continues in a straight line, and at edges of three or more faces. The boundary of an
-    open mesh does not move. The area of each region changes by at most 15 %, and all changes
+    Borders in creases do not move. Creases are folds of 75 degrees or more, folds of 40 degrees or
+    more that continue in a straight line, and edges of three or more faces. The boundary of an open
+    mesh does not move either. The area of each region changes by at most 15 %, and all changes
     together are at most 1 % of the total area, usually 0.3 %. Regions stay connected. Regions for
     which this is impossible keep their faces; see `BorderCut.is_kept`.
 
-    All faces of an edge are cut at the same point of it, so closed meshes stay closed, and seams
-    get no gaps. Cuts are at least a tenth of the edge away from vertices. In all sampled faces, the
-    angles of the parts are at least a twentieth of the smallest angle of the face. A face is cut
-    into at most six parts.
-    The result is the same for any number of threads.
+    All faces of an edge are cut at the same point of the edge, so closed meshes stay closed, and
+    seams get no gaps. Cuts are at least a tenth of the edge away from vertices. In all sampled
+    faces, the angles of the parts are at least a twentieth of the smallest angle of the face. A
+    face is cut into at most six parts. The result is the same for any number of threads.
 
     Parameters
     ----------
@@ -124,9 +124,9 @@ def cut_borders(
     Raises
     ------
     MeshError
-        If the mesh is not valid, has no faces, or the new one would have too many.
+        If the mesh is not valid or has no faces, or the new mesh would have too many faces.
     ValueError, TypeError
-        If the labels are not integers, not one per face, below -1 or with gaps.
+        If labels are not integers >= -1, one per face, or a label 0..K-1 is missing.
 
     Notes
     -----
@@ -193,7 +193,7 @@ class _Regions:
         return cls(mesh, whole, n_regions, lowest, weld, sums, pieces, n_threads)
 
     def cut(self, is_kept: Bytes) -> _Cut:
-        """Cut all faces but those of regions that are kept."""
+        """Cut all faces except the faces of kept regions."""
         try:
             return _core.cut_borders(
                 self.mesh.vertices,
@@ -221,13 +221,13 @@ class _Regions:
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
-        """Limit of the change of an area, so that smaller ones are 1 % of all areas at most."""
+        """Return a limit such that changes below the limit sum to at most 1 % of all areas."""
         ascending = np.sort(change)
         n_small = np.searchsorted(np.cumsum(ascending), _MOST_TOTAL * self.areas.sum(), "right")
         return np.inf if n_small == len(change) else float(ascending[max(n_small - 1, 0)])
 
     def beside(self, is_chosen: Bools) -> Bools:
-        """Return the chosen regions and those that share a vertex with them, (n_regions + 1,)."""
+        """Return the chosen regions and regions that share a vertex with them, (n_regions + 1,)."""
         corners = self.representative[self.mesh.faces]
         is_touched = np.zeros(self.mesh.n_vertices, dtype=bool)
         is_touched[corners[is_chosen[self.labels]]] = True
@@ -237,10 +237,10 @@ class _Regions:
 
 
 def _cut_until_sound(regions: _Regions) -> tuple[_Cut, Bools]:
-    """Cut repeatedly; regions with faults keep their faces in the next trial, until none is left.
+    """Cut repeatedly, until there is no fault; regions with faults keep their faces afterwards.
 
-    A kept region has no fault: the vertices of its faces are pinned, so its label spreads to no
-    other face. In later trials, the neighbors of regions with faults are kept as well.
+    A kept region has no fault, because the vertices of its faces are pinned, so its label does not
+    spread. In later trials, the neighbors of regions with faults are kept as well.
     """
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):
@@ -256,7 +256,7 @@ def _cut_until_sound(regions: _Regions) -> tuple[_Cut, Bools]:
 
 
 def _count_pieces(mesh: Mesh, labels: Ints, n_labels: int, weld: bool, n_threads: int) -> Longs:
-    """Number of connected pieces of each label, shape (n_labels,)."""
+    """Return the number of connected pieces of each label, shape (n_labels,)."""
     graph = build_face_graph(mesh, weld=weld, n_threads=n_threads)
     pieces, n_pieces = _core.find_components(graph.offsets, graph.neighbors, labels)
     of_piece = np.empty(n_pieces, dtype=np.int32)

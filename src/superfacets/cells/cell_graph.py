@@ -29,7 +29,7 @@ from .._validate import (
 
 @dataclass(frozen=True, eq=False)
 class ArcMeasures:
-    """Measures of the arcs of a `CellGraph`, for the clean-up and the metrics of regions.
+    """Measures of the arcs of a `CellGraph`. The clean-up and the metrics of regions need them.
 
     Lengths are in the unit of the positions of the graph, finite and >= 0.
 
@@ -41,19 +41,19 @@ class ArcMeasures:
         Distance from cell to cell, without the price of the crease. By default the distance
         between their positions.
     angles : array_like, shape (M,), optional
-        Angle by which the surface turns from cell to cell, in radians, -pi to pi, positive where
-        the border is concave. By default 0.
+        Angle by which the surface turns from cell to cell, in radians, -pi to pi, positive if the
+        border is concave. By default 0.
     sides : array_like of integers, shape (M,), optional
-        Number of the side of its cell that each arc crosses, >= 0, ascending for the arcs of a
-        cell. If several cells share one border, the arcs to all of them cross the same side. By
-        default each arc crosses a different side.
+        Number of the side of the cell that each arc crosses, >= 0, ascending for the arcs of a
+        cell. If several cells share one border, the arcs to all of these cells cross the same side.
+        By default each arc crosses a different side.
     open_lengths : array_like, shape (N,), optional
         For each cell, the length of its border that no arc crosses. By default 0.
 
     Raises
     ------
     ValueError, TypeError
-        If an array has the wrong shape, type or values; shapes are checked by `CellGraph`.
+        If an array has the wrong shape, type or values. `CellGraph` checks the arrays.
     """
 
     border_lengths: Floats
@@ -117,7 +117,7 @@ class CsrArcs:
 
 
 class Arcs(CsrArcs):
-    """The common part of the graphs of all kinds: cells, and arcs between them."""
+    """The common part of the graphs of all kinds of cells: cells, and arcs between them."""
 
     positions: Floats  # (N, 3)
     measures: Floats  # (N,)
@@ -125,9 +125,9 @@ class Arcs(CsrArcs):
     def quantized(
         self, weights: npt.ArrayLike, n_threads: int, spare: float = 1.0
     ) -> tuple[Singles, float]:
-        """Return weights of the arcs as `CellGraph.lengths`, and the unit of these.
+        """Return weights of the arcs as `CellGraph.lengths`, and the unit of these lengths.
 
-        The unit is `spare` times as long as usual, a power of two, so that prices can be added.
+        The unit is `spare` (a power of two) times as long as usual, so that prices can be added.
         """
         checked_measures(self.measures, self.n_cells, n_threads)
         checked = checked_weights(weights, self.n_arcs, n_threads)
@@ -139,24 +139,25 @@ class Arcs(CsrArcs):
 class CellGraph(Arcs):
     """Cells and weighted arcs, in CSR form: the input of seeding and clustering.
 
-    `FaceGraph.with_weights` makes one from the faces of a mesh, but cells can be anything. Arcs and
-    weights are copied. Positions and measures are not copied if they are contiguous float64.
+    `FaceGraph.with_weights` makes such a graph from the faces of a mesh, but cells can be anything.
+    Arcs and weights are copied. Positions and measures are not copied if they are contiguous
+    float64.
 
     Parameters
     ----------
     positions : array_like, shape (N, 3)
         A representative point of each cell, finite. N >= 1.
     measures : array_like, shape (N,)
-        Area of each cell, in the squared unit of the positions, finite, >= 0. It is the weight of
-        the cell in the mean of its region. The sum A defines the expected radius
-        r = sqrt(A / (pi k)) used by `tol`, `radius`, ``"flood"``, ``"grid"`` and the halted mode.
+        Area of each cell, in the squared unit of the positions, finite, >= 0. The area is the
+        weight of the cell in the mean of its region. The sum A defines the expected radius r =
+        sqrt(A / (pi k)) used by `tol`, `radius`, ``"flood"``, ``"grid"`` and the halted mode.
     offsets : array_like of integers, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)
-        The target of each arc. Arcs are directed: for connected regions, give both directions of
-        each. With one-way arcs, components are those of the undirected graph, and a cell without a
-        path from any center is an island: a region of its own in addition to the k regions or, with
-        ``islands="nearest"``, part of the nearest region.
+        The target of each arc. Arcs are directed: for connected regions, give each arc in both
+        directions. With one-way arcs, the components are the components of the undirected graph. A
+        cell without a path from any center is an island: a region of its own in addition to the k
+        regions or, with ``islands="nearest"``, part of the nearest region.
     weights : array_like, shape (M,)
         The length of each arc, finite, >= 0, in any unit.
     bounds : array_like, shape (2, 3), optional
@@ -174,8 +175,8 @@ class CellGraph(Arcs):
     Attributes
     ----------
     lengths : ndarray of float32, shape (M,)
-        The weights rounded to integer multiples (>= 1) of `unit`. Their sums are exact, so shortest
-        paths do not depend on the order of summation.
+        The weights as integer multiples (>= 1) of `unit`, rounded. Their sums are exact, so
+        shortest paths do not depend on the order of summation.
     unit : float
         A power of two: the sum of all weights divided by 2**47 to 2**48.
 
@@ -233,7 +234,7 @@ class CellGraph(Arcs):
         arc_measures: ArcMeasures | None = None,
         dimension: int = 2,
     ) -> CellGraph:
-        """Return a graph with the cells and arcs of one that is checked and frozen."""
+        """Return a graph with the cells and arcs of a graph that is checked and frozen."""
         graph = object.__new__(cls)
         fields = ("positions", "measures", "offsets", "neighbors", "bounds")
         values = {name: getattr(arcs, name) for name in fields}
@@ -254,7 +255,7 @@ class CellGraph(Arcs):
         object.__setattr__(self, "unit", unit)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph in the form for kernels; it is built once."""
+        """Return the graph in the form for kernels, which is built once."""
         if self._ordered is None:
             cells = _core.PlacedCells(self.positions, self.measures, n_threads)
             graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)
@@ -277,17 +278,17 @@ class CellGraph(Arcs):
 
 
 def checked_measures(measures: npt.ArrayLike, n_cells: int, n_threads: int) -> Floats:
-    """One measure per cell, finite and >= 0."""
+    """Return checked measures: one per cell, finite and >= 0."""
     return checked_nonnegative_array(measures, n_cells, "measures", "cell", n_threads)
 
 
 def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> Floats:
-    """One weight per arc, finite and >= 0."""
+    """Return checked weights: one per arc, finite and >= 0."""
     return checked_nonnegative_array(weights, n_arcs, "weights", "arc", n_threads)
 
 
 def checked_graph(graph: object) -> CellGraph:
-    """Return the graph; a TypeError for anything else, such as a mesh."""
+    """Return a `CellGraph` unchanged; a TypeError for anything else, such as a mesh."""
     if isinstance(graph, CellGraph):
         return graph
     raise TypeError(

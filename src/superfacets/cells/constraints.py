@@ -1,4 +1,4 @@
-"""Masks and barriers: which cells and arcs of a graph are kept."""
+"""Masks and barriers, which select the cells and arcs of a graph to keep."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ NO_GROUPS = np.empty(0, np.int32)
 """Empty array: no barriers, all cells may share regions."""
 
 ANGLE_NOISE = 1e-6
-"""Radians below the given angle that still count: an angle of float32 positions is as uncertain."""
+"""Tolerance of angles in radians: the rounding error of an angle between float32 positions."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,8 @@ class ConstraintOptions:
     ) -> Cut | None:
         """Return the kept cells and arcs of the graph of a source; None if all are kept.
 
-        `order` holds the index of each cell in the source if the graph is in another order. Raises
-        a ValueError or TypeError if the shape or type of the mask or the barriers is wrong.
+        `order` holds the index of each cell in the source, if the graph has another order. Raises a
+        ValueError or TypeError if the shape or type of the mask or the barriers is wrong.
         """
         if not self.is_used:
             return None
@@ -96,7 +96,7 @@ class Cut:
 
     @classmethod
     def of(cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints) -> Cut:
-        """Keep these cells and arcs; an arc is kept only with both of its cells."""
+        """Keep these cells and arcs. Both cells of a kept arc must be kept."""
         cells = np.flatnonzero(is_kept).astype(np.int32)
         arcs = np.flatnonzero(keeps_arc)
         numbers = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)
@@ -119,9 +119,9 @@ class Cut:
         )  # fmt: skip
 
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
-        """Map cells of the graph to kept cells; a ValueError if one is not kept.
+        """Map cells of the graph to kept cells; a ValueError if a cell is not kept.
 
-        The error names the cell by its index in the source, which `order` holds.
+        The error names the index of the cell in the source, which `order` holds.
         """
         given = checked_seeds(cells, self.n_whole, name)
         places = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
@@ -151,8 +151,8 @@ def sharp_edges(
     mesh : Mesh, PolygonMesh or mesh-like
         As for `segment`.
     angle : float, default 30
-        In degrees, above 0 to 180. Edges that bend by at least this angle are sharp, convex or
-        concave: 0 is flat, and the edges of a cube have 90.
+        In degrees, above 0 and at most 180. Convex and concave edges that bend by at least this
+        angle are sharp. A flat edge has 0, and the edges of a cube have 90.
     weld : bool, default True
         As for `segment`.
     n_threads : int, optional
@@ -161,8 +161,9 @@ def sharp_edges(
     Returns
     -------
     ndarray of int32, shape (E, 2)
-        The two vertices of each edge, the lower first, in ascending order; of vertices at the same
-        position the lowest. Edges of three faces or more are sharp, too. Boundary edges are not.
+        The two vertices of each edge, the lower first, in ascending order. Vertices at the same
+        position are represented by the lowest. Edges of three faces or more are sharp, too.
+        Boundary edges are not sharp.
 
     Raises
     ------
@@ -186,7 +187,8 @@ def sharp_edges(
     angles = arc_measures(source, graph, n_threads=threads).angles
     assert angles is not None  # faces have them
     sources, is_sharp = graph.sources, np.abs(angles) >= np.radians(angle) - ANGLE_NOISE
-    # Arcs are sorted by side within a face, so an edge of three faces has two in a row.
+    # Arcs are sorted by side within a face, so two consecutive arcs with one side have an edge of
+    # three faces or more.
     is_same = (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
     is_sharp[1:] |= is_same
     lowest = lowest_vertices(source.vertices, weld, threads)
@@ -196,7 +198,7 @@ def sharp_edges(
 
 
 def in_order(values: Array, order: Ints | None) -> Array:
-    """Values of cells, reordered so that cell i has the value at `order[i]`; None: as they are."""
+    """Return values so that cell i has the value at `order[i]`, or unchanged if `order` is None."""
     return values if order is None else values[order]
 
 
@@ -226,7 +228,7 @@ def _crossed_by(
     barriers: Any, source: Any, arcs: tuple[Any, Ints], weld: bool, n_threads: int,
     order: Ints | None,
 ) -> Bools:  # fmt: skip
-    """Whether each arc, of a graph with the source of each, crosses one of these edges, (M,)."""
+    """Return whether each arc crosses one of these edges; `arcs` is a graph and its sources."""
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):
         raise ValueError(
@@ -242,7 +244,7 @@ def _crossed_by(
     faces = np.repeat(np.arange(source.n_faces), sizes)
     sides = np.arange(len(faces)) - np.repeat(starts, sizes)
     ends = lowest[ends_of_sides(source, faces, sides)]
-    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # candidates: few of all sides
+    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # candidates
     keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
     is_none = ~np.isin(wanted_keys, keys)
     if is_none.any():
@@ -255,13 +257,13 @@ def _crossed_by(
 
 
 def _keys_of(edges: Ints) -> Longs:
-    """One number for each edge, (n, 2), the same for both directions."""
+    """Return one number for each edge, (n, 2), the same for both directions."""
     low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
     return np.asarray((low << 32) | high)
 
 
 def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:
-    """Number the pieces of components that barriers divide; `ANY_GROUP` in other components.
+    """Number the pieces of components that barriers divide; other components get `ANY_GROUP`.
 
     `before` and `after` mark the arcs that are kept without and with the barriers.
     """

@@ -44,7 +44,7 @@ class EdgeCounts(NamedTuple):
     non_manifold: int
     """Edges of three faces or more."""
     inconsistent: int
-    """Edges whose two faces run through them in the same direction."""
+    """Edges that both of their faces traverse in the same direction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,17 +56,17 @@ class FaceGraph(Arcs):
     positions : ndarray of float64, shape (N, 3)
         Centroids of the faces.
     measures : ndarray of float64, shape (N,)
-        Areas of the faces; 0 for a degenerate one.
+        Areas of the faces; 0 for a degenerate face.
     offsets : ndarray of int64, shape (N + 1,)
         The arcs that leave face i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : ndarray of int32, shape (M,)
         The target of each arc.
     sides : ndarray of uint8 (int32 for a `PolygonMesh`), shape (M,)
-        The side of the face that each arc crosses. Side s joins corners s and s + 1; the last side
+        The side of the face that each arc crosses. Side s joins corners s and s + 1. The last side
         joins the last corner to the first.
     same_turn : ndarray of uint8, shape (M,)
-        1 if the two faces traverse their edge in the same direction, and so are inconsistently
-        oriented; else 0.
+        1 if the two faces traverse their edge in the same direction, which means that they are
+        inconsistently oriented; else 0.
     bounds : ndarray of float64, shape (2, 3)
         Low and high corner of the bounding box of the vertices that faces use.
     edge_counts : EdgeCounts
@@ -114,7 +114,7 @@ class FaceGraph(Arcs):
 
     @classmethod
     def _unchecked(cls, edge_counts: EdgeCounts, **arrays: Array) -> FaceGraph:
-        """Return a graph of new arrays from kernels, which need no check."""
+        """Return a graph of new arrays from kernels, without checks."""
         graph = object.__new__(cls)
         freeze(graph, **arrays)
         object.__setattr__(graph, "edge_counts", edge_counts)
@@ -143,8 +143,8 @@ def build_face_graph(
     mesh : Mesh, PolygonMesh or mesh-like
         As for `segment`.
     weld : bool, default True
-        Treat vertices at exactly the same position as one, so that triangle soup and meshes with
-        seams are connected. If False, only faces that name the same vertices are neighbors.
+        Treat vertices at exactly the same position as one vertex, so that triangle soup and meshes
+        with seams are connected. If False, only faces with common vertex indices are neighbors.
     n_threads : int, optional
         As for `segment`.
 
@@ -171,7 +171,7 @@ def build_face_graph(
 
 
 class FaceShapes(NamedTuple):
-    """Measures of faces that only weights need, kept apart from the graph to save memory."""
+    """Measures of faces that only weights need, separate from the graph to save memory."""
 
     normals: Floats | None
     """Unit normals, shape (F, 3), 0 for a degenerate face; None for polygons."""
@@ -180,7 +180,7 @@ class FaceShapes(NamedTuple):
 
 
 def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
-    """Return the result of `build_face_graph`, and the shapes measured in the same pass."""
+    """Return the result of `build_face_graph`, and shapes of faces measured in the same pass."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
     return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)

@@ -1,4 +1,4 @@
-"""Stage 2: features of cells, and the cost of arcs whose ends differ in them."""
+"""Stage 2: features of cells, and the cost of arcs whose two cells have different features."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from .surface import Surface
 
 FEATURE_WEIGHT = 5.0
 """Default price of one standard deviation, in radii of a region. On three slightly smoothed color
-photographs, 200 regions recover 70 % of the edges with 5, and 71 % with 20."""
+photographs, 200 regions recover 70 % of the edges with a weight of 5, and 71 % with 20."""
 
 
 @dataclass(frozen=True, eq=False)
 class FeatureTable:
-    """Features whose columns are scaled in groups, such as the coordinates of a color."""
+    """Features whose columns are scaled in groups. The coordinates of a color are a group."""
 
     values: Floats  # (N, F)
     groups: tuple[tuple[int, float], ...]
@@ -42,7 +42,7 @@ class FeatureOptions:
 
     @classmethod
     def checked(cls, features: Any, feature_weight: float, scale_features: bool) -> FeatureOptions:
-        """Raise an error if arguments are wrong for every mesh."""
+        """Check the arguments as far as this is possible without a mesh."""
         weight = checked_number(feature_weight, "feature_weight", zero=True)
         if isinstance(features, str):
             features = (features,)
@@ -75,8 +75,8 @@ class FeatureOptions:
     ) -> FeatureSteps | None:
         """Return features of the cells of a source, or None if none are used.
 
-        Raises a ValueError if they are not finite, or not one row per cell or vertex. `order` holds
-        the index of each cell in the source if `measures` are in another order.
+        Raises a ValueError if features are not finite, or not one row per cell or vertex. `order`
+        holds the index of each cell in the source, if `measures` has another order.
         """
         table = self.table(source, measures, order)
         if table is None or not self.weight:
@@ -107,9 +107,9 @@ class FeatureSteps:
     n_threads: int
 
     def added(self, weights: npt.ArrayLike, graph: Surface | CellGraph, radius: float) -> Floats:
-        """Return the weights of a graph with a price for differences of features added.
+        """Return the weights of a graph plus prices for differences of features.
 
-        The price is proportional to the radius of regions; it is 0 if no cell has an area.
+        Prices are proportional to the radius of regions, and 0 if no cell has an area.
         """
         factor = self.weight * (radius / graph.weight_unit)
         given = exact_doubles(np.asarray(weights))
@@ -142,7 +142,7 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
 
 
 def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ...]) -> Floats:
-    """Return the inverse standard deviation of each group of columns; 0 for a constant.
+    """Return the inverse standard deviation of each group of columns; 0 for constant columns.
 
     Cells are weighted by area, or equally if all areas are 0. The deviation of a group is the root
     mean square of the deviations of its columns.

@@ -26,7 +26,7 @@ from .surface import is_inside_out
 from .tet_graph import build_tet_graph
 
 _VOLUME_NOISE = 4e-16
-"""Of the cubed length of an edge, up to which a volume is rounding error."""
+"""Fraction of the cubed length of an edge up to which a volume is a rounding error."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class MeshInfo:
     n_nonmanifold_edges: int
     """Edges of three faces or more."""
     n_inconsistent_edges: int
-    """Edges that both of their faces traverse in the same direction."""
+    """Edges that both adjacent faces traverse in the same direction."""
     n_degenerate_faces: int
     """Faces without a normal: two corners coincide, or all corners lie on a line."""
     is_inside_out: bool
@@ -60,8 +60,8 @@ class MeshInfo:
     diagonal: float
     """Length of the diagonal of that box."""
     sliver_share: float
-    """Fraction of the area, 0 to 1, in faces that are long and thin compared with 150 regions (or
-    with one region per face, if there are fewer faces); see `Segmentation`."""
+    """Fraction of the area, 0 to 1, in faces that are long and thin compared with 150 regions (or,
+    in a mesh of fewer faces, with one region per face); see `Segmentation`."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class TetInfo:
     n_positions: int
     """Different positions of vertices."""
     n_components: int
-    """Components of tetrahedra connected by triangles."""
+    """Components of tetrahedra that are connected by triangles."""
     n_triangles: int
     """Triangles."""
     n_boundary_triangles: int
@@ -109,18 +109,18 @@ class CloudInfo:
     has_normals: bool
     """Whether the cloud has normals."""
     knows_turns: bool
-    """Whether concave and convex creases can be distinguished: from normals or viewpoints of the
-    cloud, or because the cloud is closed, so that estimated normals point outwards."""
+    """Whether concave and convex creases can be distinguished: the cloud has normals or viewpoints,
+    or is closed, so that estimated normals point outwards."""
     has_axes: bool
     """Whether the cloud has axes: normals of unknown sign."""
     has_viewpoints: bool
     """Whether the cloud has viewpoints: the scanner position of each point."""
     has_colors: bool
-    """Whether the cloud has colors that are not all black (files have 0 where there are none)."""
+    """Whether the cloud has colors that are not all black. Files without real colors have 0."""
     colors_differ: bool
     """Whether the points have different colors."""
     spacing: float
-    """Median over the points of the square root of the area around each."""
+    """Median over the points of the square root of the area around the point."""
     area: float
     """Sum of the areas around the points, in the squared unit of the points."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -130,7 +130,7 @@ class CloudInfo:
 
 
 def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
-    """Return counts and sizes of a mesh: a `TetInfo` of tetrahedra, else a `MeshInfo`.
+    """Return counts and sizes of a mesh: a `TetInfo` for tetrahedra, a `MeshInfo` for faces.
 
     Parameters
     ----------

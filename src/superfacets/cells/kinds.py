@@ -1,8 +1,8 @@
 """The kinds of cells, and all operations that depend on the kind.
 
 A new kind needs a class of cells that derives from `Cells`, a subclass of `Kind`, and a call of
-`register`. Optional extras of a kind are in tables by its name: file formats (`export.cells`) and
-counts (`cells.info`).
+`register`. File formats (`export.cells`) and counts (`cells.info`) of a kind are optional; they are
+in tables by the name of the kind.
 """
 
 from __future__ import annotations
@@ -56,21 +56,21 @@ class Outside(NamedTuple):
 
 
 class OrderedCells(NamedTuple):
-    """Cells in the order of stages 1 to 5: as given, or sorted for speed."""
+    """Cells in the order of stages 1 to 5: the given order, or a sorted order for speed."""
 
-    cells: Any  # of the class of the source
+    cells: Any  # of the same class as the source
     graph: Any
     found: Any
     """Measures that only the weights of this kind need."""
     order: Ints | None
-    """Numbers of the cells in the source; None: 0 to N - 1."""
+    """Index of each cell in the source; None: 0 to N - 1."""
 
 
 class Kind:
     """Operations that depend on the kind of cells.
 
     The methods of this base class work for `CellGraph`, and for each kind whose `build_graph`
-    returns a `CellGraph` with `ArcMeasures`: such a kind overrides `build_graph` only. `cells` is
+    returns a `CellGraph` with `ArcMeasures`. Such a kind overrides `build_graph` only. `cells` is
     an object of the class that the kind is registered for.
     """
 
@@ -83,21 +83,21 @@ class Kind:
     dimension: ClassVar[int] = 2
     """2 if measures are areas, 3 if they are volumes."""
     has_faces: ClassVar[bool] = False
-    """Whether cells are faces of a surface, which have normals, and edges between them."""
+    """Whether cells are faces of a surface, with normals, and with edges between faces."""
     are_points: ClassVar[bool] = False
     """Whether each cell is a vertex."""
 
     def build_graph(self, cells: Any, weld: bool, n_threads: int) -> tuple[Any, Any]:
-        """Return the graph of the cells, and measures that only weights need, or None.
+        """Return the graph of the cells, and measures that only weights need (None for most kinds).
 
-        The graph has the members of `cell_graph.Arcs`.
+        The graph has all members of `cell_graph.Arcs`.
         """
         return cells, None
 
     def sorted_graph(self, cells: Any, weld: bool, n_threads: int) -> OrderedCells | None:
         """Return cells and graph sorted for speed, or None to keep the order.
 
-        Cells with corners are sorted along a space-filling curve where their order is bad.
+        Cells with corners are sorted along a space-filling curve if their order is bad.
         """
         corners = self.corners(cells)
         if corners is None or not is_scattered(cells.vertices, corners):
@@ -151,7 +151,7 @@ class Kind:
         return _core.nearest_points(self.positions(cells), queries, max_distance, n_threads)
 
     def corners(self, cells: Any) -> Corners | None:
-        """Return the corners of the cells, indices of ``vertices``; None for kinds without."""
+        """Return the corners as indices of ``vertices``; None for kinds without corners."""
         return None
 
     def part(self, cells: Any, chosen: Ints) -> Any:
@@ -165,11 +165,11 @@ class Kind:
         self, cells: Any, vertices: Floats, corners: Ints, offsets: Longs,
         bounds: Floats | None = None,
     ) -> Any:  # fmt: skip
-        """Return cells of the same class with these corners; with `bounds`, nothing is checked."""
+        """Return cells of the same class with these corners; not checked if `bounds` are given."""
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
-        """Return the faces to draw for all cells, or for those to keep; None for points."""
+        """Return the faces to draw for all cells, or for the cells to keep; None for points."""
         return None
 
     def cloud(self, cells: Any) -> PointCloud:
@@ -177,7 +177,7 @@ class Kind:
         return PointCloud(self.positions(cells))
 
     def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
-        """Return the arcs and labels of a set of cells that contains all cells at borders."""
+        """Return arcs and labels of some cells, which include all cells at borders."""
         graph, _ = self.build_graph(cells, True, n_threads)
         return (graph.offsets, graph.neighbors), labels
 
@@ -343,14 +343,14 @@ def kind_of(cells: object) -> Kind:
 
 
 def as_known(source: MeshLike | CloudLike | CellGraph) -> Any:
-    """Return the graph itself, or the result of `as_cells` for anything else."""
+    """Return a `CellGraph` unchanged, or the result of `as_cells` for any other source."""
     return source if isinstance(source, CellGraph) else as_cells(source)
 
 
 def as_surface(
     source: MeshLike | CloudLike | CellGraph, *, weld: bool, n_threads: int | None
 ) -> Surface:
-    """Return the cells of a mesh, or of a graph with `ArcMeasures`; arguments as for `segment`."""
+    """Return the surface of a mesh or graph with `ArcMeasures`; arguments as for `segment`."""
     return graph_and_surface(as_known(source), weld, checked_threads(n_threads))[1]
 
 

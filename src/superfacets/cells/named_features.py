@@ -19,8 +19,8 @@ from .texels import FaceTexels, check_texture, colors_of_texture
 _COLORS = ("red", "green", "blue")
 
 JUST_VISIBLE = 0.02
-"""A just visible difference of colors in OKLab. Smaller standard deviations are raised to it, so
-that the noise of a compressed image of one color has no effect on regions."""
+"""A just visible difference of colors in OKLab. Smaller standard deviations are raised to this
+value, so that the noise of a compressed image of one color has no effect on regions."""
 
 _FROM_TEXTURE = ("texture", "texture_spread")
 
@@ -33,10 +33,10 @@ def features_of(
 ) -> FeatureTable | None:
     """Return the named features as columns of one table, one row per cell; None without names.
 
-    ``color`` is red, green and blue in the file or, if there are none, ``texture``: the mean color
-    of the texels of a face in OKLab. ``texture_spread`` is the standard deviation of the texels.
-    ``normals`` and ``height`` (z) are computed. Any other name is a property of the faces, points
-    or vertices in the file; a MeshError lists all names if it does not exist.
+    ``color`` is red, green and blue in the file or, if the file has no colors, ``texture``: the
+    mean color of the texels of a face in OKLab. ``texture_spread`` is the standard deviation of the
+    texels. ``normals`` and ``height`` (z) are computed. Any other name is a property of the faces,
+    points or vertices in the file. For an unknown name, a MeshError lists all names.
     """
     if not names:
         return None
@@ -60,7 +60,7 @@ def features_of(
 def _texels_of(
     name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
 ) -> FaceTexels:
-    """Colors of the faces from the texture; a MeshError if there is none."""
+    """Return the colors of the faces from the texture; a MeshError if there is no texture."""
     if attributes is None or attributes.texture is None:
         reasons = () if attributes is None else attributes.left_out
         why = "".join(f" ({reason})" for reason in reasons if reason.startswith("texture: "))
@@ -113,7 +113,7 @@ def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
 def _stored(
     attributes: MeshAttributes | None,
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
-    """Properties of the faces, and of vertices or points."""
+    """Return the properties of the faces, and of vertices or points."""
     return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
 
 
@@ -134,6 +134,6 @@ def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
 
 
 def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
-    """Return rows per cell: rows of points as they are, for faces the mean over the corners."""
+    """Return rows per cell: the rows of points, or for faces the mean over the corners."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)

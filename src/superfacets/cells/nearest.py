@@ -19,11 +19,12 @@ class NearestFaces(NamedTuple):
     Attributes
     ----------
     faces : ndarray of int32, shape (M,)
-        The nearest face, the lowest in a tie; -1 if all are farther than `max_distance`.
+        The nearest face; ties go to the lowest face. -1 if all faces are farther than
+        `max_distance`.
     distances : ndarray of float64, shape (M,)
-        Distance to that face, in the unit of the mesh; infinite for face -1.
+        Distance to the nearest face, in the unit of the mesh; infinite for face -1.
     points : ndarray of float64, shape (M, 3)
-        The nearest point of that face; NaN for face -1.
+        The nearest point of the nearest face; NaN for face -1.
     """
 
     faces: Ints
@@ -55,7 +56,7 @@ def nearest_faces(
     Returns
     -------
     NearestFaces
-        If the nearest point is on an edge or at a vertex, the face is the lowest one there.
+        If the nearest point is on an edge or at a vertex, the result is the lowest face there.
 
     Raises
     ------
@@ -65,9 +66,7 @@ def nearest_faces(
     ValueError, TypeError
         If another parameter is out of range or of the wrong type.
 
-    Notes
-    -----
-    O(F log F) to build a box tree, and O(log F) per point near the surface.
+    Notes ----- Time O(F log F) to build a box tree, and O(log F) per point near the surface.
 
     Examples
     --------
@@ -92,7 +91,7 @@ def checked_distance(max_distance: Any) -> float:
 
 
 def query_points(points: Any) -> Floats:
-    """Return the positions, shape (M, 3), of an array or a cloud; a MeshError if they are wrong."""
+    """Return the valid positions, shape (M, 3), of an array or a cloud; else a MeshError."""
     if isinstance(points, (np.ndarray, list, tuple)):
         return checked_queries(points)
     return checked_queries(as_cloud(points).points)

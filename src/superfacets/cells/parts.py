@@ -1,7 +1,7 @@
 """Stage 2: prices of steps between the parts of a shape.
 
-Parts are far apart in the spectral embedding: the smallest eigenvectors of the Laplacian, computed
-on coarse cells and interpolated to finer ones.
+Parts are far apart in the spectral embedding, which consists of eigenvectors of the Laplacian for
+the smallest eigenvalues, computed on coarse cells and interpolated to finer cells.
 """
 
 from __future__ import annotations
@@ -21,41 +21,41 @@ from .size import DEFAULT_N_SEGMENTS, radius_of
 from .weights import WeightOptions
 
 PART_CREASE_SCALE = 7.0
-"""Replaces `regions.edit.CREASE_SCALE` for these weights. With 6, compactness is 0.01 higher."""
+"""Value of `regions.edit.CREASE_SCALE` for these weights. With 6, compactness is 0.01 higher."""
 
 SPARE = 4.0
-"""Unit of path lengths, in multiples of the unit without prices: prices make paths up to 1 + gamma
-times as long."""
+"""Unit of path lengths, in multiples of the unit without prices. Prices lengthen paths by a factor
+of up to 1 + gamma."""
 
 N_COARSE = 700
 """Approximate number of coarse cells for the eigenvectors. 1,500 give no better result."""
 
 MOST_COARSE = 8 * N_COARSE
 """Maximum number of coarse cells for the eigenvectors. Only meshes of thousands of components, such
-as triangle soup, exceed it, and these have no parts."""
+as triangle soup, have more coarse cells. Such meshes have no parts."""
 
 MOST_CELLS = 16
 """Maximum number of cells in a coarse cell, on each level."""
 
 LEAST_GROUPED = 96_000
-"""Smallest number of cells for which groups of cells are embedded instead of cells, if the loop
-runs on all cells."""
+"""If the loop runs on all cells and there are at least this number, groups of cells are embedded
+instead of cells."""
 
 GROUP_SIZE = 8
 """Number of cells per group."""
 
 GROUP_STEP = 0.5
-"""Factor of distances between groups in border costs. The whole distance between two groups falls
-on the arcs between them, which attracts borders of regions: with 1, compactness is 0.1 higher on
+"""Factor of distances between groups in border costs. The whole distance between two groups is on
+the arcs between them, and this attracts borders of regions: with 1, compactness is 0.1 higher on
 meshes of 200,000 faces."""
 
 CREASE_STEEPNESS = 20.0
 """Conductances across creases are multiplied by exp(-20 kappa), kappa = eta theta / pi."""
 
 LEAST_HINDERED, ENOUGH_HINDERED = 0.001, 0.03
-"""Prices grow from zero to their full value between these two fractions of the flow that creases
-stop. A surface without concave creases, such as a plane or a convex body, has no parts. All
-benchmark models have 0.037 or more."""
+"""Prices grow from zero to their full value between these two values of `hindered_share`, the
+fraction of the flow that creases stop. A surface without concave creases, such as a plane or a
+convex body, has no parts. All benchmark models have 0.037 or more."""
 
 LEAST_CONDUCTANCE = 1e-6
 """Smallest conductance, as in the core, so that connected cells stay connected."""
@@ -64,17 +64,17 @@ N_VECTORS = 8
 """Number of eigenvectors. On the benchmark models 12 are worse, and 4 are unstable."""
 
 N_COMPARED = 15
-"""Number of computed eigenvalues, without those of constant vectors. The last one is the scale of
-`LEAST_VALUE`."""
+"""Number of computed eigenvalues, without the eigenvalues of constant vectors. The last eigenvalue
+is the scale of `LEAST_VALUE`."""
 
 LEAST_VALUE = 1e-3
-"""Lower bound of eigenvalues, as a fraction of the last computed one. Smaller eigenvalues belong to
-barely connected pieces. Since vectors are scaled by the inverse root of their eigenvalues, such
-pieces would dominate all other parts."""
+"""Lower bound of eigenvalues, as a fraction of the last computed eigenvalue. Smaller eigenvalues
+belong to barely connected pieces. Vectors are scaled by the inverse root of their eigenvalues, so
+such pieces would dominate all other parts."""
 
 EQUAL = 1e-3
-"""Relative difference up to which eigenvalues count as equal. Their vectors are used all or none,
-because their basis is arbitrary."""
+"""Relative difference up to which eigenvalues count as equal. Vectors of equal eigenvalues have an
+arbitrary basis, so either all of them are used or none."""
 
 NO_GROUPS = np.empty(0, np.int32)
 
@@ -84,7 +84,7 @@ class PartPrices:
     """Prices of steps between the parts of a shape: distances in the spectral embedding."""
 
     vectors: Singles
-    """psi of each group of cells, (G, Q): Q may be 0."""
+    """Coordinates psi of each group of cells, (G, Q); Q may be 0."""
     group_of: Ints
     """The group of each cell, (N,); empty if each cell is a group."""
     factor: float
@@ -97,10 +97,10 @@ class PartPrices:
     ) -> PartPrices:  # fmt: skip
         """Embed the cells of a graph with straight steps, or groups of them.
 
-        `groups` are successively coarser graphs, of which the last is embedded; if empty, the graph
-        itself is embedded. The factors are gamma and the price of a crease of angle pi, in the unit
-        of the positions. The price of a step is gamma times the distance in the embedding, scaled
-        so that distances and steps have the same sum over all arcs.
+        `groups` are successively coarser graphs, of which the last is embedded. Without groups, the
+        graph itself is embedded. The factors are gamma, and the price of a crease of angle pi in
+        the unit of the positions. The price of a step is gamma times the distance in the embedding,
+        scaled so that distances and steps have the same sum over all arcs.
         """
         gamma, crease_price = factors
         embedded = groups[-1].graph if groups else graph
@@ -121,8 +121,8 @@ class PartPrices:
     ) -> None:
         """Add far arcs, and the prices of all arcs, to the graph and to coarser graphs.
 
-        Without `far`, the graph itself gets no far arcs: for regions of thousands of cells they
-        would dominate the run time.
+        Without `far`, the graph itself gets no far arcs, because they would dominate the run time
+        if regions have thousands of cells.
         """
         rows = self.vectors
         if len(self.group_of):
@@ -134,13 +134,13 @@ class PartPrices:
             rows = self._add_to(level, _means(level, rows, n_threads), n_threads)
 
     def add_to_coarse(self, coarse: list[_core.CoarseGraph], n_threads: int) -> None:
-        """Do the same for the embedded graph and for coarser graphs."""
+        """Do the work of `add_to_all` for the embedded graph and for coarser graphs only."""
         rows = self._add_to(coarse[0], self.vectors, n_threads)
         for level in coarse[1:]:
             rows = self._add_to(level, _means(level, rows, n_threads), n_threads)
 
     def _add_to(self, level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
-        """Do the same for one coarse graph, whose cells have these rows; return the rows."""
+        """Add far arcs and prices to one coarse graph with these rows; return the rows."""
         level.add_far_arcs(n_threads)
         level.add_part_prices(rows, self.factor, n_threads)
         return rows
@@ -173,7 +173,7 @@ class _Level(NamedTuple):
     steps: Floats
     conductances: Floats
     measures: Floats
-    coarse_of: Ints | None = None  # coarse cell, on this level, of each cell of the level above
+    coarse_of: Ints | None = None  # for each cell, its coarse cell on the next level
     hindered_share: float = 0.0  # fraction of the flow that creases stop
 
 
@@ -191,9 +191,9 @@ def spectral_embedding(
 
     .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa)
 
-    (plus 1e-6), where g is the distance between centroids. It is low across concave creases, with
-    kappa = theta / pi. So fingers, which creases separate from the hand, have coordinates far from
-    it. Vector q is scaled by :math:`(\lambda_q / \lambda_1)^{-1/2}`.
+    (plus 1e-6), where g is the distance between centroids. The conductance is low across concave
+    creases, with kappa = theta / pi. So fingers have coordinates far from the hand, because creases
+    separate them. Vector q is scaled by :math:`(\lambda_q / \lambda_1)^{-1/2}`.
 
     Eigenvectors are computed on about 700 coarse cells, interpolated to the faces, and relaxed
     there. Vectors that are constant on each component are excluded. Eigenvalues below a thousandth
@@ -213,8 +213,9 @@ def spectral_embedding(
     ndarray of float64, shape (N, n_vectors)
         Only ratios of distances are meaningful. The coordinate with the largest absolute value in
         each column is positive. If eigenvalues are equal, as for symmetric shapes, the basis is
-        arbitrary, and only distances between faces are meaningful. Missing columns are 0: in meshes
-        of few faces, and in soup of thousands of components. Time: about 2 microseconds per face.
+        arbitrary, and only distances between faces are meaningful. Meshes of few faces, and
+        triangle soup of thousands of components, have columns of zeros. Time: about 2 microseconds
+        per face.
 
     Raises
     ------
@@ -253,7 +254,7 @@ def spectral_embedding(
 
 
 def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:
-    """Return groups to embed if the loop runs on all cells; none for small meshes and soup."""
+    """Return groups to embed if the loop runs on all cells; none for small or soup meshes."""
     if graph.n_cells < LEAST_GROUPED:
         return []
     groups = _core.CoarseGraph(graph, GROUP_SIZE, n_threads)
@@ -306,13 +307,13 @@ def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> list[_
 
 
 def _cell_size(ratio: float) -> int:
-    """Return the cells per coarse cell on each level so that all levels together reach a ratio."""
+    """Return the number of cells per coarse cell so that all levels together reach a ratio."""
     n_levels: int = math.ceil(math.log(ratio) / math.log(MOST_CELLS))
     return round(math.pow(ratio, 1 / n_levels))
 
 
 def _crossing_conductances(level: _Level, arcs: ArcLists, steps: Floats) -> Floats:
-    """Return conductances between coarse cells: sums over the fine arcs between them."""
+    """Return conductances between coarse cells, summed over the fine arcs between them."""
     assert level.coarse_of is not None
     flows = _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
     return np.where(flows > 0.0, flows / steps, LEAST_CONDUCTANCE)
@@ -346,7 +347,7 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
 
 
 def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Singles:
-    """Prolong rows of the last level to the first, level by level."""
+    """Interpolate rows from the last level to the first, level by level."""
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
         assert level.coarse_of is not None

@@ -30,18 +30,19 @@ N_AROUND = 12
 
 CUTOFF = 4.0
 """Longest arc, in square roots of the smaller area at its ends. For uniformly random points, one in
-ten thousand of the six nearest neighbors is farther than 3.3."""
+ten thousand of the six nearest neighbors is farther away than 3.3."""
 
 
 OPEN_SHARE = 0.05
-"""A cloud is an open surface if the length of its area-weighted mean normal exceeds this. Rooms
-without a ceiling have 0.2 or more. Of 95 closed benchmark models, none counts as open when sampled
-at 100,000 points; at 5,000 points 14 do, because some normals are wrong."""
+"""A cloud counts as an open surface if the length of its area-weighted mean normal exceeds this
+value. Rooms without a ceiling have 0.2 or more. Of 95 closed benchmark models, none counts as open
+if sampled at 100,000 points. At 5,000 points 14 models count as open, because some normals are
+wrong."""
 
 
 @dataclass(frozen=True, eq=False)
 class PointGraph(Arcs):
-    """Points as cells, with arcs between near points; made by a kernel, so it is not checked."""
+    """Points as cells, with arcs between near points; arrays come from kernels, unchecked."""
 
     positions: Floats  # (N, 3)
     measures: Floats  # (N,) area around each point
@@ -78,12 +79,12 @@ def find_point_graph(
 
 
 def _axes_of(cloud: PointCloud) -> Floats:
-    """Return the axes of a cloud for the core; empty if it has none."""
+    """Return the axes of a cloud for the core; empty if the cloud has no axes."""
     return NO_NORMALS if cloud.axes is None else cloud.axes
 
 
 def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
-    """Return the graph with the normals of the cloud, or estimated ones that face the viewpoint."""
+    """Return the graph with the normals of the cloud, or with estimates that face the viewpoint."""
     if cloud.normals is not None:
         given = cloud.normals if graph.points is None else cloud.normals[graph.points]
         return replace(graph, normals=given)
@@ -100,7 +101,7 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
 def is_open(normal_sum: Floats, area: float) -> bool:
     """Return whether the area-weighted sum of normals shows that a surface is open.
 
-    Estimated normals point outwards. On an open surface this may be wrong: in a room seen from
+    Estimated normals point outwards, which may be wrong on an open surface: in a room seen from
     within, concave edges then look convex.
     """
     return bool(np.linalg.norm(normal_sum) > OPEN_SHARE * area)
@@ -148,13 +149,13 @@ def build_point_graph(
     ridges: float = WEIGHTS["creases"].defaults["ridges"],
     n_threads: int | None = None,
 ) -> CellGraph:
-    r"""Return the points of a cloud as cells, with arcs between near ones.
+    r"""Return the points of a cloud as cells, with arcs between near points.
 
     Two points are neighbors if one is among the `n_neighbors` nearest points of the other, and
     their distance is at most `cutoff` times the square root of the smaller of the two areas around
-    them. The graph is symmetric. If points are spread evenly, its components are those of the
-    sampled surface. Duplicate points are joined to the lowest of them by arcs of length 0, and
-    share its area.
+    them. The graph is symmetric. If points are spread evenly, the components of the graph are the
+    components of the sampled surface. Duplicate points are joined to the lowest point at their
+    position by arcs of length 0, and share its area.
 
     Parameters
     ----------
@@ -163,17 +164,17 @@ def build_point_graph(
     n_neighbors : int, default 6
         Number of nearest neighbors with an arc. Ties go to the lowest index.
     cutoff : float, default 4.0
-        Longest arc, > 0: see above. It keeps outliers, and points across a gap, from becoming
-        neighbors.
+        Longest arc, > 0, as a multiple of the square root of the smaller area at both ends. The
+        cutoff keeps outliers, and points across a gap, from becoming neighbors.
     expected_radius : float, default 0.0
         r = sqrt(A / (pi k)), >= 0, in the unit of the points, for weights like `crease_weights` of
         meshes. With 0, weights are distances.
     alpha, eta_convex
         As for `crease_weights`.
     ridges : float, default 0.35
-        Weight of ridges relative to concave edges, >= 0; no effect if it is less than `eta_convex`.
-        A ridge is a sharp edge between two flat sides that meet at 40 degrees or more. There are no
-        ridges where estimated normals blur an edge over more than the expected radius.
+        Weight of ridges relative to concave edges, >= 0. No effect if less than `eta_convex`. A
+        ridge is a sharp edge between two flat sides that meet at 40 degrees or more. Where
+        estimated normals blur an edge over more than the expected radius, there is no ridge.
     n_threads : int, optional
         As for `segment`.
 
@@ -181,12 +182,12 @@ def build_point_graph(
     -------
     CellGraph
         ``measures`` holds the area around each point, :math:`2 \pi \overline{d^2} / (n + 1)` for
-        the distances d of its n neighbors. This is unbiased for uniformly random points, and 0 for
-        a point without arcs. ``weights`` are in units of the diagonal. ``arc_measures`` holds for
-        each arc the length of the border that it crosses, the mean of :math:`\pi a / \sum d` at
-        both points, so that the arcs across a line sum to its length; and the angle between the
-        normals, positive if the points lie above each other's tangent planes. Normals are those of
-        the cloud, or from `estimate_normals`.
+        the distances d of its n neighbors. This estimate is unbiased for uniformly random points,
+        and 0 for a point without arcs. ``weights`` are in units of the diagonal. ``arc_measures``
+        holds for each arc the length of the border that it crosses, the mean of :math:`\pi a / \sum
+        d` at both points, so that the arcs across a line sum to the length of the line; and the
+        angle between the normals, positive if the points are above each other's tangent planes.
+        Normals are from the cloud, or from `estimate_normals`.
 
     Raises
     ------
@@ -199,9 +200,7 @@ def build_point_graph(
     -----
     Time O(N log N) in practice. `segment` computes arc measures only near borders, to save memory.
 
-    Examples
-    --------
-    Three points on a line, and a distant one:
+    Examples -------- Three points on a line, and a distant point:
 
     >>> graph = build_point_graph([[0, 0, 0], [1, 0, 0], [2, 0, 0], [90, 0, 0]], 2)
     >>> [graph.neighbors[a:b].tolist() for a, b in zip(graph.offsets, graph.offsets[1:])]
@@ -239,24 +238,24 @@ def estimate_normals(
     viewpoint: npt.ArrayLike | None = None,
     n_threads: int | None = None,
 ) -> Floats:
-    """Return a normal for each point: the direction of least variance of its neighbors.
+    """Return the normal of each point: the direction of least variance of its neighbors.
 
     Normals are flipped so that neighbors agree, along a minimum spanning tree of each component of
-    the neighbor graph (Hoppe et al. 1992). Without a viewpoint, the normals of each component then
-    point outwards: the enclosed volume is positive. This is right for solids. On an open surface,
-    normals point to the side that bulges out. If this is wrong, as in a room scanned from within,
-    give the viewpoint of the scanner.
+    the neighbor graph (Hoppe et al. 1992). Without a viewpoint, all normals of a component are then
+    flipped if necessary, so that they point outwards (the enclosed volume is positive). This is
+    right for solids. On an open surface, normals point to the side that bulges out. If this is
+    wrong, as in a room scanned from within, give the viewpoint of the scanner.
 
     Parameters
     ----------
     cloud : PointCloud or cloud-like
         As for `segment`. Existing normals are ignored. Existing axes are used as directions.
     n_neighbors : int, default 12
-        Number of nearest neighbors per normal. More neighbors smooth noise, but also edges.
+        Number of nearest neighbors per normal. More neighbors reduce noise, but also smooth edges.
     viewpoint : array_like, shape (3,), optional
-        Position of the scanner: the normals of each component are flipped so that most of them, by
-        area, face it. For terrain, a point far above. By default the viewpoints of the cloud, if it
-        has any.
+        Position of the scanner. The normals of each component are flipped so that most of them, by
+        area, face the scanner. For terrain, give a point far above. By default the viewpoints of
+        the cloud, if it has any.
     n_threads : int, optional
         As for `segment`.
 
@@ -304,7 +303,7 @@ def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
 
 
 def _turned_to(places: Floats, graph: PointGraph) -> Floats:
-    """Return normals, flipped per component so that most of its area faces its viewpoints."""
+    """Return normals, flipped per component so that most of its area faces the viewpoints."""
     labels = np.zeros(len(graph.positions), np.int32)
     components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
     facing = facing_areas(places, graph.positions, graph.normals, graph.measures)

@@ -1,6 +1,6 @@
 """Stage 5: the region graph: measures of regions, and of the borders between neighbors.
 
-It is in this folder because it needs only cells and labels, and `Segmentation` uses it.
+The module is in this folder because it needs only cells and labels, and `Segmentation` uses it.
 """
 
 from __future__ import annotations
@@ -22,31 +22,31 @@ from .kinds import as_surface
 from .surface import Surface
 
 _ROUNDING = 1e-14
-"""Fraction of the largest variance of a region below which another variance is rounding error."""
+"""Fraction of the largest variance of a region up to which another variance is a rounding error."""
 
 _NO_NORMAL = 1e-12
-"""Fraction of the area up to which the sum of area vectors counts as zero: a closed surface."""
+"""Fraction of the area up to which a sum of area vectors is zero, as for a closed surface."""
 
 
 @dataclass(frozen=True, eq=False)
 class RegionGraph:
-    """K regions, and the E arcs between neighbors, as arrays; made by `region_graph`.
+    """K regions, and E arcs between neighbors, as arrays: the result of `region_graph`.
 
-    Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra, read
-    volume for area, and surface area for border length.
+    Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra, areas
+    are volumes, and border lengths are surface areas.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
         Region of each cell, 0..K-1; -1 for a cell in no region.
     measures : ndarray of float64, shape (K,)
-        Area of each region; volume of tetrahedra. >= 0.
+        Area of each region, or volume for tetrahedra, >= 0.
     centroids : ndarray of float64, shape (K, 3)
         Mean position, weighted by area (unweighted if a region has no area).
     normals : ndarray of float64, shape (K, 3)
-        Unit vector of the area-weighted mean normal; for clouds without normals, from
+        Unit vector of the area-weighted mean normal. A cloud without normals gets them from
         `estimate_normals`. NaN for tetrahedra, a `CellGraph`, regions without area, and closed
-        surfaces, where the mean is zero.
+        surfaces, whose mean normal is zero.
     deviations : ndarray of float64, shape (K, 3)
         Standard deviations of a region along its three principal axes, largest first. Triangles,
         polygons and tetrahedra are integrated exactly, so the result does not depend on how a
@@ -61,7 +61,7 @@ class RegionGraph:
         Number of cells of each region, >= 1.
     centers : ndarray of int32, shape (K,)
         A representative cell of each region: the given center, or the cell nearest to the centroid
-        (the lowest in a tie).
+        (ties go to the lowest cell).
     edge_index : ndarray of int32, shape (2, E)
         The two regions of each arc, the lower one first. Each pair of neighbors is listed once,
         sorted; `to_pyg` gives both directions.
@@ -70,7 +70,8 @@ class RegionGraph:
     mean_angles : ndarray of float64, shape (E,)
         Mean over the border of the angle between the normals, 0 (flat) to pi, weighted by length.
     max_angles : ndarray of float64, shape (E,)
-        The angle of largest absolute value, -pi to pi: positive if concave, negative if convex.
+        The angle with the largest absolute value, -pi to pi: positive if concave, negative if
+        convex.
     concavities : ndarray of float64, shape (E,)
         Mean of the signed angle, -pi to pi, weighted by length: positive for a groove, negative for
         a ridge, 0 where the surface is flat.
@@ -101,7 +102,7 @@ class RegionGraph:
     ARC_VALUES: ClassVar[tuple[str, ...]] = (
         "border_length", "mean_angle", "max_angle", "concavity", "edge_count",
     )  # fmt: skip
-    """Names of the measures of arcs: the columns of ``edge_attr``, and choices of `to_scipy`."""
+    """Names of the measures of arcs: the columns of ``edge_attr``, and the values of `to_scipy`."""
 
     REGION_FEATURES: ClassVar[tuple[str, ...]] = (
         "measure", "perimeter", "compactness", "linearity", "planarity", "sphericity", "curvature",
@@ -130,10 +131,10 @@ class RegionGraph:
 
     @property
     def linearity(self) -> Floats:
-        """(s0 - s1) / s0 of the deviations s, shape (K,): 1 for a line; NaN for a point.
+        """(s0 - s1) / s0 for the deviations s, shape (K,): 1 for a line; NaN for a point.
 
-        `linearity`, `planarity` and `sphericity` add up to 1. As in superpoint networks, they are
-        ratios of standard deviations, not of variances.
+        The sum of `linearity`, `planarity` and `sphericity` is 1. As in superpoint networks, they
+        are ratios of standard deviations.
         """
         first, second, _ = self.deviations.T
         return _ratio(first - second, first)
@@ -161,7 +162,7 @@ class RegionGraph:
     def compactness(self) -> Floats:
         """Perimeter / sqrt(area), shape (K,), as `metrics.compactness`; NaN without area.
 
-        In a volume, surface / volume^(2/3).
+        For tetrahedra, surface / volume^(2/3).
         """
         return _ratio(self.perimeters, self.measures ** ((self.dimension - 1) / self.dimension))
 
@@ -234,7 +235,7 @@ class RegionGraph:
     def to_networkx(self) -> Any:
         """Return a ``networkx.Graph`` of regions, with measures of regions and of borders.
 
-        Nodes are 0..K-1 with the columns of `table`, edges have `ARC_VALUES`; all are Python
+        Nodes are 0..K-1 with the columns of `table`. Edges have `ARC_VALUES`. All values are Python
         numbers.
 
         Raises
@@ -275,7 +276,7 @@ class RegionGraph:
         """Return the arrays of a PyTorch Geometric graph.
 
         ``Data(**{name: torch.from_numpy(array) for name, array in graph.to_pyg().items()})`` makes
-        the graph, and ``np.savez(path, **graph.to_pyg())`` saves it.
+        the graph. ``np.savez(path, **graph.to_pyg())`` saves the arrays.
 
         Returns
         -------
@@ -313,7 +314,7 @@ def region_graph(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> RegionGraph:
-    """Return the graph of regions: measures of each, and of the borders between neighbors.
+    """Return the graph of regions, with measures of regions and of borders between neighbors.
 
     ``segmentation.regions`` is the graph of a result of `segment`.
 
@@ -337,18 +338,15 @@ def region_graph(
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If the labels are not integers, not one per cell, below -1 or with gaps, if centers are not
-        one cell of each region, or if a graph has no `ArcMeasures`.
+        If labels are not integers >= -1, one per cell, or a label 0..K-1 is missing; if centers are
+        not one cell of each region; or if a graph has no `ArcMeasures`.
 
-    Notes
-    -----
-    Time O(N + M + B log B) for B arcs across borders. A border with cells in no region counts in
-    the perimeter but has no arc. An edge of three or more faces counts once for each pair of
-    regions there, with the mean of the angles between their faces.
+    Notes ----- Time O(N + M + B log B) for B arcs across borders. A border with cells in no region
+    counts in the perimeter but has no arc. An edge of three or more faces counts once for each pair
+    of regions at the edge, with the mean of the angles between their faces.
 
-    Examples
-    --------
-    A square of two triangles, folded to a valley with a right angle:
+    Examples -------- A square of two triangles, folded along its diagonal to a valley of 90
+    degrees:
 
     >>> from superfacets import Mesh
     >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])

@@ -1,4 +1,4 @@
-"""The expected number and radius of regions, and slivers: faces too long and thin for them."""
+"""The expected number and radius of regions, and slivers: faces too long and thin for regions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..mesh.faces import FaceMesh, measure_faces, measure_shapes, sliver_area
 from .face_graph import FaceGraph
 
 DEFAULT_N_SEGMENTS = 150
-"""The paper's k, used if neither a number of regions nor a radius is given."""
+"""Default number of regions, from the paper, if neither a number nor a radius is given."""
 
 
 class RegionSize(NamedTuple):
@@ -32,7 +32,7 @@ def region_size(
 ) -> RegionSize:
     """Return the expected number and radius of regions of cells with these measures.
 
-    Regions are modeled as disks if measures are areas, as balls if they are volumes.
+    Regions are modeled as disks if measures are areas, and as balls if measures are volumes.
     """
     total = _core.sum_of(measures, n_threads)
     return size_of_total(options, len(measures), total, diagonal, dimension)
@@ -41,7 +41,7 @@ def region_size(
 def size_of_total(
     options: SizeOptions, n_cells: int, total: float, diagonal: float, dimension: int = 2
 ) -> RegionSize:
-    """Return the same from the number of cells and the sum of their measures."""
+    """Do the work of `region_size` with the number of cells and the sum of their measures."""
     if options.radius is not None:
         r = options.radius * diagonal
         k = _regions_of_radius(total, r, dimension)
@@ -61,7 +61,7 @@ def _regions_of_radius(total: float, r: float, dimension: int) -> float:
 
 
 def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces") -> int:
-    """Return the given number of regions; by default the paper's, at most the number of cells."""
+    """Return the given number of regions, or the default number, at most the number of cells."""
     if n_segments is None:
         return min(DEFAULT_N_SEGMENTS, n_cells)
     return checked_count(n_segments, "n_segments", n_cells, noun)
@@ -82,20 +82,20 @@ def _radius_of_total(total: float, n_regions: int, dimension: int) -> float:
 
 
 MIN_LENGTH = 2.0
-"""Length above which a face is long, in r: the diameter of a region."""
+"""Length above which a face is long, in r. The value is the diameter of a region."""
 
 MAX_HEIGHT = 0.5
-"""Height over the longest side up to which a face is thin, in r. A higher face is large rather than
-thin: regions are coarse, but not stripes. Slivers are at least four times as long as high."""
+"""Height over the longest side up to which a face is thin, in r. Higher faces make regions coarse,
+but not stripes. Slivers are at least four times as long as high."""
 
 MAX_SHARE = 0.1
 """Fraction of the area in slivers above which `segment` warns.
 
-Chosen on 189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them also with 50
-and 500), and 12 CAD parts and 15 other meshes with 50 to 500 regions. Subdivision at r / 4 lowers
-the compactness by a factor of 1.2 or more in 31 cases. The warning finds 26 of these, all CAD parts
-among them; the largest factor that it misses is 1.4. It also names seven of the other 158 cases,
-which gain 1.09 to 1.18."""
+The value was chosen on 189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them
+also with 50 and 500), and 12 CAD parts and 15 other meshes with 50 to 500 regions. In 31 cases,
+subdivision at r / 4 lowers the compactness by a factor of 1.2 or more. The warning finds 26 of
+these cases, including all CAD parts; the largest factor of a missed case is 1.4. The warning also
+appears in seven of the other 158 cases, whose factors are 1.09 to 1.18."""
 
 EDGE_PER_RADIUS = 0.25
 """Longest recommended edge, in r.
@@ -108,9 +108,10 @@ and r / 4 it is 8.1, 7.5 and 6.6. Each halving triples the number of faces: 1,00
 def sliver_share(
     mesh: FaceMesh, faces: FaceGraph, longest: Floats | None, radius: float, n_threads: int
 ) -> float:
-    """Return the share of the area in faces longer than 2 r and thinner than r / 2, 0 to 1.
+    """Return the fraction of the area in faces longer than 2 r and thinner than r / 2, 0 to 1.
 
-    0 if no face has an area. With ``FaceShapes.longest``, blocks without long sides are skipped.
+    The result is 0 if no face has an area. `longest` of `FaceShapes` serves to skip blocks without
+    long sides.
     """
     total = _core.sum_of(faces.measures, n_threads)
     if total <= 0.0:

@@ -13,12 +13,13 @@ from ..mesh.cells import lowest_vertices
 from ..mesh.faces import Corners
 
 MIN_CELLS = 1 << 17
-"""Smallest number of cells that is sorted. Fewer cells fit into the cache in any order."""
+"""Smallest number of cells that are sorted. Fewer cells fit into the cache in any order."""
 
 MOST_FAR = 1 / 3
-"""Largest fraction of far steps, between cells or vertices, in a good order. Relative to a million
-sorted faces, the run time is 1.7 for shuffled faces, 1.4 for shuffled pairs of faces and 1.3 for
-shuffled vertices; sorting costs 0.15. Files from scanners and subdivision have less than 0.3."""
+"""Largest fraction of far steps, between cells or vertices, in a good order. For a million faces,
+relative to the run time with sorted faces, the run time is 1.7 with shuffled faces, 1.4 with
+shuffled pairs of faces and 1.3 with shuffled vertices; sorting takes 0.15. Files from scanners and
+subdivision have less than 0.3."""
 
 N_STEPS = 512
 """Number of sampled steps; the standard error of the fraction is below 0.023."""

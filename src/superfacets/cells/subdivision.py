@@ -25,14 +25,14 @@ from ..mesh.triangle_mesh import Mesh
 from .sums import weighted_majority
 
 MAX_FACES = 10_000_000
-"""Default limit of the number of new faces; they take about 600 MB."""
+"""Default limit of the number of new faces. Ten million faces take about 600 MB."""
 
 MAX_GROWTH = 4
-"""Default limit for larger meshes, as a multiple of their number of faces."""
+"""Default limit of the number of new faces of larger meshes, in multiples of the old number."""
 
 RESOLUTION = 1e-12
-"""Smallest `max_edge`, as a fraction of the largest coordinate: 4,500 steps of float64. Midpoints
-of shorter edges are rounded so coarsely that bisection may not end."""
+"""Smallest `max_edge`, as a fraction of the largest coordinate. This is 4,500 steps of float64.
+Midpoints of shorter edges have such large rounding errors that bisection may not end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +42,12 @@ class Subdivision:
     Attributes
     ----------
     mesh : Mesh
-        Vertices: the old ones, in their order, then midpoints. Faces: the parts of old face 0, of
-        old face 1, and so on, oriented as those.
+        Vertices are the old vertices, in their order, then midpoints. Faces are the parts of old
+        face 0, of old face 1, and so on, with the orientation of the old face.
     sources : ndarray of int32, shape (F,)
         The old face that contains each new face, ascending.
     depths : ndarray of uint8, shape (F,)
-        Number of bisections: a new face has ``2.0**-depth`` of the area of its old face. Polygons
+        Number of bisections. A new face has ``2.0**-depth`` of the area of its old face. Polygons
         are triangulated first, and the depth counts from the triangle.
     cut_areas : ndarray of float64, shape (F,), optional
         Area of the triangle that contains each new face, if the old mesh has polygons.
@@ -71,15 +71,14 @@ class Subdivision:
     def labels_back(self, labels: npt.ArrayLike) -> Longs:
         """Return the label of each old face: the label with the largest area in it.
 
-        Ties go to the lower label; areas of parts of a triangle are compared exactly. A label that
-        has the largest area in no old face is missing in the result.
-        For the other direction, ``labels[subdivision.sources]`` maps labels, or any values, of old
-        faces to new faces.
+        Ties go to the lower label; areas of parts of a triangle are compared exactly. A label
+        without the largest area in any old face is missing in the result. For the other direction,
+        ``labels[subdivision.sources]`` maps labels, or any values, of old faces to new faces.
 
         Parameters
         ----------
         labels : array_like of integers, shape (F,)
-            Label of each new face, any numbers.
+            Label of each new face: any integers.
 
         Returns
         -------
@@ -125,15 +124,15 @@ def subdivide(
 ) -> Subdivision:
     """Bisect faces by their longest edge until no edge is longer than `max_edge`.
 
-    Use it for meshes with long thin triangles, which CAD programs make for flat faces and
-    cylinders: a region cannot be rounder than its faces.
+    Use `subdivide` for meshes with long thin triangles, which CAD programs make for flat faces and
+    cylinders. A region cannot be rounder than its faces.
 
-    A too long edge is bisected at its midpoint in all of its faces. So no T-junctions appear,
-    closed meshes stay closed, and non-manifold edges keep their faces. The choice of edges depends
-    on positions alone, so seams of duplicate vertices get no gaps. The angles of new faces are at
-    least half the smallest angle of their old face, and their areas sum to its area. Boundary edges
-    are bisected like others, and degenerate faces along their edges. The result does not depend on
-    the number of threads, and subdividing it again changes nothing.
+    An edge that is too long is bisected at its midpoint in all of its faces. So there are no
+    T-junctions, closed meshes stay closed, and non-manifold edges keep their faces. The choice of
+    edges depends only on positions, so seams of duplicate vertices get no gaps. The angles of new
+    faces are at least half the smallest angle of the old face, and the areas of new faces sum to
+    the area of the old face. Boundary edges and degenerate faces are bisected, too. The result does
+    not depend on the number of threads. Subdividing the result again changes nothing.
 
     Parameters
     ----------
@@ -141,10 +140,10 @@ def subdivide(
         As for `segment`. Polygons are triangulated first.
     max_edge : float
         Longest edge in the unit of the vertices, > 0, and at least 1e-12 of the largest coordinate.
-        Infinity changes nothing.
+        With infinity the mesh does not change.
     max_faces : int, optional
-        Largest number of new faces. By default ten million, or four times the number of faces if
-        that is more.
+        Largest number of new faces. The default is ten million, or four times the number of old
+        faces if that is more.
     n_threads : int, optional
         As for `segment`.
 
@@ -158,18 +157,16 @@ def subdivide(
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If a parameter is out of range or of the wrong type, or there would be more faces than
-        `max_faces`; this is known before memory is allocated.
+        If a parameter is out of range or of the wrong type, or there would be more than `max_faces`
+        faces (checked before memory is allocated).
 
     Notes
     -----
     Time is linear in the number of new faces. A fat triangle becomes about
     ``3 * area / max_edge**2`` faces, a thin one about ``2 * length / max_edge``.
 
-    References
-    ----------
-    Rivara, "Algorithms for refining triangular grids suitable for adaptive and multigrid
-    techniques", 1984; the bound on angles is that of Rosenberg and Stenger, 1975.
+    References ---------- Rivara, "Algorithms for refining triangular grids suitable for adaptive
+    and multigrid techniques", 1984. The bound on angles is from Rosenberg and Stenger, 1975.
 
     Examples
     --------

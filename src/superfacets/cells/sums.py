@@ -13,7 +13,7 @@ from .._validate import exact_array
 
 
 def positive_total(areas: Floats) -> float:
-    """Sum of areas; a ValueError if it is 0."""
+    """Return the sum of areas; a ValueError if the sum is 0."""
     total = float(areas.sum())
     if not total > 0:
         raise ValueError("the total area is 0")
@@ -21,7 +21,7 @@ def positive_total(areas: Floats) -> float:
 
 
 def sums_by_label(labels: npt.NDArray[np.integer], values: Floats, n_labels: int) -> Floats:
-    """Sum of the values of each label, shape (n_labels,)."""
+    """Return the sum of the values of each label, shape (n_labels,)."""
     sums = np.bincount(labels, weights=values, minlength=n_labels)
     return np.asarray(sums, dtype=np.float64)
 
@@ -39,7 +39,7 @@ def weighted_majority(
     """Return the label with the largest sum of weights in each group, shape (n_groups,).
 
     Labels are >= -1, and -1 counts as a label. Weights are finite and >= 0. Ties go to the lowest
-    label; the result is -1 for a group without members. Time is linear in groups and members.
+    label. A group without members gets -1. Time is linear in groups and members.
 
     Examples
     --------

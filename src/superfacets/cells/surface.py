@@ -16,18 +16,19 @@ from .cell_graph import ArcMeasures, CellGraph, CsrArcs
 from .face_graph import FaceGraph
 
 VOLUME_NOISE = 1e-12
-"""Fraction of the cubed diagonal below which a volume is a rounding error, as of a double sheet."""
+"""Fraction of the cubed diagonal up to which a volume is a rounding error, as for a double
+sheet."""
 
 
 @dataclass(frozen=True, eq=False)
 class Surface(CsrArcs):
     """Checked cells, their arcs, and the handle for the kernels of these stages."""
 
-    handle: _core.Surface  # knows border lengths, and the arcs around a corner
+    handle: _core.Surface  # provides border lengths, and arcs around a corner
     offsets: Longs  # (N + 1,)
     neighbors: Ints  # (M,)
     bounds: Floats  # (2, 3)
-    weight_unit: float  # of arc weights, in the unit of the positions
+    weight_unit: float  # unit of arc weights, in the unit of the positions
     n_threads: int
     mesh: FaceMesh | None = None  # None: cells are not faces
     weights: Floats | None = None  # arc weights; None: computed from angles
@@ -47,7 +48,7 @@ class Surface(CsrArcs):
     def of_turned_faces(
         cls, mesh: FaceMesh, graph: FaceGraph, is_turned: bool, n_threads: int
     ) -> Surface:
-        """Return `of_faces` for a part of a mesh, if it is known whether normals point inwards."""
+        """Do the work of `of_faces` for a part of a mesh; `is_turned`: normals point inwards."""
         handle = _face_handle(mesh, graph, is_turned, n_threads)
         return cls._of_handle(handle, mesh, graph, n_threads)
 
@@ -103,7 +104,7 @@ class Surface(CsrArcs):
 def face_surface(
     mesh: FaceMesh, graph: FaceGraph, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Return the faces for kernels; a ValueError if the graph is of another mesh."""
+    """Return the handle of faces for kernels; a ValueError if the graph is of another mesh."""
     _check_of_mesh(mesh, graph)
     is_turned = is_inside_out(mesh, graph, n_threads=n_threads)
     return _face_handle(mesh, graph, is_turned, n_threads)
@@ -141,7 +142,7 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
     -------
     ArcMeasures
         ``border_lengths`` are lengths of edges. ``step_lengths`` are distances from centroid to
-        centroid over the midpoint of the edge (eq. 1). ``angles`` are signed, in radians, positive
+        centroid via the midpoint of the edge (eq. 1). ``angles`` are signed, in radians, positive
         for a concave edge. ``open_lengths`` are the lengths of boundary edges per face.
 
     Raises
@@ -165,7 +166,7 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
 
 
 def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
-    """Return whether the mesh is closed and its normals point inwards (its volume is negative)."""
+    """Return whether the mesh is closed and its normals point inwards (negative volume)."""
     volume = _signed_volume(mesh, graph, checked_threads(n_threads))
     return is_negative(volume, graph.diagonal)
 
@@ -186,8 +187,8 @@ def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
         return 0.0
     positions, measures = graph.positions, graph.measures
     # If faces are inconsistently oriented, the volume depends on the origin. The centroid as origin
-    # makes it invariant under rigid motion.
-    # Avoid measures @ positions: threads of a BLAS would keep spinning afterwards.
+    # makes the volume invariant under rigid motion. einsum replaces measures @ positions, because
+    # the threads of a BLAS would keep spinning afterwards.
     total = _core.sum_of(measures, n_threads)
     moment = np.einsum("i,ij->j", measures, positions)
     x, y, z = (moment / total if total else positions[0]).tolist()

@@ -31,7 +31,7 @@ class TriangleCounts(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TetGraph(Arcs):
-    """Tetrahedra as cells, with arcs between those that share a triangle; see `build_tet_graph`.
+    """Tetrahedra as cells, with arcs across shared triangles; see `build_tet_graph`.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class TetGraph(Arcs):
         Low and high corner of the bounding box of the vertices that tetrahedra use.
     arc_measures : ArcMeasures
         ``border_lengths`` are areas of triangles. ``step_lengths`` are distances from centroid to
-        centroid over the centroid of the triangle. ``sides`` are the corners opposite to the
+        centroid via the centroid of the triangle. ``sides`` are the corners opposite to the
         triangle. ``open_lengths`` are the boundary areas of the tetrahedra.
     triangle_counts : TriangleCounts
         Numbers of all, boundary and non-manifold triangles.
@@ -77,24 +77,24 @@ class TetGraph(Arcs):
 def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
     """Return the graph of the tetrahedra of a mesh that share a triangle.
 
-    All pairs of tetrahedra at a triangle are neighbors, so duplicates of a tetrahedron are
-    neighbors across all four triangles. Triangles with a repeated vertex are ignored. Time and
-    memory are linear in tetrahedra and arcs.
+    All pairs of tetrahedra at a triangle are neighbors, so two equal tetrahedra are neighbors
+    across all four triangles. Triangles with a repeated vertex are ignored. Time and memory are
+    linear in tetrahedra and arcs.
 
     Parameters
     ----------
     mesh : TetMesh or mesh-like
         As for `segment`.
     weld : bool, default True
-        Treat vertices at exactly the same position as one.
+        Treat vertices at exactly the same position as one vertex.
     n_threads : int, optional
         As for `segment`.
 
     Raises
     ------
     MeshError
-        If the mesh has no tetrahedra, or there are more than 16 arcs for each and more than 2**24
-        in all.
+        If the mesh has no tetrahedra, or there are more than 16 arcs per tetrahedron and more than
+        2**24 arcs in total.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
 
 
 def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
-    """Return tetrahedra as cells."""
+    """Return the surface of a graph of tetrahedra."""
     given = graph.arc_measures
     assert given.step_lengths is not None
     assert given.sides is not None

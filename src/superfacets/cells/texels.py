@@ -1,4 +1,4 @@
-"""Colors of faces from their texels, and images of region ids in the same layout."""
+"""Colors of faces from the texels of a texture, and images of region ids in the same layout."""
 
 from __future__ import annotations
 
@@ -60,11 +60,11 @@ def texture_colors(
 ) -> FaceTexels:
     """Return the color of each face: the mean of the texels that it covers.
 
-    Faces that contain no texel center are sampled between texels. Of faces with more than 16,384
-    texels, only every n-th row and column is used. Coordinates outside [0, 1] repeat, clamp or
+    Faces that contain no texel center are sampled between texels. Faces with more than 16,384
+    texels are sampled in every n-th row and column. Coordinates outside [0, 1] repeat, clamp or
     mirror the image, as the material specifies. Faces without an image have the color of their
-    material, and white without a material; so do faces whose coordinates are missing, not finite or
-    larger than 2**20.
+    material, and faces without a material are white. The same holds for faces whose coordinates are
+    missing, not finite or larger than 2**20.
 
     Parameters
     ----------
@@ -82,10 +82,10 @@ def texture_colors(
     Raises
     ------
     MeshError
-        If there is no texture, it has another number of faces or corners than the mesh, or an image
-        is missing, damaged or too large.
+        If there is no texture, its number of faces or corners differs from the mesh, or an image is
+        missing, damaged or too large.
     MissingExtraError
-        If Pillow is missing: install the extra ``texture``.
+        If Pillow is missing; the extra ``texture`` installs it.
 
     Notes
     -----
@@ -182,7 +182,7 @@ def _uv_areas(texture: Texture, places: Array) -> Floats:
 def _means_by_face(
     means: Floats, spreads: Floats, areas: Floats, faces: Ints, n_faces: int
 ) -> tuple[Floats, Floats, Bools]:
-    """Return area-weighted means and spreads per face, and which faces have triangles."""
+    """Return area-weighted means and spreads per face, and whether each face has triangles."""
     if len(faces) == n_faces and np.array_equal(faces, np.arange(n_faces)):
         return means, spreads, np.ones(n_faces, np.bool_)
     totals = np.bincount(faces, areas, n_faces)
@@ -219,9 +219,9 @@ def ids_in_layout(
 def texture_of_parts(
     texture: Texture, mesh: FaceMesh, parts: FaceMesh, sources: Ints
 ) -> Texture | None:
-    """Return the texture of triangles that are parts of the triangles `sources` of a mesh.
+    """Return the texture of triangles that are parts of triangles of a mesh, given by `sources`.
 
-    Coordinates are interpolated. Returns None if the mesh has polygons with more corners.
+    Coordinates are interpolated. Returns None if the mesh has polygons of more than 3 corners.
     """
     corners = corners_of(mesh)
     if corners.size != 3:

@@ -1,4 +1,4 @@
-"""The shape diameter function: the thickness of a solid below its surface, measured by rays."""
+"""The shape diameter function: the thickness of a solid under its surface, measured by rays."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ N_RAYS = 30
 """Number of rays per face, as in the paper of Shapira et al."""
 
 MOST_RAYS = 10_000
-"""Largest number of rays per face, about ten milliseconds per face. More must be a mistake."""
+"""Largest number of rays per face; 10,000 rays take about ten milliseconds."""
 
 LEAST_DISTANCE = 1e-6
-"""Smallest distance of a hit, as a fraction of the diagonal. Nearer hits are on the face itself, or
-on the back of a double sheet, and are ignored."""
+"""Smallest distance of a hit, as a fraction of the diagonal. Nearer hits are ignored, because they
+are on the face itself, or on the back of a double sheet."""
 
 
 def shape_diameter(
@@ -35,13 +35,13 @@ def shape_diameter(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Floats:
-    r"""Return the thickness of the solid below each face: small at a finger, large at the palm.
+    r"""Return the thickness of the solid under each face: small at a finger, large at the palm.
 
     Rays start at the centroid of a face, in a cone of half-angle 60 degrees about the inward
     normal. A ray counts if the first face that it hits is seen from inside. Ray lengths within one
     standard deviation of the median are averaged, with weights 1 / (angle + 0.2). The logarithm is
-    then smoothed along the surface: :math:`(A + t^2 L)\,x = A \log s`, with areas A and the
-    Laplacian L of the face graph. Its arcs have the conductance :math:`\sqrt{A_i + A_j} / g`, where
+    then smoothed along the surface by solving :math:`(A + t^2 L)\,x = A \log s`, with areas A and
+    the Laplacian L of the face graph. Arcs have the conductance :math:`\sqrt{A_i + A_j} / g`, where
     g is the step between centroids.
 
     Parameters
@@ -50,7 +50,8 @@ def shape_diameter(
         As for `segment`. In an open mesh, a face has a thickness if at least a quarter of its rays
         count. The normals of a closed mesh may point inwards.
     smoothing : float, default 0.01
-        The length t, as a fraction of the diagonal of the bounding box, >= 0. 0 means no smoothing.
+        The length t, >= 0, as a fraction of the diagonal of the bounding box. With 0, nothing is
+        smoothed.
     n_rays : int, default 30
         Number of rays per face, 1 to 10,000.
     weld : bool, default True
@@ -62,8 +63,9 @@ def shape_diameter(
     -------
     ndarray of float64, shape (N,)
         In the unit of the vertices, > 0. Faces without a thickness get values from their neighbors
-        by smoothing. They are NaN without smoothing, and in components where no face has a
-        thickness: single sheets and most of triangle soup. Time: about a microsecond per ray.
+        by smoothing. Without smoothing they are NaN. Components in which no face has a thickness,
+        such as single sheets and most triangle soup, are NaN, too. Time: about a microsecond per
+        ray.
 
     Raises
     ------
@@ -100,7 +102,7 @@ def shape_diameter(
         return thickness
     conductances = _core.step_conductances(surface.handle, graph.measures, threads)
     length = t * graph.diagonal
-    # In diagonals: the same numbers in every unit of length.
+    # In units of the diagonal, so that results do not depend on the unit of length.
     shares = thickness / graph.diagonal
     logs = smoothed(surface.arcs, conductances, graph.measures, shares, length, threads)
     return np.asarray(graph.diagonal * np.exp(logs))
@@ -113,7 +115,7 @@ def rays_from(
     n_rays: int,
     n_threads: int,
 ) -> Floats:
-    """Return the thickness below the given faces; NaN for faces without one."""
+    """Return the thickness under the given faces; NaN for faces without a thickness."""
     triangles, _ = cut_into_triangles(mesh)
     outward = area_vectors(mesh, n_threads)[faces]
     sizes = np.sqrt(np.einsum("ij,ij->i", outward, outward))
@@ -139,7 +141,7 @@ def smoothed(
     length: float,
     n_threads: int,
 ) -> Floats:
-    """Return logarithms of the thickness, smoothed over a length; NaN in components without any.
+    """Return smoothed logarithms of the thickness; NaN in components without a thickness.
 
     The result does not depend on the number of threads or the C library.
     """

@@ -19,13 +19,13 @@ from .face_graph import FaceGraph
 from .surface import Surface, face_surface
 
 SOLID = 0.3
-"""Roundness y from which a shape is solid. Convex bodies have 1 at most, long rods 3/4."""
+"""Smallest roundness y of a solid shape. Convex bodies have at most 1, and long rods have 3/4."""
 
 HOLLOW = 0.15
-"""Roundness up to which a shape is fully hollow. Insides and outsides of thin walls cancel out."""
+"""Largest roundness y of a fully hollow shape. Insides and outsides of thin walls cancel out."""
 
 MOST_EVENED = 0.25
-"""Largest share s of `crease_weights`: the cost of smooth convex edges of a fully hollow shape."""
+"""Largest share s in `crease_weights`: the cost of smooth convex edges of fully hollow shapes."""
 
 STEPS = 1 << 16
 """Shares are rounded to multiples of 1 / `STEPS`, to hide rounding errors."""
@@ -49,25 +49,25 @@ def evened_share(turn: int, volume: float, area: float, diagonal: float) -> floa
 
 
 UNKNOWN_TURN = 0.5
-"""Weight of convex creases if the inside of a surface is unknown. In a synthetic room without
-normals, 1.5 % of the points end up in a region of another surface; 8.5 % with 0, 1.4 % with 1."""
+"""Weight of convex creases if the inside of a surface is unknown. With this value, 1.5 % of the
+points of a synthetic room without normals are in a region of another surface; with 0, 8.5 %; with
+1, 1.4 %."""
 
 NO_NORMALS = np.empty((0, 3))
 """Argument for the core: no normals given, the core computes them."""
 
 MOST_SOFT = 2
-"""Largest ratio of soft edges (10.4 to 40 degrees) to sharp edges in machine parts. Machine parts
-of the benchmark have up to 1.3; models of other categories that have sharp edges have 3.4 or
-more."""
+"""Largest ratio of soft edges (10.4 to 40 degrees) to sharp edges in machine parts. The ratio is at
+most 1.3 for machine parts of the benchmark, and at least 3.4 for other models with sharp edges."""
 
 RIM_FACTOR = 2.0
-"""What ridges count in multiples of `ridges` on machine parts. With 1, borders leave up to 2 % of
-the rims at some numbers of regions."""
+"""Factor of the weight `ridges` on machine parts. With 1, borders of regions miss up to 2 % of the
+rims at some numbers of regions."""
 
 RIM_TURN = 59 / 180
-"""Turn, in multiples of pi, of the ridges that coarse cells of machine parts do not extend across.
-Otherwise faces that are narrower than a coarse cell would get no region of their own. Edges of a
-hexagonal prism turn by 60 degrees, plus or minus rounding errors."""
+"""Coarse cells of machine parts do not extend across ridges with at least this turn, in multiples
+of pi. Otherwise faces narrower than a coarse cell would get no region. The turn is just below 60
+degrees, because edges of a hexagonal prism turn by 60 degrees, plus or minus rounding errors."""
 
 ALL_COUNT = np.empty(0, np.uint8)
 """Argument for the core: all arcs count."""
@@ -90,14 +90,14 @@ class EdgeFactors(NamedTuple):
     crease_length: float  # 0: the length of each edge
     ridges: float = 0.0
     is_straight: bool = False  # steps lead straight from centroid to centroid
-    evened: float = 0.0  # smooth convex edges cost this share, smooth concave ones 1 less this
+    evened: float = 0.0  # cost of smooth convex edges; smooth concave edges cost 1 - evened
     all_sharp: bool = False  # all sharp convex edges are ridges
 
     @classmethod
     def of_radius(
         cls, radius: float, alpha: float, eta_convex: float, ridges: float = 0.0
     ) -> EdgeFactors:
-        """Return factors with the radius in place of edge lengths; if it is 0, creases are free."""
+        """Return factors with the radius in place of edge lengths, or free creases for 0."""
         return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
 
     def of_machine_part(self) -> EdgeFactors:
@@ -109,7 +109,7 @@ class EdgeSums(NamedTuple):
     """Sums over edges."""
 
     turn: int  # sum of length times angle, for `evened_share`
-    n_edges: int  # number of edges; this and the following are 0 without ridges
+    n_edges: int  # number of edges; 0 without ridges, like the next two members
     n_soft: int  # number of edges with an angle of 10.4 to 40 degrees
     n_sharp: int  # number of convex edges with a larger angle
 
@@ -120,7 +120,7 @@ class EdgeSums(NamedTuple):
 
     @property
     def are_of_machine_part(self) -> bool:
-        """Whether at least half of the edges are flat, and a third of the others is sharp."""
+        """Whether half or more of all edges are flat, and a third or more of the rest is sharp."""
         is_sharp = self.n_sharp > 0 and self.n_soft <= MOST_SOFT * self.n_sharp
         return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
 
@@ -129,7 +129,7 @@ NO_SUMS = EdgeSums(0, 0, 0, 0)
 
 
 class Weighed(NamedTuple):
-    """One weight per arc, and whether they are those of a machine part."""
+    """One weight per arc, and whether the shape is a machine part."""
 
     weights: npt.ArrayLike
     of_machine_part: bool = False
@@ -151,9 +151,9 @@ def superfacet_weights(
     .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,|e|\,\theta / \pi}{d}
 
     where theta is the angle between the normals, eta is 1 on a concave edge and `eta_convex` on a
-    convex one, and d is the diagonal of the bounding box. The edge is concave if the signed heights
-    of each centroid above the plane of the other face have a positive sum. The weights do not
-    change under rigid motion and uniform scaling. Time is linear in the arcs.
+    convex edge, and d is the diagonal of the bounding box. The edge is concave if the signed
+    heights of each centroid above the plane of the other face have a positive sum. The weights do
+    not change under rigid motion and uniform scaling. Time is linear in the number of arcs.
 
     If two neighbors are inconsistently oriented, the normal of the smaller face (in a tie, of the
     face with the higher index) is flipped for their arc. If a mesh is closed and its normals point
@@ -170,10 +170,10 @@ def superfacet_weights(
     eta_convex : float, default 0.2
         Weight of convex edges relative to concave ones, >= 0.
     crease_length : float, optional
-        Replaces \|e\|, > 0, in the unit of the vertices. By default the length of each edge, as in
-        the paper. Creases then cost less in a finer mesh, while the distance term of a path does
-        not change. With one length for all edges, such as the radius of a region, the cost does not
-        depend on the resolution, and `alpha` can be smaller.
+        Length that replaces \|e\|, > 0, in the unit of the vertices. By default the length of each
+        edge, as in the paper; creases then cost less in a finer mesh, while the distance term of a
+        path does not change. With one length for all edges, such as the radius of a region, the
+        cost does not depend on the resolution, and `alpha` can be smaller.
     n_threads : int, optional
         As for `segment`.
 
@@ -231,40 +231,40 @@ def crease_weights(
     .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,r\,\theta / \pi}{d}
 
     The expected radius r of a region replaces the length of the edge in eq. 2. When a mesh is
-    refined, edges get shorter, and so creases get cheaper relative to distances. With r, a path
-    that turns by theta in total costs the same on fine and on coarse meshes. The rest is as for
+    refined, its edges get shorter, so by eq. 2 creases get cheaper relative to distances. With r, a
+    path that turns by theta in total costs the same on fine and coarse meshes. The rest is as for
     `superfacet_weights`.
 
-    Convex edges are free by default, except ridges: sharp edges of machine parts, as opposed to
-    rounded limbs. A ridge is a convex edge with an angle of 40 degrees or more whose two faces have
-    no other edge with 0.3 of this angle or more. As an exception, for corners of boxes, each
-    triangle may have a second sharp edge: convex or concave, of at least 40 degrees, with neither
-    of the two angles below 0.7 of the other. A ridge must also continue: at each end it meets
-    another such edge or the boundary of an open mesh.
+    Convex edges are free by default, except ridges, which are sharp edges of machine parts. A ridge
+    is a convex edge with an angle of at least 40 degrees. All other edges of its two faces have
+    less than 0.3 of this angle. As an exception, for corners of boxes, each triangle may have a
+    second sharp edge: convex or concave, of at least 40 degrees, with neither of the two angles
+    below 0.7 of the other. A ridge must also continue: at each end it meets another such edge or
+    the boundary of an open mesh.
 
     On a hollow shape, such as a cup or a ring, smooth edges (of less than 40 degrees) have other
-    costs. Its surface is about as concave as it is convex: if only concave edges had a cost, the
-    whole inside would be a crease and the outside would have none. Let V be the volume of a closed
-    mesh, A its area and M its total mean curvature: half the sum of length times angle over all
-    edges except ridges, negative for concave edges. :math:`y = 3 V M / A^2` is 1 for a ball, less
-    for any other convex body, 3/4 for a long rod, below 0.2 for cups, and about 0 or less for
-    rings. Below y = 0.3, smooth convex edges cost the fraction s = min(2 - y / 0.15, 1) / 4 and
-    smooth concave edges the fraction 1 - s. Open and inconsistently oriented meshes do not count as
-    hollow.
+    costs. The surface of such a shape is about as concave as convex. If only concave edges had a
+    cost, the whole inside would be a crease and the outside would have no crease. Let V be the
+    volume of a closed mesh, A its area and M its total mean curvature, which is half the sum of
+    length times angle over all edges except ridges, negative for concave edges. :math:`y = 3 V M /
+    A^2` is 1 for a ball, less for any other convex body, 3/4 for a long rod, below 0.2 for cups,
+    and about 0 or less for rings. Below y = 0.3, smooth convex edges cost the fraction s = min(2 -
+    y / 0.15, 1) / 4 and smooth concave edges the fraction 1 - s. Open and inconsistently oriented
+    meshes do not count as hollow.
 
     Parameters
     ----------
     mesh, graph, n_threads
         As for `superfacet_weights`.
     expected_radius : float
-        r = sqrt(A / (pi k)), >= 0, in the unit of the vertices: ``params["expected_radius"]`` of a
-        `Segmentation`. With 0 (no face has an area), weights are distances.
+        r = sqrt(A / (pi k)), >= 0, in the unit of the vertices; a `Segmentation` has it as
+        ``params["expected_radius"]``. With 0 (no face has an area), weights are distances.
     alpha : float, default 20.0
         Cost, in radii, of a concave edge with angle pi, >= 0.
     eta_convex : float, default 0.0
         Weight of convex edges relative to concave ones, >= 0.
     ridges : float, default 0.35
-        Weight of ridges relative to concave edges, >= 0; no effect if it is less than `eta_convex`.
+        Weight of ridges relative to concave edges, >= 0. No effect if less than `eta_convex`.
     hollows : bool, default True
         Whether smooth edges have other costs on hollow shapes.
 
@@ -285,7 +285,7 @@ def crease_weights(
     >>> crease_weights(valley, build_face_graph(valley), 0.5, alpha=10).round(3).tolist()
     [1.874, 1.874]
 
-    A ridge of the same angle costs about a third of this, or nothing:
+    A ridge of the same angle costs about a third of this valley. With ``ridges=0`` it is free:
 
     >>> ridge = Mesh(valley.vertices, [[0, 1, 2], [0, 2, 3]])
     >>> crease_weights(ridge, build_face_graph(ridge), 0.5, alpha=10).round(3).tolist()
@@ -329,29 +329,25 @@ def stk02_weights(
     graph : FaceGraph
         Of the same mesh, from `build_face_graph`.
     alpha : float, default 0.5
-        Share of the angular term, 0 (distance alone) to 1 (angles alone).
+        Share of the angular term, from 0 (only distances) to 1 (only angles).
     n_threads : int, optional
         As for `segment`.
 
     Returns
     -------
     ndarray of float64, shape (M,)
-        Finite, >= 0, the same for both arcs of a pair. The angular term is 0 on a flat edge and 1
-        where faces meet at a right angle; 0 where a face has no normal.
+        Finite, >= 0, the same for both arcs of a pair. The angular term is 0 on a flat edge, 1 if
+        the faces meet at a right angle, and 0 if a face has no normal.
 
     Raises
     ------
     ValueError
         If `alpha` is not in [0, 1], or the graph is of another mesh.
 
-    References
-    ----------
-    Shlafman, Tal and Katz, "Metamorphosis of Polyhedral Surfaces using Decomposition", 2002; in the
-    form of Simari, Picciau and De Floriani, 2014, eq. 6.
+    References ---------- Shlafman, Tal and Katz, "Metamorphosis of Polyhedral Surfaces using
+    Decomposition", 2002. The form is from Simari, Picciau and De Floriani, 2014, eq. 6.
 
-    Examples
-    --------
-    Two faces that meet at a right angle, their centroids 1/3 from the edge between them:
+    Examples -------- Two faces meet at a right angle. Their centroids are 1/3 from the common edge:
 
     >>> from superfacets import Mesh, build_face_graph
     >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [0.5, 1, 0], [0.5, 0, 1]], [[0, 1, 2], [1, 0, 3]])
@@ -373,18 +369,18 @@ class Weight:
     """A formula for arc weights, with its parameters and documentation."""
 
     about: str
-    """For the documentation of `segment`."""
+    """Text for the documentation of `segment`."""
     defaults: Mapping[str, float]
-    """Parameters by the names of arguments of `segment`; there is always an alpha."""
+    """Default parameters by the names of the arguments of `segment`. They always include alpha."""
     compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], Weighed]
-    """Takes the surface, its cells, the expected radius of regions, and the parameters."""
+    """Function of the surface, its cells, the expected radius of regions, and the parameters."""
     shares: tuple[str, ...] = ()
-    """Parameters that are 0 to 1; all others are >= 0."""
+    """Names of the parameters from 0 to 1; all other parameters are >= 0."""
     has_parts: bool = False
-    """Whether steps are straight, and `parts.PartPrices` adds prices of steps between parts."""
+    """Whether steps are straight, and `parts.PartPrices` adds prices for steps between parts."""
     has_other_unit: bool = False
-    """Whether the unit differs from the unit of ``"creases"``: border costs are then recomputed for
-    the clean-up, and cells without angles cannot have these weights."""
+    """Whether the unit differs from the unit of ``"creases"``. If so, border costs are recomputed
+    for the clean-up, and cells without angles cannot have these weights."""
 
 
 WEIGHTS: Mapping[WeightName, Weight] = {
@@ -406,7 +402,7 @@ WEIGHTS: Mapping[WeightName, Weight] = {
         ),
     ),
     "superfacets": Weight(
-        about="`superfacet_weights`: those of the paper",
+        about="`superfacet_weights`: the weights of the paper",
         defaults={"alpha": 200.0, "eta_convex": 0.2},
         compute=lambda surface, cells, _, params: Weighed(
             weights_of(surface, cells, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
@@ -414,7 +410,7 @@ WEIGHTS: Mapping[WeightName, Weight] = {
         has_other_unit=True,
     ),
     "stk02": Weight(
-        about="`stk02_weights`: those that the paper compares with",
+        about="`stk02_weights`: the weights that the paper compares with",
         defaults={"alpha": 0.5},
         compute=lambda surface, cells, _, params: Weighed(
             _stk02_of(surface.handle, cells[0], params["alpha"], surface.n_threads)
@@ -428,7 +424,7 @@ WEIGHTS: Mapping[WeightName, Weight] = {
 
 @dataclass(frozen=True)
 class WeightOptions:
-    """The arc weights: a name with parameters, or one given weight per arc."""
+    """The chosen arc weights: a name with parameters, or one given weight per arc."""
 
     params: dict[str, Any]
     given: npt.ArrayLike | None
@@ -439,7 +435,7 @@ class WeightOptions:
         cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None,
         ridges: float | None = None,
     ) -> WeightOptions:  # fmt: skip
-        """Check all parameters, and keep those that the weights use."""
+        """Check all parameters, and keep the parameters that these weights use."""
         given = {"alpha": alpha, "eta_convex": eta_convex, "ridges": ridges}
         checked = {
             name: checked_number(value, name, zero=True)
@@ -456,9 +452,9 @@ class WeightOptions:
         return cls({"weights": weights, **params}, None, frozenset(params) - frozenset(checked))
 
     def counting_both_turns(self) -> WeightOptions:
-        """Return the options for creases that may be concave or convex: nothing tells which.
+        """Return the options for cells whose creases cannot be told concave or convex.
 
-        Convex ones count `UNKNOWN_TURN` at least, unless `eta_convex` was given.
+        The weight of convex creases is then at least `UNKNOWN_TURN`, unless `eta_convex` was given.
         """
         if "eta_convex" not in self.usual:
             return self
@@ -467,7 +463,7 @@ class WeightOptions:
 
     @property
     def weight(self) -> Weight | None:
-        """The entry of the table; None for given weights."""
+        """The entry of `WEIGHTS`; None for given weights."""
         return WEIGHTS.get(self.params["weights"])
 
     @property
@@ -486,7 +482,7 @@ class WeightOptions:
         return price
 
     def rim_price(self, radius: float) -> float:
-        """Return what a ridge of `RIM_TURN` adds to a step on machine parts."""
+        """Return the length that a ridge of `RIM_TURN` adds to a step on machine parts."""
         ridges: float = self.params["ridges"]
         return RIM_TURN * RIM_FACTOR * ridges * self.crease_price(radius)
 
@@ -498,7 +494,7 @@ def arc_weights(
     options: WeightOptions,
     normals: Floats | None = None,
 ) -> Weighed:
-    """Return one weight per arc for regions of this radius; missing normals are computed."""
+    """Return one weight per arc for regions of this radius. The core computes missing normals."""
     if options.given is not None:
         return Weighed(options.given)
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
@@ -546,7 +542,7 @@ def creases_and_sums(
 ) -> tuple[Floats, EdgeSums]:
     """Return weights ``"creases"`` or ``"parts"`` of a part of a mesh, and sums over its edges.
 
-    `shape` has `evened` of `EdgeFactors`, and whether it is a machine part.
+    `shape` holds `evened` of `EdgeFactors`, and whether the shape is a machine part.
     """
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     factors = _crease_factors(radius, options.params)
@@ -561,8 +557,8 @@ def weights_and_sums(
 ) -> tuple[Floats, EdgeSums]:
     """Return the weights of arcs between faces, and sums over edges.
 
-    The sums are over the edges of faces with `counted`, shape (N,), or over all with `ALL_COUNT`.
-    If it is None, they are over all, and there is no turn.
+    The sums include the edges of faces with `counted`, shape (N,); `ALL_COUNT` counts all faces. If
+    `counted` is None, all edges are included, and the turn is 0.
     """
     handle = surface.handle
     is_counted = ALL_COUNT if counted is None else counted
@@ -581,8 +577,8 @@ def weights_and_sums(
 def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Weighed:
     """Return `weights_of`, adapted to the shape.
 
-    On hollow shapes, the costs of smooth edges are evened. With straight steps, all sharp edges of
-    machine parts are ridges.
+    On hollow shapes, smooth convex edges have a cost and smooth concave edges cost less. With
+    straight steps, all sharp edges of machine parts are ridges.
     """
     if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
         return Weighed(weights_of(surface, cells, factors))

@@ -1,8 +1,8 @@
 """Stage 4: regions of given sizes, by shortest paths with an additive weight (offset) per center.
 
-After the loop, centers jump from regions that are too small to regions that are too large. Then
-the offset of each region grows while the region is larger than its goal and shrinks while it is
-smaller, and centers keep moving. Regions stay connected, and their borders stay in creases. Stage 5
+After the loop, centers jump from regions that are too small to regions that are too large. Then the
+offset of each region grows while the region is larger than its goal, and shrinks while the region
+is smaller. Centers keep moving. Regions stay connected, and their borders stay in creases. Stage 5
 moves single cells to remove the remaining error.
 """
 
@@ -40,30 +40,31 @@ MOST_JUMPING = 0.15
 """Largest fraction of the centers of a component that jump in a round; at least one may jump."""
 
 SMALL, LARGE = 0.6, 1.5
-"""Centers jump from regions below SMALL to regions above LARGE, in multiples of the goal."""
+"""Centers jump from regions smaller than SMALL to regions larger than LARGE goals."""
 
 ROUNDS = 20
-"""Rounds in which offsets and centers move. 40 give no better result."""
+"""Rounds in which offsets and centers move. With 40 rounds the result is not better."""
 
 ROUNDS_ON_ALL = 6
 """Further rounds on all cells, after the rounds on coarse cells."""
 
 GAIN = 0.35
-"""Change of an offset per round and relative excess of size, in mean path lengths to a border."""
+"""Change of an offset per round for an excess of 100 % in size, in mean path lengths to a
+border."""
 
 MOST_OFFSET = 0.5
-"""Largest offset, in the same unit. Regions with larger offsets flow around their neighbors into
-other parts of the shape: with 1, the undersegmentation error is 0.01 higher."""
+"""Largest offset, in mean path lengths to a border. Regions with larger offsets flow around their
+neighbors into other parts of the shape: with 1, the undersegmentation error is 0.01 higher."""
 
 RESCUES = 10
 """Largest number of final rounds that restore regions whose center is in another region."""
 
 ISLAND = 0.5
-"""Components smaller than this fraction of the mean size of a region are islands, as for seeds."""
+"""Components smaller than this fraction of the mean size of a region are islands, as in seeding."""
 
 
 MAX_TOTAL = 1e150
-"""Largest sum of the sizes of all cells; its inverse is the smallest. Keeps ratios finite."""
+"""Largest sum of the sizes of all cells, and inverse of the smallest sum. Keeps ratios finite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +72,7 @@ class SizeRules:
     """Target sizes of regions and their bounds; the size of a region is the sum over its cells."""
 
     options: BalanceOptions
-    sizes: Floats  # (n,) of the kept cells
+    sizes: Floats  # (n,) sizes of the kept cells
     components: Ints  # (n,) component of each kept cell
 
     @classmethod
@@ -99,7 +100,7 @@ class SizeRules:
         return cls(options, exact_array(sizes, np.float64), components)
 
     def asked(self, size: SizeOptions) -> SizeOptions:
-        """Return the number of regions that follows from `cells_per_region`, if that is given."""
+        """Return the options with the number of regions that follows from `cells_per_region`."""
         per_region = self.options.cells_per_region
         if per_region is None:
             return size
@@ -107,7 +108,7 @@ class SizeRules:
         return replace(size, n_segments=n_segments)
 
     def check(self, n_segments: int) -> None:
-        """Raise a MeshError if this number of regions cannot keep the bounds."""
+        """Raise a MeshError if this number of regions cannot satisfy the bounds."""
         low, high = self.options.bounds
         total, largest = float(self.sizes.sum()), float(self.sizes.max())
         if largest > high:
@@ -129,7 +130,7 @@ class SizeRules:
             )
 
     def counts(self, found: Longs) -> Longs:
-        """Return the number of regions that each component should have, given the current ones."""
+        """Return the target number of regions of each component, given the current numbers."""
         totals = sums_by_label(self.components, self.sizes, len(found))
         if self.options.cells_per_region is not None:
             return np.asarray(np.ceil(totals / self.options.cells_per_region), np.int64)
@@ -166,7 +167,7 @@ class SizeRules:
 
 
 def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
-    """Apportion n by Sainte-Lague's method, with `least` to `most` and at least 1 for each."""
+    """Apportion n by Sainte-Lague's method, with `least` to `most` (and at least 1) for each."""
     counts = np.minimum(least, np.maximum(most, 1)).astype(np.int64)
     rest = n - int(counts.sum())
     queue = [(-totals[i] / (counts[i] + 0.5), i) for i in range(len(counts)) if counts[i] < most[i]]
@@ -181,7 +182,7 @@ def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
 
 
 def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
-    """Return `per_region` for each region; the smallest of a component gets the remainder."""
+    """Return `per_region` for each region; the smallest region of a component gets the rest."""
     goals = np.full(len(found), float(per_region))
     order = np.lexsort((found, components))
     is_first = np.ones(len(order), bool)
@@ -195,7 +196,7 @@ def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
 
 
 def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float, float]) -> Floats:
-    """Scale the goals of each component towards their mean until all are within bounds.
+    """Scale the goals of each component toward their mean until all are within bounds.
 
     Goals whose mean is out of bounds become the mean.
     """
@@ -211,7 +212,7 @@ def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float,
 
 @dataclass(eq=False)
 class Balancer:
-    """Balances regions on each level of the loop, and holds their current goals and offsets."""
+    """Balances regions on each level of the loop, and stores their current goals and offsets."""
 
     rules: SizeRules
     sizes: list[Floats]  # sizes of the cells of each level, all cells first
@@ -238,7 +239,7 @@ class Balancer:
         return cls(rules, sizes, components, n_threads, islands, may_jump)
 
     def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
-        """Balance regions on a level after the loop; `level` counts coarsenings, 0 is all cells."""
+        """Balance regions after the loop on a level: 0 is all cells, 1 the first coarse cells."""
         cells = (self.sizes[level], self.components[level])
         if len(self.goals):
             clustering.classify(clustering.centers(), self.paths_from())
@@ -255,7 +256,7 @@ class Balancer:
         return clustering
 
     def paths_from(self) -> Offsets:
-        """Return the offsets as unsigned integers, as the core takes them."""
+        """Return the offsets as unsigned integers for the core."""
         return self.offsets.astype(np.uint64)
 
     def _counted(
@@ -304,7 +305,8 @@ class Balancer:
     def _move_offsets(
         self, clustering: Clustering, cells: tuple[Floats, Ints], n_rounds: int
     ) -> None:
-        # Mean path length to the border: 3/2 of the mean over all cells, as in a disk.
+        # The mean path length to the border is 3/2 of the mean path length of all cells, as in a
+        # disk.
         scale = 1.5 * float(clustering.lengths().astype(np.float64).mean())
         goals = np.maximum(self.goals, 1e-9 * self.goals.mean())
         for n in range(n_rounds + RESCUES):
@@ -314,7 +316,7 @@ class Balancer:
             centers, offsets = found.centers, self.offsets
             if n < n_rounds:
                 moved = clustering.update()
-                is_taken = np.isin(moved, centers[found.are_lost])  # lost centers do not move
+                is_taken = np.isin(moved, centers[found.are_lost])  # lost centers keep their cells
                 centers = np.where(is_taken, centers, moved)
                 excess = np.clip(found.sizes / goals - 1.0, -1.0, 1.0)
                 offsets = offsets + np.rint(GAIN * scale * excess).astype(np.int64)
@@ -329,7 +331,7 @@ class Balancer:
     def _rescued(
         self, found: _Regions, lengths: Offsets, centers: Ints, offsets: Longs
     ) -> tuple[Ints, Longs]:
-        """Move centers that are in other regions to new places in the largest regions."""
+        """Move centers that are in other regions to new cells in the largest regions."""
         pairs = found.matched(found.are_lost, found.sizes > 0, 1.0)
         lost, large = pairs[:, 0], pairs[:, 1]
         at = found.farthest(lengths)[large]
@@ -390,8 +392,8 @@ class _Regions:
     def matched(self, are_small: Bools, are_large: Bools, most: float) -> Longs:
         """Return pairs of a small and a large region of the same component, (P, 2).
 
-        In each component, the smallest region is paired with the largest, and so on; at most a
-        fraction `most` of its regions, or one, are paired.
+        In each component, the smallest region is paired with the largest, the second smallest with
+        the second largest, and so on. At most a fraction `most` of the regions, or one, are paired.
         """
         limits = np.maximum(1, (most * np.bincount(self.components)).astype(np.int64))
         small, large = np.flatnonzero(are_small), np.flatnonzero(are_large)
@@ -410,7 +412,7 @@ class _Regions:
 
 
 def _places_in_groups(order: Array, groups: Ints) -> Ints:
-    """Return the position of each element within its group; `order` sorts elements by group."""
+    """Return the position of each element within its group in `order`, which sorts by group."""
     sorted_groups = groups[order]
     places = np.empty(len(order), np.int32)
     places[order] = np.arange(len(order)) - np.searchsorted(sorted_groups, sorted_groups)

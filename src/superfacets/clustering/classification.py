@@ -48,10 +48,10 @@ def classify(
         Distinct cells.
     reach : float, optional
         By default the classification is *exact*: each cell gets the center with the shortest path,
-        by one expansion from all centers at once. Regions are connected. O((N + M) log N) at worst.
-        With a reach it is *halted*, as in the paper: Dijkstra's algorithm runs from each center
-        separately, and labels but does not expand cells farther from the center than `reach`
-        (Euclidean, in the unit of the positions). Regions may be disconnected.
+        by one expansion from all centers at once. Regions are connected. Time O((N + M) log N) at
+        worst. With a reach the classification is *halted*, as in the paper: Dijkstra's algorithm
+        runs from each center separately. It labels but does not expand cells farther from the
+        center than `reach` (Euclidean, in the unit of the positions). Regions may be disconnected.
     n_threads : int, optional
         As for `segment`.
 
@@ -59,7 +59,8 @@ def classify(
     -------
     Classification
         Ties go to the lower label. While some cells are unreached (in other components, or out of
-        reach), the one with the lowest index becomes a center and expands in the same way.
+        reach), the unreached cell with the lowest index becomes a center and expands in the same
+        way.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Graphs of the loop, in memory or in tiles, and the coarser graphs on which most of it runs."""
+"""Graphs of the loop, in memory or in tiles, and coarser graphs for most iterations."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .plan import Plan
 
 
 class Regions(Protocol):
-    """Regions around centers, after the loop. `_core.Clustering` implements this."""
+    """Regions around centers, after the loop. `_core.Clustering` implements this protocol."""
 
     def centers(self) -> Ints:
         """Return the centers, then unreached cells that became centers."""
@@ -23,14 +23,14 @@ class Regions(Protocol):
 
 
 class CoarseCells(Protocol):
-    """Coarse cells of a graph. `_core.CoarseGraph` implements this."""
+    """Coarse cells of a graph. `_core.CoarseGraph` implements this protocol."""
 
     @property
     def graph(self) -> OrderedGraph:
         """The graph of coarse cells."""
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
-        """Return centers among the finer cells for regions of coarse cells."""
+        """Return the centers of regions of coarse cells, as finer cells."""
 
     def spread(
         self, lengths: Array, labels: Ints, centers: Ints, n_threads: int
@@ -51,7 +51,7 @@ class LargeGraph(Protocol):
 
     @property
     def straight_unit(self) -> float:
-        """Unit of arc lengths if steps are straight, 0 otherwise."""
+        """Unit of arc lengths if steps are straight; otherwise 0."""
 
     def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
         """Return coarse cells of about `cell_size` cells each."""
@@ -59,7 +59,7 @@ class LargeGraph(Protocol):
     def regions(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
     ) -> Regions:
-        """Regions around centers."""
+        """Return regions around centers."""
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
         """Return labels of all cells, the number of joined islands, and the centers."""
@@ -71,7 +71,7 @@ class LargeGraph(Protocol):
 AnyGraph: TypeAlias = OrderedGraph | LargeGraph
 
 CELL_SIZES = (16, 8, 4)
-"""Cells per coarse cell on the first level. The first size with enough coarse cells is used."""
+"""Cells per coarse cell on the first level: the first of these that gives enough coarse cells."""
 
 NEXT_CELL_SIZE = 4
 """Cells per coarse cell on each further level."""
@@ -79,20 +79,22 @@ NEXT_CELL_SIZE = 4
 CELLS_PER_REGION = 24
 """Smallest mean number of coarse cells per region.
 
-With 16 to 32, and one to three iterations on all cells after the coarse levels, undersegmentation
-error and compactness of the 95 benchmark models are as good as without coarse levels, or better:
-.2088 to .2109 and 4.21 to 4.22 against .2143 and 4.23 at k = 50, and .1279 to .1287 and 4.47 to
-4.48 against .1283 and 4.48 at k = 150."""
+With values of 16 to 32, and one to three iterations on all cells after the coarse levels, the
+undersegmentation error and compactness of the 95 benchmark models are about as good as without
+coarse levels, or better: at k = 50, .2088 to .2109 and 4.21 to 4.22, against .2143 and 4.23; at k =
+150, .1279 to .1287 and 4.47 to 4.48, against .1283 and 4.48."""
 
 FINEST_PER_REGION = 48
-"""The same for straight steps, where labels of all cells follow from paths on coarse cells. With
-24, the undersegmentation error is 0.003 to 0.006 higher; with 96, it is 0.001 to 0.003 lower."""
+"""Value of CELLS_PER_REGION for straight steps, if paths on coarse cells determine the labels of
+all cells. With 24, the undersegmentation error is 0.003 to 0.006 higher; with 96, 0.001 to 0.003
+lower."""
 
 COARSEST_PER_REGION = 12
-"""The same for straight steps on further levels, where seeds are placed and relocated."""
+"""Value of CELLS_PER_REGION for straight steps on further levels, where seeds are placed and
+moved."""
 
 ENOUGH_OF_SEEDED = 0.75
-"""Fraction of these coarse cells that must lie in components with seeds."""
+"""Fraction of the required coarse cells that must be in components with seeds."""
 
 MIN_REDUCTION = 2
 """Smallest factor by which the number of cells must fall from level to level."""
@@ -106,7 +108,7 @@ def _coarsened(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
 
 
 def in_memory(graph: AnyGraph, n_threads: int) -> OrderedGraph:
-    """Return the graph with all cells in memory."""
+    """Return the whole graph in memory."""
     return graph if isinstance(graph, OrderedGraph) else graph.gathered(n_threads)
 
 
@@ -131,8 +133,8 @@ def join_islands(
 def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
     """Return whether the loop may begin on coarse cells.
 
-    It must run on all cells if seeds are given, in the halted mode, with ``tol=0``, for a single
-    iteration, or if an arc has no reverse arc of the same length.
+    The loop must run on all cells if seeds are given, in the halted mode, with ``tol=0``, for a
+    single iteration, or if an arc has no reverse arc of the same length.
     """
     is_exact = loop.radius_factor is None and loop.tol > 0 and loop.max_num_iter > 1
     return isinstance(plan.init, str) and is_exact and is_symmetric
@@ -145,13 +147,14 @@ class Levels:
     coarse: list[CoarseCells]
     """The finest first. The loop removes graphs after their last use, to free memory."""
     n_finer: int = 0
-    """Number of finest graphs on which the loop does not run: labels are only spread over them."""
+    """Number of finest graphs on which the loop does not run. Paths are only extended to their
+    cells."""
     on_all: bool = True
-    """Whether the loop also runs on all cells. If not, all cells are labeled once, at the end."""
+    """Whether the loop also runs on all cells. If not, all cells are labeled once at the end."""
 
     @classmethod
     def of(cls, graph: AnyGraph, n_segments: int, n_threads: int) -> Levels:
-        """Build coarser graphs as long as regions have enough coarse cells."""
+        """Build coarser graphs while regions have enough coarse cells."""
         if not is_straight(graph):
             enough = (CELLS_PER_REGION * n_segments, CELLS_PER_REGION * n_segments)
             coarse = _coarser(graph, CELL_SIZES, enough, n_segments, n_threads)
@@ -166,12 +169,12 @@ class Levels:
 
 
 def has_small_regions(graph: AnyGraph, n_segments: int) -> bool:
-    """Return whether regions have too few cells to label all cells by paths on coarse cells."""
+    """Return whether regions have too few cells for labels from paths on coarse cells."""
     return graph.n_cells < CELL_SIZES[-1] * FINEST_PER_REGION * n_segments
 
 
 def is_straight(graph: AnyGraph) -> bool:
-    """Return whether arc lengths are straight distances plus prices."""
+    """Return whether arc lengths are distances between positions plus prices."""
     return graph.straight_unit > 0.0
 
 

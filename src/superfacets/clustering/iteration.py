@@ -1,4 +1,4 @@
-"""Stages 4a and 4b in alternation: label cells and move centers, first on coarse cells."""
+"""Stages 4a and 4b in turn: label cells and move centers, first on coarse cells."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
 
 RELOCATED_SHARES = (0.13, 0.0975, 0.065, 0.0325)
-"""Largest fraction of centers that move in each round of relocation; at least one may move."""
+"""Largest fraction of centers that move, for each round of relocation; at least one may move."""
 
 ITERATIONS_PER_ROUND = 8
 """Largest number of iterations after each round of relocation."""
@@ -34,18 +34,18 @@ class Iteration:
     timings: dict[str, float]  # seconds of "classify" and "update" are added
     levels: list[Level] = field(default_factory=list)
     is_cancelled: bool = False  # `progress` returned False
-    balancer: Balancer | None = None  # if sizes of regions are given
+    balancer: Balancer | None = None  # only if sizes of regions are given
 
     @property
     def stop_reason(self) -> StopReason:
-        """The reason why the iterations on the last level ended."""
+        """Why the iterations on the last level ended."""
         return self.levels[-1].stop_reason
 
     def run(self, levels: Levels, graph: AnyGraph, centers: Ints) -> tuple[Ints, Ints]:
-        """Run on the coarse graphs, the coarsest first, then on all cells; return labels, centers.
+        """Run on the coarse graphs, coarsest first, then on all cells; return labels and centers.
 
-        `centers` are cells of the coarsest graph. Labels are the classification by the returned
-        centers: the update after the last classification is dropped.
+        `centers` are cells of the coarsest graph. The labels belong to the returned centers,
+        because the last step is a classification.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")
@@ -65,11 +65,11 @@ class Iteration:
         assert isinstance(clustering, Clustering)
         paths = clustering.lengths(), _labels_and_centers(clustering)[0]
         coarse.append(level)
-        del level, clustering  # each graph is freed after its use
+        del level, clustering  # frees each graph after use
         return self._spread(coarse, paths, centers)
 
     def _balanced(self, graph: AnyGraph, clustering: Regions, level: int) -> Regions:
-        """Balance the sizes of regions, if sizes are given."""
+        """Balance the sizes of regions, if target sizes are given."""
         if self.balancer is None:
             return clustering
         assert isinstance(graph, OrderedGraph)
@@ -80,9 +80,10 @@ class Iteration:
     def _spread(
         self, coarse: list[CoarseCells], paths: tuple[Array, Ints], centers: Ints
     ) -> tuple[Ints, Ints]:
-        """Label all cells by paths on the last of these graphs, which give rounder regions.
+        """Label all cells by extending paths from the last of these graphs to all cells.
 
-        `centers` are cells of the next finer graph. The list of graphs is emptied.
+        These paths give rounder regions. `centers` are cells of the next finer graph. The method
+        empties the list of graphs.
         """
         while coarse:
             start = time.perf_counter()
@@ -127,9 +128,9 @@ class Iteration:
     def _relocate(
         self, graph: AnyGraph, clustering: Clustering, n_iter: int, reason: StopReason
     ) -> tuple[int, StopReason]:
-        """Relocate centers to regions with large errors and iterate again, until none moves.
+        """Relocate centers to regions with large errors and iterate, until no center moves.
 
-        Takes and returns the number of iterations on this level and the last stop reason.
+        The number of iterations on this level and the stop reason are arguments, and are updated.
         """
         for share in RELOCATED_SHARES:
             max_num_iter = min(self.options.max_num_iter - n_iter, ITERATIONS_PER_ROUND)
@@ -159,8 +160,8 @@ class Iteration:
     ) -> tuple[int, StopReason]:
         """Return the number of iterations and the stop reason.
 
-        `n_before` iterations have already run on this level. With `must_stay`, no iteration runs,
-        and the stop reason of the previous level is returned.
+        `n_before` is the number of earlier iterations on this level. With `must_stay`, no iteration
+        runs, and the result is the stop reason of the previous level.
         """
         if self.is_cancelled:
             return 1, "cancelled"
@@ -200,7 +201,7 @@ class Iteration:
 def _labels_and_centers(clustering: Regions) -> tuple[Ints, Ints]:
     """Return labels and centers of a clustering, with each center in its own region.
 
-    With offsets, a center may be in another region. It then becomes a region of one cell.
+    With offsets, a center may be in another region. Such a center becomes a region of one cell.
     """
     labels, centers = clustering.labels(), clustering.centers()
     labels[centers] = np.arange(len(centers), dtype=labels.dtype)
@@ -213,5 +214,5 @@ def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -
 
 
 def _fingerprint(centers: Ints) -> bytes:
-    """Return a 128-bit hash of a set of centers, which takes less memory than the set."""
+    """Return a 128-bit hash of a set of centers, which needs less memory than the set."""
     return hashlib.blake2b(np.sort(centers).tobytes(), digest_size=16).digest()

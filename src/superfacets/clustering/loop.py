@@ -1,4 +1,4 @@
-"""Stage 4: the loop. Place seeds, label all cells, move the centers, repeat."""
+"""Stages 3 and 4 for a graph of cells: place seeds, run the loop, and collect the result."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def segment_graph(
     n_threads: int | None = None,
     progress: Progress | None = None,
 ) -> Segmentation:
-    """Label every cell of a graph with one of k compact regions.
+    """Divide the cells of a graph into k compact regions.
 
     This is the clustering of `segment` without a mesh: cells have positions, measures and weighted
     arcs.
@@ -57,15 +57,15 @@ def segment_graph(
     ----------
     graph : CellGraph
     n_segments, radius, init, radius_factor, max_num_iter, tol, islands, n_threads, progress
-        As for `segment`; `radius` is a fraction of the diagonal of ``graph.bounds``. In a graph
+        As for `segment`. `radius` is a fraction of the diagonal of ``graph.bounds``. In a graph
         with one-way arcs, cells without a path from any center are islands, too.
     relocate : bool, default False
         As for `segment`.
     mask, barriers
         As for `segment`. Barriers are one number per cell, because a graph has no edges.
     features, feature_weight, scale_features
-        As for `segment`, one row of features per cell. The price of a difference of features has
-        the unit of the weights, ``graph.weight_unit``.
+        As for `segment`, with one row of features per cell. Prices of differences have the unit of
+        the weights, ``graph.weight_unit``.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def segment_graph(
     >>> segment_graph(line, 2)
     Segmentation(5 cells, 2 regions, 1 iterations, converged)
 
-    A pair of cells, and one alone:
+    A pair of cells, and a single cell:
 
     >>> apart = CellGraph([[0, 0, 0], [1, 0, 0], [5, 0, 0]], [1, 1, 1], [0, 1, 2, 2], [1, 0],
     ...                   [1, 1])
@@ -117,7 +117,7 @@ def segment_graph(
 
 
 def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:
-    """Return the graph with prices for differences of features added to its weights."""
+    """Return the graph with weights plus prices for differences of features."""
     return CellGraph(
         graph.positions,
         graph.measures,
@@ -130,7 +130,7 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
 
 
 def coarsened(graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]) -> Levels:
-    """Return the coarse graphs of the loop; the time is added to `timings`."""
+    """Return the coarse graphs of the loop, and add the time to `timings`."""
     if not can_be_coarse(graph.is_symmetric, plan, loop):
         return Levels([])
     with timed(timings, "coarsen", loop.on_stage):
@@ -148,8 +148,9 @@ def segment_cells(
 ) -> Segmentation:
     """Segment a checked graph of kept cells by a plan.
 
-    `levels` come from `coarsened`; their list is emptied. `join_pieces` takes labels and centers,
-    and returns labels of connected regions. A balancer brings regions close to given sizes.
+    `levels` come from `coarsened`; the function empties their list. `join_pieces` takes labels and
+    centers, and returns labels of connected regions. A balancer brings regions close to given
+    sizes.
     """
     size, options, init = plan.size, plan.asked, plan.init
     timings: dict[str, float] = {}

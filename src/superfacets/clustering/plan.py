@@ -1,4 +1,4 @@
-"""The plan of a run, made from the graph: kept cells, size of regions, initial centers.
+"""The plan of a run: kept cells, size of regions, and initial centers.
 
 The initial centers come from a seeding method, a segmentation, labels, or an array.
 """
@@ -19,7 +19,7 @@ from ..cells.size import RegionSize, region_size
 from .segmentation import Segmentation
 
 Start: TypeAlias = Seeds | Segmentation
-"""Centers, one label per cell, or a segmentation."""
+"""Initial centers, one label per cell, or a segmentation."""
 
 ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 """Offsets, neighbors and lengths of arcs."""
@@ -39,9 +39,9 @@ class Plan:
         cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start], n_threads: int,
         *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
-        """Return the plan for a graph; raises the errors of `segment`.
+        """Return the plan for a graph, or raise the errors of `segment`.
 
-        `order` holds the index of each cell in the source if the graph is in another order. Seeds
+        `order` holds the index of each cell in the source, if the graph has another order. Seeds
         and labels in `start` refer to the source.
         """
         asked, given = start
@@ -93,9 +93,9 @@ def _first_centers(
 ) -> Init | Seeds:
     """Return the name of a seeding method, or the initial centers as indices of positions.
 
-    The initial centers are the centers of a segmentation; or, for one label per cell, the kept cell
-    nearest to the centroid of each region (None: all are kept); or a given array of centers. Labels
-    and centers refer to the source; `order` holds the index of each cell in the source.
+    A segmentation gives its centers. One label per cell gives the kept cell nearest to the centroid
+    of each region (`kept` is None if all cells are kept). Labels and centers in `init` refer to the
+    source; `order` holds the index of each cell in the source.
     """
     if isinstance(init, str):
         return init
@@ -130,7 +130,7 @@ def _places_of(cells: Ints, order: Ints) -> Ints:
 
 
 def _are_all_different(given: Array) -> bool:
-    """Return whether this is a permutation of 0..N-1, so that each cell is a center."""
+    """Return whether the array is a permutation of 0..N-1, so that each cell is a center."""
     return bool(np.array_equal(np.sort(given), np.arange(len(given))))
 
 

@@ -10,7 +10,7 @@ from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
 
 SEED_SPACING = 2.0
-"""Reach of a flooded region and edge length of a grid cube, in expected radii."""
+"""Reach of a flooded region, and edge length of a grid cube, in expected radii."""
 
 CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
 """Enumerators of the core by public name."""
@@ -38,24 +38,24 @@ def place_seeds(
     init : {"geodesic", "farthest", "flood", "grid"} or array_like of int
         How to place seeds.
 
-        - ``"geodesic"``: start with the central cell, the one nearest to the centroid; then add
-          the cell with the longest path from all seeds, again and again. Seeds are denser near
-          creases. Exactly k seeds; O(N log N log k) in practice. With several components, start
-          with the central cells of all components but islands, the largest first.
-        - ``"farthest"``: the same with Euclidean distances. Exactly k seeds; O((N + k) log N) in
-          practice.
+        - ``"geodesic"``: start with the central cell, which is nearest to the centroid; then
+          repeatedly add the cell with the longest path from its nearest seed. Seeds are denser
+          near creases. Exactly k seeds; O(N log N log k) in practice. With several components,
+          start with the central cells of all components except islands, the largest first.
+        - ``"farthest"``: like ``"geodesic"``, with Euclidean distances. Exactly k seeds;
+          O((N + k) log N) in practice.
         - ``"flood"``: visit cells in the order of their path length from the central cell. A cell
           that no region has reached starts a new region, which expands to 2 r. Each further
           component is flooded from its lowest cell.
         - ``"grid"``: divide the bounds into cubes of edge 2 r; take the center of the cells in each
           cube.
-        - an array: these cells.
+        - an array of cells.
 
-        The number of seeds of flood and grid is only close to k.
+        The number of seeds of ``"flood"`` and ``"grid"`` is only close to k.
     islands : {"keep", "nearest"}
-        Islands are all components but the k largest, and components with less than half of the
-        mean measure of a region (A / k), as long as the other components have k cells. Islands get
-        no geodesic seeds. With ``"nearest"`` they get no seeds of ``"farthest"`` and ``"flood"``
+        A component is an island if it is not among the k largest, or has less than half of the mean
+        measure of a region (A / k), provided that the other components have k cells. Islands get no
+        geodesic seeds. With ``"nearest"`` they get no seeds of ``"farthest"`` and ``"flood"``
         either, and ``"farthest"`` starts with the same central cells as ``"geodesic"``.
     n_threads : int, optional
         As for `segment`.
@@ -65,16 +65,14 @@ def place_seeds(
     ndarray of int32, shape (K,)
         Distinct cells. Ties go to the lowest index.
 
-    Notes
-    -----
-    One-way arcs connect components like all others. Cells that no path from a seed reaches count as
-    the farthest by path length, and ``"flood"`` visits them last in their component.
+    Notes ----- One-way arcs connect components like all other arcs. Cells without a path from any
+    seed count as the farthest by path length, and ``"flood"`` visits them last in their component.
 
     Raises
     ------
     ValueError
-        If an argument is out of range, `n_segments` differs from the number of given seeds, or all
-        measures are 0, so that flood and grid have no radius.
+        If an argument is out of range, `n_segments` differs from the number of given seeds, or
+        flood or grid has no radius because all measures are 0.
     TypeError
         If an argument has the wrong type.
 
@@ -98,7 +96,7 @@ def run_seeding(
     graph: _core.OrderedGraph, bounds: Floats, size: RegionSize,
     options: SizeOptions, init: Init | Seeds, islands: str, n_threads: int,
 ) -> Ints:  # fmt: skip
-    """Place seeds by checked options, for regions of a known size."""
+    """Place seeds with checked options, for regions of a known size."""
     if not isinstance(init, str):
         return _given_seeds(options, graph.n_cells)
     checked_choice(init, "init", INITS)

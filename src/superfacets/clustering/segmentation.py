@@ -32,8 +32,8 @@ class Level:
     n_cells : int
         Number of cells of the level.
     n_iter : int
-        Number of iterations. After coarse levels, all faces get one classification, which counts
-        as an iteration.
+        Number of iterations. The classification of all faces after coarse levels counts as an
+        iteration.
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
         Why the iterations ended; see `Segmentation`.
     seconds : float
@@ -58,13 +58,13 @@ class Segmentation:
     labels : ndarray of int32, shape (N,)
         Region of each face, 0..K-1, in the order of the input; -1 for faces outside the mask.
     centers : ndarray of int32, shape (K,)
-        One face of each region that represents it. Each face has the label of the center with the
-        shortest path (large regions use paths on coarse cells), except where the clean-up of
-        stage 5 changed it.
+        One face that represents each region. Each face has the label of the center with the
+        shortest path (large regions use paths on coarse cells), unless the clean-up of stage 5
+        changed the label.
     n_segments : int
         Number of regions, K.
     n_iter : int
-        Number of iterations on all levels together; see ``levels``.
+        Total number of iterations on all levels; see ``levels``.
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
         Why the loop ended. ``"converged"``: the centers moved less than `tol`. ``"settled"``: the
         centers alternate between a few equally good states. ``"max_num_iter"``: the limit was
@@ -72,9 +72,9 @@ class Segmentation:
         finest coarse level; with `relocate`, the reason of its last round.
     n_unreached : int
         Number of islands that no center reached: components without a seed and, with
-        `radius_factor`, faces out of reach. With ``islands="keep"`` each is a region of its own
-        and counts in K. With ``"nearest"`` each joined the nearest region, unless barriers enclose
-        it.
+        `radius_factor`, faces out of reach. With ``islands="keep"`` each island is a region and
+        counts in K. With ``"nearest"`` each island joined the nearest region, unless barriers
+        enclose the island.
     n_joined : int
         Number of pieces of regions that joined a neighbor, with ``enforce_connectivity``.
     n_merged : int
@@ -82,22 +82,22 @@ class Segmentation:
     n_islands : int
         Number of small regions that were kept because they have no neighbor.
     n_extra_pieces : int
-        Number of connected pieces minus K. Above 0 only with ``cells_per_region``, if no connected
-        regions of these sizes were found.
+        Number of connected pieces minus K. It is above 0 only with ``cells_per_region``, if no
+        connected regions of these sizes were found.
     sliver_share : float or None
         Fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, with the
-        expected radius r. Above 0.1 regions become stripes, and `segment` warns. None for a
-        `CellGraph`, whose cells have no shape.
+        expected radius r. With more than 0.1, regions become stripes, and `segment` warns. None for
+        a `CellGraph`, whose cells have no shape.
     levels : tuple of Level
-        Record of the loop on each level, the coarsest first, all faces last.
+        Record of the loop on each level, from the coarsest cells to all faces.
     timings : dict of str to float
         Wall time of each stage, in seconds.
     params : dict
-        The parameters used. ``expected_radius`` is r in the unit of the vertices; ``radius`` is
-        the parameter, a fraction of the diagonal or None.
+        The parameters used. ``expected_radius`` is r in the unit of the vertices. ``radius`` is the
+        parameter, a fraction of the diagonal, or None.
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
-        The segmented mesh, cloud or graph, not copied; needed by `regions`, `plot` and `view`. None
-        for a result made by hand.
+        The segmented mesh, cloud or graph, not copied. `regions`, `plot` and `view` need it. None
+        for a `Segmentation` made by hand.
     """
 
     labels: Ints
@@ -124,9 +124,9 @@ class Segmentation:
     def patches(self) -> Ints:
         """The cells of each region, shape (K, size of the largest region), padded with -1.
 
-        With ``cells_per_region=64`` these are batches for networks over patches: each patch has 64
-        cells, except one per component. The cells of a region are in the order of a depth-first
-        walk that starts at its narrowest end: each cell is a neighbor of the previous one, unless
+        With ``cells_per_region=64`` the rows are batches for networks over patches: each row has 64
+        cells, except one row per component. The cells of a region are in the order of a depth-first
+        walk that starts at its narrowest end: each cell is a neighbor of the previous cell, unless
         the walk has to backtrack.
 
         Raises
@@ -152,7 +152,7 @@ class Segmentation:
     def regions(self) -> RegionGraph:
         """The region graph: areas, centroids, neighbors and borders; see `region_graph`.
 
-        It is computed on first use, and has the centers of the segmentation.
+        The graph is computed on first use, and has the centers of the segmentation.
 
         Raises
         ------
@@ -191,7 +191,7 @@ class Segmentation:
         return as_surface(cells, weld=self.params.get("weld", True), n_threads=None)
 
     def _known_cells(self, instead: str) -> Any:
-        """Return the cells; if there are none, the error names the function that takes them."""
+        """Return the cells, or raise an error that names the function that takes cells."""
         if self.cells is None:
             raise ValueError(
                 f"this segmentation does not store its cells: call {instead}(mesh, labels) instead"

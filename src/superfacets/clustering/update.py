@@ -1,4 +1,4 @@
-"""Stage 4b: move centers to the middle of their regions."""
+"""Stage 4b: find the central cell of each region."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def update_centers(
     """Return the center of each region: the cell nearest to the centroid of the region.
 
     The centroid is the mean position of the cells weighted by their measures (unweighted if all
-    measures are 0). It may lie off the surface. Ties go to the lowest index. Time O(N + K).
+    measures are 0). Ties go to the lowest index. Time O(N + K).
 
     Parameters
     ----------

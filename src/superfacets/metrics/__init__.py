@@ -1,11 +1,11 @@
 """Stage 6: quality of labels, with and without ground truth.
 
-- `evaluate`: all metrics at once; `GroundTruths` for many labels of one mesh.
-- From the area that regions share with true segments, in one sparse table (`area_overlap`):
+- `evaluate`: all metrics at once. `GroundTruths` serves to evaluate many labels of one mesh.
+- Metrics of the area that regions share with true segments (`area_overlap`):
   `undersegmentation_error`, `achievable_accuracy`, `hamming_distance`, `rand_index`,
   `consistency_error`.
-- From the borders: `boundary_agreement` (recall and precision), `cut_discrepancy`.
-- From the regions alone: `compactness`, `explained_variation`.
+- Metrics of borders: `boundary_agreement` (recall and precision), `cut_discrepancy`.
+- Metrics without ground truth: `compactness`, `explained_variation`.
 """
 
 from .cuts import BoundaryAgreement, boundary_agreement, cut_discrepancy

@@ -1,4 +1,4 @@
-"""Metrics of borders against true borders: distances between them along the surface."""
+"""Metrics that compare borders with true borders, by distances along the surface."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from ..adapters.convert import MeshLike
 from .edges import Borders, MeshEdges, find_borders
 
 DEFAULT_TOLERANCE = 0.01
-"""Fraction of the diagonal of the bounding box: a third of the radius of a region if a compact
-object has 150 regions."""
+"""Fraction of the diagonal of the bounding box. It is a third of the radius of a region if a
+compact object has 150 regions."""
 
 
 class BoundaryAgreement(NamedTuple):
-    """Shares of border length, 1 is best."""
+    """Fractions of border length; 1 is best."""
 
     recall: float
-    """Share of the true borders near borders of regions; 1 if there are no true borders."""
+    """Fraction of the true borders near borders of regions; 1 if there are no true borders."""
     precision: float
-    """Share of the borders of regions near true borders; 1 if regions have no borders."""
+    """Fraction of the borders of regions near true borders; 1 if regions have no borders."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Cuts:
 
     @classmethod
     def of(cls, mesh: MeshEdges, labels: Ints) -> Cuts:
-        """Find the borders of labels."""
+        """Find the borders of labels, and distances from them."""
         borders = find_borders(mesh, labels)
         return cls(borders, mesh.paths.distances(borders.vertices))
 
@@ -51,32 +51,33 @@ def boundary_agreement(
 ) -> BoundaryAgreement:
     """Return the fractions of true borders that are found, and of borders that are true.
 
-    The precision of an oversegmentation is low by design: most of its borders are not true ones.
+    The precision of an oversegmentation is low by design, because most of its borders are not true
+    borders.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like
         As for `segment`.
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
+        Region and true segment of each face, >= 0.
     tolerance : float, default 0.01
-        Maximum distance of borders that count as the same, >= 0, as a fraction of the diagonal of
-        the bounding box. Distances are geodesic and measured along edges from vertex to vertex,
-        which overestimates them; each border edge is measured at its two ends.
+        Maximum distance of matching borders, >= 0, as a fraction of the diagonal of the bounding
+        box. Distances are path lengths along edges from vertex to vertex, which overestimates
+        geodesic distances. Each border edge is measured at its two ends.
     weld : bool, default True
         Count vertices at exactly the same position as one.
 
     Returns
     -------
     BoundaryAgreement
-        Recall and precision. The boundary of an open mesh is no border. Time is O(F log F).
+        Recall and precision. The boundary of an open mesh is not a border. Time is O(F log F).
 
     Raises
     ------
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If there is not one label of 0 and up per face, or `tolerance` is negative.
+        If there is not one label >= 0 per face, or `tolerance` is negative.
 
     References
     ----------
@@ -96,30 +97,31 @@ def boundary_agreement(
 def cut_discrepancy(
     mesh: MeshLike, labels: npt.ArrayLike, truth: npt.ArrayLike, *, weld: bool = True
 ) -> float:
-    """Return how far borders and true borders are apart, in radii of the mesh; 0 is best.
+    """Return the distance between borders and true borders, in radii of the mesh; 0 is best.
 
-    The mean geodesic distance from points on the borders to the nearest true border is added to the
-    mean distance in the other direction. The sum is divided by the mean distance of the surface
-    from its centroid, or by the diagonal of the bounding box if all faces have one centroid.
+    The result is the mean geodesic distance from points on the borders to the nearest true border,
+    plus the mean distance in the other direction. The sum is divided by the mean distance of the
+    surface from its centroid, or by the diagonal of the bounding box if all faces have one
+    centroid.
 
     Parameters
     ----------
     mesh, labels, truth, weld
-        As for `boundary_agreement`, which describes how distances are measured.
+        As for `boundary_agreement`, which explains the measurement of distances.
 
     Returns
     -------
     float
-        >= 0. If no path leads to a border, for example because the other labels have none, the
-        distance is the diagonal of the bounding box. The mean distance of labels without borders is
-        0.
+        >= 0. If no path leads to a border, for example because the other labels have no borders,
+        the distance is the diagonal of the bounding box. The mean distance of labels without
+        borders is 0.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If there is not one label of 0 and up per face, or no face has an area.
+        If there is not one label >= 0 per face, or no face has an area.
 
     References
     ----------

@@ -19,15 +19,15 @@ from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
 
 _POINT = 1e-12
-"""Fraction of the diagonal below which the mean radius of a mesh is only rounding errors."""
+"""Fraction of the diagonal up to which the mean radius of a mesh is a rounding error."""
 
 
 @dataclass(frozen=True)
 class EdgePaths:
     """Paths along the edges of a mesh, from vertex to vertex."""
 
-    graph: _core.OrderedGraph  # its cells are vertices with edges, its arcs are edges
-    unit: float  # unit of path lengths, which are integers in the graph
+    graph: _core.OrderedGraph  # cells are vertices with edges, arcs are edges
+    unit: float  # unit of the integer path lengths of the graph
     places: Ints  # (V,) cell of each vertex in the graph; -1 for a vertex without edges
     n_threads: int
 
@@ -49,14 +49,14 @@ class EdgePaths:
         return cls(graph, unit, places, n_threads)
 
     def distances(self, sources: Ints) -> Floats:
-        """Length of the shortest path along edges from any source to each vertex, shape (V,).
+        """Return the length of the shortest path from any source to each vertex, shape (V,).
 
         A distance is infinite if there is no path.
         """
         distances = np.full(len(self.places), np.inf)
         if len(sources):
             paths = _core.Clustering(self.graph, self.places[sources], np.inf, self.n_threads)
-            # Unreached vertices become sources themselves, with labels behind the given ones.
+            # Unreached vertices become sources with labels above the labels of the given sources.
             is_reached = paths.labels() < len(sources)
             reached = np.where(is_reached, paths.lengths() * self.unit, np.inf)
             has_edges = self.places >= 0
@@ -89,14 +89,14 @@ class MeshEdges:
 
     @cached_property
     def paths(self) -> EdgePaths:
-        """Paths along the edges, computed on first use: not all metrics need them."""
+        """Paths along the edges, computed on first use, because not all metrics need paths."""
         return EdgePaths.of(self.mesh, self.representative, self.surface.n_threads)
 
     @cached_property
     def mean_radius(self) -> float:
-        """Mean distance of the centroids of faces from their mean, weighted by area, > 0.
+        """Mean distance of face centroids from their mean position, weighted by area, > 0.
 
-        It is the diagonal of the bounding box if all centroids coincide, as for a single face.
+        If all centroids coincide, as for a single face, the diagonal of the bounding box.
         """
         total = positive_total(self.areas)
         centroid = self.areas @ self.graph.positions / total
@@ -105,17 +105,17 @@ class MeshEdges:
         return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
     def ends_of(self, faces: Ints, sides: Array) -> Ints:
-        """Ends of the given sides of faces, the lower vertex first, shape (n, 2)."""
+        """Return the ends of the given sides of faces, the lower vertex first, shape (n, 2)."""
         return np.sort(self.representative[ends_of_sides(self.mesh, faces, sides)], axis=1)
 
     def lengths_of(self, edges: Ints) -> Floats:
-        """Lengths of edges given by their ends."""
+        """Return the lengths of edges given by their ends."""
         start, end = self.mesh.vertices[edges[:, 0]], self.mesh.vertices[edges[:, 1]]
         return np.asarray(np.linalg.norm(end - start, axis=1))
 
 
 class Borders(NamedTuple):
-    """Border edges, between faces of different labels, as weighted points.
+    """Border edges (edges between faces of different labels) as weighted points.
 
     Each end of a border edge represents half of its length.
     """
@@ -127,7 +127,7 @@ class Borders(NamedTuple):
 
 
 def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
-    """Return the borders between labels; the boundary of an open mesh does not count."""
+    """Return the borders between labels, without the boundary of an open mesh."""
     graph = mesh.graph
     sources = graph.sources
     arcs = np.flatnonzero(labels[sources] != labels[graph.neighbors])

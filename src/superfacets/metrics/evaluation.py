@@ -40,14 +40,14 @@ class _Truth:
 
 
 class GroundTruths:
-    """Ground truths of one mesh, prepared for the comparison with many labels.
+    """Ground truths of one mesh, prepared for comparison with many labels.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like
         As for `segment`.
     truths : array of integers, shape (F,), or sequence of array_like of integers
-        True segment of each face, 0 and up: one ground truth, or a sequence of any number of them.
+        True segment of each face, >= 0: one ground truth, or a sequence of ground truths.
     weld : bool, default True
         Count vertices at exactly the same position as one.
     n_threads : int, optional
@@ -58,7 +58,7 @@ class GroundTruths:
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If there is not one label of 0 and up per face, or no face has an area.
+        If there is not one label >= 0 per face, or no face has an area.
     """
 
     def __init__(
@@ -98,11 +98,11 @@ def evaluate(
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         As for `segment`.
     labels : array_like of integers, shape (F,)
-        Region of each face, tetrahedron or point, 0 and up.
+        Region of each face, tetrahedron or point, >= 0.
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
-        True segment of each face: one ground truth, or several. `GroundTruths` saves time if many
+        True segment of each face: one or several ground truths. `GroundTruths` saves time if many
         labels of one mesh are compared with the same ground truths. It must have been made for the
-        same mesh; its `weld` and `n_threads` are then used.
+        same mesh, and its `weld` and `n_threads` apply.
     tolerance : float, default 0.01
         Tolerance of `boundary_agreement`, as a fraction of the diagonal of the bounding box.
     weld : bool, default True
@@ -114,12 +114,12 @@ def evaluate(
     -------
     dict of str to float
         ``n_regions``, ``n_extra_pieces`` (number of connected pieces minus number of regions),
-        ``compactness`` and ``explained_variation``; and, if there are ground truths, the means over
-        them of ``undersegmentation_error``, ``achievable_accuracy``, ``boundary_recall``,
+        ``compactness`` and ``explained_variation``. With ground truths also, as means over the
+        ground truths, ``undersegmentation_error``, ``achievable_accuracy``, ``boundary_recall``,
         ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``, ``missing_rate``,
         ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
-        ``local_consistency_error``. All are weighted by area or length, and do not change when
-        labels are renamed or the mesh is scaled. For a `TetMesh` or a `PointCloud`, only metrics
+        ``local_consistency_error``. All metrics are weighted by area or length, and do not change
+        if labels are renamed or the mesh is scaled. A `TetMesh` or a `PointCloud` has only metrics
         that need neither normals nor border edges.
 
     Raises
@@ -127,8 +127,8 @@ def evaluate(
     MeshError
         If the mesh or cloud is not valid.
     ValueError, TypeError
-        If there is not one label of 0 and up per face, no face has an area, `tolerance` is
-        negative, or the ground truths are of another mesh.
+        If there is not one label >= 0 per face, no face has an area, `tolerance` is negative, or
+        the ground truths are of another mesh.
 
     Examples
     --------
@@ -180,7 +180,7 @@ def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, fl
 
 
 def _means(rows: list[dict[str, float]]) -> dict[str, float]:
-    """Mean of each metric over the ground truths."""
+    """Return the mean of each metric over the ground truths."""
     return {name: float(np.mean([row[name] for row in rows])) for name in (rows or [{}])[0]}
 
 

@@ -16,7 +16,7 @@ from ..cells.kinds import as_known, measures_of
 from ..cells.sums import positive_total, sums_by_label
 
 _DENSE_PAIRS_PER_FACE = 4
-"""Largest size of a dense table of label pairs, in entries per face. Above it, pairs are sorted."""
+"""Largest size of a dense table of label pairs, in entries per face. Larger tables are sparse."""
 
 _TIE = 1e-9
 """Upper bound of the relative error of a sum of a million areas."""
@@ -29,9 +29,9 @@ class Overlap:
     Attributes
     ----------
     regions, segments : ndarray of int32, shape (P,)
-        The pairs of a region and a segment that have a face in common.
+        The pairs of a region and a segment with common faces.
     areas : ndarray of float64, shape (P,)
-        Area that each pair has in common.
+        Common area of each pair.
     region_areas : ndarray of float64, shape (K,)
         Area of each region.
     segment_areas : ndarray of float64, shape (G,)
@@ -60,7 +60,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     Parameters
     ----------
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
+        Region and true segment of each face, >= 0.
     areas : array_like, shape (F,)
         Area of each face, finite, >= 0 and not all 0; ``build_face_graph(mesh).measures``.
 
@@ -73,7 +73,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     Raises
     ------
     ValueError, TypeError
-        If there are not as many labels as areas, labels are not integers, or there is no area.
+        If the numbers of labels and areas differ, labels are not integers, or there is no area.
 
     Examples
     --------
@@ -115,20 +115,21 @@ def undersegmentation_error(
 ) -> float:
     """Return the area by which regions leak out of the segments that they overlap; 0 is best.
 
-    Each segment adds the area outside of it of all regions that overlap it by more than `tolerance`
-    of their own area. The sum over all segments is divided by the area of the surface. A region
-    that a true border cuts into equal halves counts with all of its area.
+    Each region leaks out of each segment that contains more than `tolerance` of the region's area.
+    The leak is the area of the region outside the segment. The result is the sum of all leaks,
+    divided by the area of the surface. A region that a true border cuts into equal halves counts
+    with all of its area.
 
     Parameters
     ----------
     mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The labeled cells; or an `Overlap`, then without `labels` and `truth`.
+        The labeled cells; or an `Overlap`, without `labels` and `truth`.
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
+        Region and true segment of each face, >= 0.
     tolerance : float, default 0.05
-        Share of a region's area that an overlap has to exceed to count, 0 to 1; tau in the paper.
-        An overlap of exactly this share does not count. It has to exceed the share by a billionth
-        of the share, because rounding depends on the unit of length.
+        Fraction of a region's area, 0 to 1, that an overlap must exceed to count; tau in the paper.
+        The overlap must exceed it by a billionth of this fraction, because rounding errors depend
+        on the unit of length.
 
     References
     ----------
@@ -147,16 +148,14 @@ def undersegmentation_error(
 
 
 def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
-    """Return the share of the area that is right if each region gets its best true label.
+    """Return the fraction of the area that is correct if each region gets its best true label.
 
     1 is best: no region crosses a true border. Known as achievable segmentation accuracy (ASA).
 
     Parameters
     ----------
-    mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The labeled cells; or an `Overlap`, then without `labels` and `truth`.
-    labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
+    mesh, labels, truth
+        As for `undersegmentation_error`.
 
     References
     ----------
@@ -172,28 +171,26 @@ def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = No
 
 
 class Hamming(NamedTuple):
-    """Hamming distance and its two directions, each a share of the area, 0 is best."""
+    """Hamming distance and its two directions as fractions of the area; 0 is best."""
 
     distance: float
     """Mean of the two rates."""
     missing_rate: float
-    """Area of true segments outside the regions that overlap each of them most, as a share."""
+    """Fraction of the area of true segments outside the region that overlaps the segment most."""
     false_alarm_rate: float
-    """Area of regions outside the true segments that overlap each of them most, as a share."""
+    """Fraction of the area of regions outside the true segment that overlaps the region most."""
 
 
 def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
     """Return the Hamming distance of the Princeton benchmark, with both directions.
 
-    An oversegmentation has a high missing rate by design. Its false alarm rate is the share of the
-    area by which regions leak over true borders.
+    An oversegmentation has a high missing rate by design. Its false alarm rate is the fraction of
+    the area by which regions leak over true borders.
 
     Parameters
     ----------
-    mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The labeled cells; or an `Overlap`, then without `labels` and `truth`.
-    labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
+    mesh, labels, truth
+        As for `undersegmentation_error`.
 
     References
     ----------
@@ -214,15 +211,14 @@ def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None)
 def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
     """Return the probability that labels and truth agree on a pair of points; 1 is best.
 
-    They agree if both put the two points together, or both apart. Points are drawn by area, so a
-    pair may fall into one face. (The Princeton benchmark plots one minus this number.)
+    Labels and truth agree if both put the two points into one region, or both into different
+    regions. Points are drawn by area, so a pair may be in one face. (The Princeton benchmark plots
+    one minus this number.)
 
     Parameters
     ----------
-    mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The labeled cells; or an `Overlap`, then without `labels` and `truth`.
-    labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
+    mesh, labels, truth
+        As for `undersegmentation_error`.
 
     References
     ----------
@@ -243,28 +239,26 @@ def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> fl
 
 
 class Consistency(NamedTuple):
-    """Consistency errors; 0 is best: one of the two refines the other."""
+    """Consistency errors of two segmentations; 0 (best) if one refines the other."""
 
     global_error: float
-    """Error if the same one has to refine the other everywhere."""
+    """Error if the same segmentation must refine the other everywhere."""
     local_error: float
-    """Error if either one may refine the other at each point."""
+    """Error if at each point either segmentation may refine the other."""
 
 
 def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Consistency:
-    """Return the global and the local consistency error: how far neither refines the other.
+    """Return the global and the local consistency error, which are 0 if one refines the other.
 
-    Each point has two refinement errors: the share of its region that is outside of its segment,
-    and the share of its segment that is outside of its region. The global error is the smaller one
-    of their means over the surface. The local error is the mean of the smaller one at each point.
-    An oversegmentation without leaks has 0 in both.
+    Each point has two refinement errors: the fraction of its region outside its segment, and the
+    fraction of its segment outside its region. The global error is the smaller of their two means
+    over the surface. The local error is the mean of the smaller error at each point. An
+    oversegmentation without leaks has 0 in both.
 
     Parameters
     ----------
-    mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The labeled cells; or an `Overlap`, then without `labels` and `truth`.
-    labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
+    mesh, labels, truth
+        As for `undersegmentation_error`.
 
     References
     ----------
@@ -299,7 +293,7 @@ def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
 
 
 def _best_shared(groups: Ints, areas: Floats, n_groups: int) -> float:
-    """Sum over groups of the largest area shared with a single member of the other side."""
+    """Return the sum over groups of the largest area shared with one group of the other side."""
     best = np.zeros(n_groups)
     np.maximum.at(best, groups, areas)
     return float(best.sum())

@@ -16,23 +16,23 @@ from ..cells.surface import Surface
 from ..mesh.faces import area_vectors
 
 _NORMAL_NOISE = 1e-12
-"""Fraction of the area below which the variation of normals is rounding error: a flat surface."""
+"""Fraction of the area up to which the variation of normals is a rounding error."""
 
 
 def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool = True) -> float:
-    """Return the mean over regions of perimeter / sqrt(area); lower is rounder.
+    """Return the mean over regions of perimeter / sqrt(area), which is lower for rounder regions.
 
-    A disk has 3.54, a hexagon 3.72, a square 4. The boundary of an open mesh counts as perimeter. A
-    region that surrounds a limb has two borders, and one that covers a tip has a short one.
-    Regions without area are ignored. In a volume it is the mean of surface / volume^(2/3): 4.84
-    for a ball, 6 for a cube.
+    A disk has 3.54, a hexagon 3.72, and a square 4. The boundary of an open mesh counts as
+    perimeter. A region that surrounds a limb has two borders, and a region that covers a tip has a
+    short border. Regions without area are ignored. For tetrahedra, the result is the mean of
+    surface / volume^(2/3): 4.84 for a ball, 6 for a cube.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
         A mesh as for `segment`, or a graph of cells of any kind.
     labels : array_like of integers, shape (F,)
-        Region of each face, 0 and up.
+        Region of each face, >= 0.
     weld : bool, default True
         Count vertices at exactly the same position as one.
 
@@ -41,7 +41,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If there is not one label of 0 and up per face, or no face has an area.
+        If there is not one label >= 0 per face, or no face has an area.
 
     References
     ----------
@@ -68,26 +68,26 @@ def compactness_of(surface: Surface, labels: Ints, n_regions: int) -> float:
 
 
 def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
-    """Return the share of the variation of normals that lies between regions; 1 is best.
+    """Return the fraction of the variation of normals that is between regions; 1 is best.
 
-    Each face's unit normal is compared with the mean normal of its region and with that of the
-    whole surface, weighted by area: 1 if all regions are flat, 0 if regions are no flatter than the
-    whole. A surface that is flat as a whole has 1. Faces without a normal have no area and do not
-    count. Neighboring faces of opposite orientation count as bent.
+    The unit normal of each face is compared with the mean normal of its region and with the mean
+    normal of the whole surface, weighted by area. The result is 1 if all regions are flat, and 0 if
+    regions are as bent as the whole surface. A flat surface has 1. Faces without a normal have no
+    area and do not count. Neighboring faces of opposite orientation count as bent.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like
         As for `segment`.
     labels : array_like of integers, shape (F,)
-        Region of each face, 0 and up.
+        Region of each face, >= 0.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid mesh of faces.
     ValueError, TypeError
-        If there is not one label of 0 and up per face, or no face has an area.
+        If there is not one label >= 0 per face, or no face has an area.
 
     References
     ----------
@@ -109,8 +109,8 @@ def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> fl
     """Return the explained variation of normals for labels without gaps.
 
     For a set of faces, S is the sum of area times (normal - mean normal of the surface), and A is
-    the area. The variation between regions is the sum of |S|^2 / A over regions, the total
-    variation the same sum over faces. No small number is computed as a difference of large ones.
+    the area. The variation between regions is the sum of |S|^2 / A over regions, and the total
+    variation is this sum over faces. The formula avoids differences of large numbers.
     """
     mesh, areas = surface.mesh, surface.measures
     assert mesh is not None  # cells of other kinds have no normals
@@ -126,7 +126,7 @@ def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> fl
 
 
 def _squares_over(vectors: Floats, areas: Floats) -> float:
-    """Sum over all rows of |vector|^2 / area; rows without area are left out."""
+    """Return the sum of |vector|^2 / area over all rows with an area."""
     squared = np.einsum("ij,ij->i", vectors, vectors)
     has_area = areas > 0
     return float((squared[has_area] / areas[has_area]).sum())

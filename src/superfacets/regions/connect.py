@@ -1,4 +1,4 @@
-"""Stage 5: connect regions of several pieces."""
+"""Stage 5: join pieces of disconnected regions to other regions."""
 
 from __future__ import annotations
 
@@ -26,9 +26,8 @@ def enforce_connectivity(
     """Return labels whose regions are connected.
 
     A region keeps the piece that contains its center or, without centers, its largest piece. All
-    other pieces, the smallest first, join the neighbor with the longest common border. A border
-    in a crease counts less, as in `smooth_borders`. A piece without a neighbor becomes a new
-    region.
+    other pieces, the smallest first, join the neighbor with the longest common border. Borders in
+    creases count less, as in `smooth_borders`. A piece without a neighbor becomes a new region.
 
     Parameters
     ----------
@@ -37,7 +36,7 @@ def enforce_connectivity(
     labels : array_like of int, shape (N,)
         0..K-1, each at least once. Cells labeled -1 are in no region and keep this label.
     centers : array_like of int, shape (K,), optional
-        One face of each region.
+        One cell of each region.
     weights : array_like, shape (M,), optional
         As for `smooth_borders`.
     weld, n_threads
@@ -105,8 +104,8 @@ def connect_regions(
 
 
 def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Ints:
-    """Return the largest piece of each region, in a tie the one with the lowest index."""
+    """Return the largest piece of each region; ties go to the lowest index."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)
-    largest[region_of_piece[order]] = order  # the last one written is the largest
+    largest[region_of_piece[order]] = order  # the last index written is the largest piece
     return largest

@@ -26,7 +26,7 @@ class VertexEdges(NamedTuple):
 
 
 class _Regions(NamedTuple):
-    """Cells with labels 0 to `n` - 1; labels may be missing."""
+    """Cells with labels 0 to `n` - 1, not all of which have cells."""
 
     cells: Any
     corners: Corners  # welded: one vertex per position
@@ -39,8 +39,8 @@ def crease_labels(
 ) -> Ints:
     """Return labels of vertices whose borders follow creases; see `vertex_labels`.
 
-    The kind of `cells` has corners; labels are -1 to `n_labels` - 1. With `merge`, regions that
-    cannot grow to `least` vertices are merged with others, under the lowest label of the two.
+    The kind of `cells` has corners. Labels are -1 to `n_labels` - 1. With `merge`, regions that
+    cannot grow to `least` vertices are merged with other regions, and the lower label remains.
     """
     found = np.full(cells.n_vertices, -1, np.int32)
     if labels.max() < 0:
@@ -75,9 +75,9 @@ def large_regions(
 ) -> Ints:
     """Return labels after regions of fewer than `least` vertices have grown to this size.
 
-    They take vertices from regions that stay connected and keep `least` vertices. With `merge`,
-    regions that are still too small are merged with others. `counts` holds the number of welded
-    vertices at each position. Labels are >= 0, or -1 at vertices without edges.
+    Small regions take vertices from regions that stay connected and keep `least` vertices. With
+    `merge`, regions that are still too small are merged with others. `counts` holds the number of
+    welded vertices at each position. Labels are >= 0, or -1 at vertices without edges.
     """
     if least < 2:
         return labels
@@ -97,23 +97,23 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
 
 
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
-    """Return labels of positions; at borders they are found by Kruskal's algorithm.
+    """Return labels of positions; Kruskal's algorithm finds the labels at borders.
 
-    A region that has only border vertices keeps them. If a region falls apart, its largest piece
-    keeps the label, and the vertices of other pieces are labeled again.
+    A region that has only border vertices keeps these vertices. If a region is not connected, its
+    largest piece keeps the label, and the vertices of other pieces are labeled again.
     """
     majority, at_border = _majority(regions, len(edges.positions), n_threads)
     inside = majority[~at_border]
     has_inside = np.bincount(inside[inside >= 0], minlength=regions.n) > 0
     seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
     found = _core.spread_labels(*edges, seeds, majority, n_threads)
-    found = np.where(found < 0, majority, found)  # components with border vertices only
+    found = np.where(found < 0, majority, found)  # components that have only border vertices
     found[_in_stray_pieces(edges, regions, found, n_threads)] = -1
     return _core.spread_labels(*edges, found, majority, n_threads)
 
 
 def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
-    """Return the label with the largest area around each position.
+    """Return the label with the largest area of cells around each position.
 
     Each region gets at least one vertex if there are enough vertices.
     """
@@ -129,7 +129,7 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
 
 
 def _give_vertices(of_vertices: Ints, regions: _Regions) -> None:
-    """Give each region without vertices a vertex of its cells, as long as there are enough."""
+    """Give each region without vertices a vertex of its cells, if there are enough vertices."""
     counts = np.bincount(of_vertices[of_vertices >= 0], minlength=regions.n)
     lost = np.flatnonzero((counts == 0) & (np.bincount(regions.labels, minlength=regions.n) > 0))
     if not len(lost):
@@ -155,9 +155,9 @@ def _give_vertex(
 ) -> None:
     """Give a vertex to a region by an augmenting path in the matching of regions and vertices.
 
-    A region that gives away its only vertex takes one from the next region of the path.
+    A region that gives away its only vertex takes a vertex from the next region of the path.
     `searched` holds regions from which no path leads to a region with several vertices. A failed
-    search adds all regions that it reached.
+    search adds all reached regions.
     """
     reached: dict[int, tuple[int, int] | None] = {region: None}
     queue = [region]
@@ -181,9 +181,9 @@ def _give_vertex(
 
 
 def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threads: int) -> Array:
-    """Return whether each vertex is in a piece of its region that has to be labeled again.
+    """Return whether each vertex is in a piece of its region that must be labeled again.
 
-    Each connected part of the cells of a region keeps its largest piece.
+    Each connected part of the cells of a region keeps its largest piece of vertices.
     """
     pieces, n_pieces = _core.find_components(edges.offsets, edges.neighbors, found)
     label_of_piece = np.empty(n_pieces, np.int32)
@@ -205,7 +205,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
 def _part_of_piece(
     regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
 ) -> Ints:
-    """Return, for each piece of a divided region, a connected part of its cells at that piece."""
+    """Return, for each piece of a divided region, a connected part of its cells at the piece."""
     kind = kind_of(regions.cells)
     chosen = np.flatnonzero(is_divided[regions.labels])
     labels = regions.labels[chosen]

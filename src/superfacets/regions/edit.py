@@ -28,7 +28,7 @@ Between 4 and 8, the undersegmentation error of smoothed benchmark models change
 
 @dataclass(frozen=True, eq=False)
 class BorderCosts:
-    """Cost of borders between regions: their length, reduced in creases."""
+    """Cost of borders between regions: the length of a border, reduced in creases."""
 
     surface: Surface
     lengths: Singles  # one per arc, in multiples of `unit`
@@ -62,11 +62,12 @@ class RegionEdit(NamedTuple):
     labels : ndarray of int32, shape (N,)
         0..K'-1, each at least once.
     sources : ndarray of int32, shape (K',)
-        For each new region, the old region that it equals or is a piece of.
+        For each new region, the old region that equals or contains it.
     n_joined : int
         Number of pieces or regions that joined another region.
     n_islands : int
-        Number of pieces or regions that should have joined another region but have no neighbor.
+        Number of pieces or regions that could not join another region, because they have no
+        neighbor.
     """
 
     labels: Ints
@@ -80,8 +81,8 @@ def read_regions(
 ) -> tuple[BorderCosts, Ints, int]:
     """Check labels and weights, and return costs of borders, labels and the number of regions.
 
-    Cells labeled -1 are in no region. By default, a graph uses its own weights, and a mesh
-    `crease_weights`.
+    Cells labeled -1 are in no region. Default weights are the weights of a graph, or
+    `crease_weights` for a mesh.
     """
     array, n_regions = checked_partial_labels(labels, surface.n_cells)
     if n_regions == 0:
@@ -97,7 +98,7 @@ def read_regions(
 
 @dataclass(frozen=True, eq=False)
 class LabeledPart:
-    """The labeled cells: all cells but those labeled -1."""
+    """The labeled cells: all cells except cells labeled -1."""
 
     costs: BorderCosts
     labels: Ints  # (n,) labels of these cells

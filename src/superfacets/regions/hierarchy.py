@@ -1,4 +1,4 @@
-"""Stage 5: merge neighboring regions into nested levels, and keep the tree of all merges."""
+"""Stage 5: merge neighboring regions into nested levels, and record the tree of all merges."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ MERGE_CREASE_WEIGHT = 12.0
 """Distance that a border in a deep crease adds between two regions, in radii of regions.
 
 On a third of the benchmark models, merging 150 regions to 50 gives an undersegmentation error of
-0.193 at 6, 0.188 at 12 and 0.184 at 16, and a compactness of 4.07, 4.15 and 4.20; `segment` with 50
-regions gives 0.181 and 4.11. Distances in the spectral embedding raise the error by 0.01."""
+0.193, 0.188 and 0.184 with weights of 6, 12 and 16, and a compactness of 4.07, 4.15 and 4.20.
+`segment` with 50 regions gives 0.181 and 4.11. Distances in the spectral embedding raise the error
+by 0.01."""
 
 MERGE_CREASE_SCALE = 1.6
-"""Crease cost of a border, in r, at which 1/e of its length counts as open.
+"""Crease cost of a border, in r, at which 1/e of the length of the border counts.
 
-Creases count more here than in `smooth_borders`: with 3 the error is 0.222 at the same
-compactness."""
+Creases count more in merging than in `smooth_borders`: with a scale of 3 the error is 0.222 at the
+same compactness."""
 
 Borders = tuple[Ints, Ints, Floats, Floats]
 
@@ -39,8 +40,8 @@ class MergeTree:
     n_regions : int
         Number of regions before the first merge, K.
     children : ndarray of int32, shape (M, 2)
-        The two nodes that each merge joins, the lower first. Nodes 0..K-1 are the regions, node
-        K + m is the result of merge m.
+        The two nodes that each merge joins, the lower first. Nodes 0..K-1 are the regions. Node K +
+        m is the result of merge m.
     costs : ndarray of float64, shape (M,)
         Cost of each merge; usually ascending.
     """
@@ -55,7 +56,7 @@ class MergeTree:
         return self.n_regions - len(self.children)
 
     def regions_at(self, n: int) -> Ints:
-        """Return the new region, 0..n-1, of each region when n are left.
+        """Return the new region, 0..n-1, of each region after merging to n regions.
 
         New regions are numbered in the order of their lowest old regions.
         """
@@ -64,7 +65,7 @@ class MergeTree:
         merged = self.children[:n_merges]
         parents[merged.ravel()] = self.n_regions + np.repeat(np.arange(n_merges), 2)
         while not np.array_equal(above := parents[parents], parents):
-            parents = above  # halves the paths to the roots
+            parents = above  # halves the lengths of paths to the roots
         roots = parents[: self.n_regions]
         _, lowest, inverse = np.unique(roots, return_index=True, return_inverse=True)
         ranks = np.empty(n, np.int32)
@@ -77,8 +78,8 @@ class Hierarchy:
     """Nested levels of regions: the result of `superfacets.hierarchy`.
 
     Each region of a level is a union of regions of every finer level. Regions are numbered in the
-    order of the lowest finest region that each contains, so the labels of a level do not depend on
-    the other levels.
+    order of their lowest finest regions, so the labels of a level do not depend on the other
+    levels.
 
     Attributes
     ----------
@@ -88,11 +89,11 @@ class Hierarchy:
         The labels before the first merge, 0..K-1, and -1 for cells in no region.
     children : ndarray of int32, shape (M, 2)
         The merge tree: the two nodes that each merge joins, the lower first. Nodes 0..K-1 are the
-        regions of `finest`, node K + m is the result of merge m. After m merges K - m regions are
-        left.
+        regions of `finest`. Node K + m is the result of merge m. After m merges there are K - m
+        regions.
     costs : ndarray of float64, shape (M,)
-        The cost of each merge, usually ascending: in the squared unit of the positions, or with
-        features in their squared unit times area.
+        The cost of each merge, usually ascending. Its unit is the squared unit of the positions;
+        with features, their squared unit times area.
     segmentation : Segmentation or None
         The segmentation with the labels `finest`; None if labels were given.
     """
@@ -120,7 +121,7 @@ class Hierarchy:
 
     @cached_property
     def parents(self) -> list[Ints]:
-        """For each level but the last, the region of the next level that contains each region.
+        """For each level except the last, the region of the next level that contains each region.
 
         ``parents[i]`` has shape (counts[i],), and ``parents[i][levels[i]]`` is ``levels[i + 1]``
         except at cells labeled -1.
@@ -143,7 +144,7 @@ class Hierarchy:
         Parameters
         ----------
         n : int
-            From `n_fewest` to `n_finest`, not only one of `counts`.
+            Any number from `n_fewest` to `n_finest`.
 
         Returns
         -------
@@ -177,14 +178,14 @@ def checked_cut(n: int, name: str, tree: MergeTree) -> int:
 def merge_neighbors(
     costs: BorderCosts, labels: Ints, n_regions: int, features: Floats | None, islands: str
 ) -> MergeTree:
-    """Merge neighbors until none are left, the cheapest pair first; features are (N, F)."""
+    """Merge neighbors, the cheapest pair first, until no neighbors remain; features are (N, F)."""
     surface = costs.surface
     is_kept = labels >= 0
     kept = labels[is_kept]
     measures = surface.measures[is_kept]
     positions = np.ascontiguousarray(surface.positions[is_kept])
     areas = sums_by_label(kept, measures, n_regions)
-    shares = np.where(areas[kept] > 0, measures, 1.0)  # equal shares in regions of area 0
+    shares = np.where(areas[kept] > 0, measures, 1.0)  # equal if the area is 0
     borders = _borders_of(costs, labels, n_regions)
     if islands == "nearest":
         gaps = _gaps_between(borders, areas, kept, (positions, measures), surface.n_threads)
@@ -204,7 +205,7 @@ def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
     surface, lengths, unit, _ = costs.args
     scale = MERGE_CREASE_SCALE * costs.radius
     n_threads = costs.surface.n_threads
-    named = np.where(labels < 0, np.int32(n_regions), labels)  # one more region for cells in none
+    named = np.where(labels < 0, np.int32(n_regions), labels)  # -1: one more region
     low, high, prices = _core.region_borders(surface, lengths, unit, scale, named, n_threads)
     *_, whole = _core.region_borders(surface, lengths, unit, np.inf, named, n_threads)
     is_kept = high < n_regions
@@ -225,7 +226,7 @@ def _means(labels: Ints, values: Floats, shares: Floats, n_regions: int) -> Floa
 def _gaps_between(
     borders: Borders, areas: Floats, labels: Ints, cells: tuple[Floats, Floats], n_threads: int
 ) -> tuple[Ints, Ints]:
-    """Return pairs of regions that bridge gaps: each component to the nearest cell of larger ones.
+    """Return pairs of regions across gaps: each component is joined to the nearest larger one.
 
     Among components of equal area, the one with the lowest region counts as larger.
     """

@@ -1,4 +1,4 @@
-"""Stage 5: label regions of a mesh from masks of images of it."""
+"""Stage 5: label regions of a mesh from masks in images of the mesh."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from ..mesh.pinhole_camera import PinholeCamera
 from .mask_votes import SeenSurface, Votes, collect_votes
 
 MOST_PAIRS = 500_000_000
-"""Largest sum, over all masks, of the squared number of regions in each. Finding objects then takes
-two minutes. 100 images of a room in 10,000 regions have a tenth of this sum."""
+"""Largest sum over all masks of (number of regions in the mask) squared. With this sum, finding
+objects takes two minutes. 100 images of a room in 10,000 regions have a tenth of this sum."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,19 +39,20 @@ class LiftedLabels:
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        One per cell: ids of masks if these are consistent, else objects 0..n-1; -1 for no label.
+        One label per cell: ids of masks if these are consistent, else objects 0..n-1; -1 for no
+        label.
     region_labels : ndarray of int32, shape (K,)
         The same labels, one per region.
     scores : ndarray of float64, shape (K,)
-        Fraction, 0 to 1, of the visible area of each region (over all images) that is in masks of
-        its label; 0 for regions without a label.
+        Fraction, 0 to 1, of the visible area of each region (summed over images) in masks of its
+        label; 0 for regions without a label.
     label_scores : ndarray of float64, shape (len(found),)
-        The same fraction for all regions of a label together, one per label of `found`.
+        Like `scores`, for all regions of a label together: one fraction per label of `found`.
     mask_labels : tuple of dict
-        For each image, the label of each mask id; -1 if no region got the label of the mask. Use
-        it to look up classes or captions of masks by label.
+        For each image, the label of each mask id; -1 if no region has the label of the mask. Use it
+        to look up classes or captions of masks by label.
     seen : ndarray of bool, shape (N,)
-        Whether an image sees the cell, whether in a mask or not.
+        Whether an image sees the cell, inside or outside masks.
     """
 
     labels: Ints
@@ -63,7 +64,7 @@ class LiftedLabels:
 
     @property
     def found(self) -> Ints:
-        """The labels of all regions, ascending, each once, without -1."""
+        """The distinct labels of all regions, ascending, without -1."""
         return np.unique(self.region_labels[self.region_labels >= 0])
 
     def __repr__(self) -> str:
@@ -82,37 +83,37 @@ def lift(
     overlap: Overlap = "smallest",
     n_threads: int | None = None,
 ) -> LiftedLabels:
-    """Return labels of regions and cells from masks of images, by vote.
+    """Return labels of regions and cells by a vote of masks in images.
 
-    Each pixel votes for its mask, or for no mask, with the surface area that it shows. A region
-    with at least half of its votes in masks gets the label with the most votes. Both sides of a
-    face are visible. Surface seen at an angle below 6 degrees occludes, but does not vote.
+    Each pixel votes for its mask, or for no mask, with the surface area in the pixel. A region with
+    at least half of its votes in masks gets the label with the most votes. Both sides of a face are
+    visible. Surface seen at an angle below 6 degrees hides other surface, but does not vote.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
         As for `segment`. Cameras see the boundary of a tetrahedral mesh. Point clouds raise an
-        error, because they do not occlude.
+        error, because points hide nothing.
     regions : Segmentation or array_like of int, shape (N,)
         0..K-1, each at least once; -1 for cells in no region.
     masks : iterable, one item per camera
         Per image, one of: an integer array of shape (height, width) with the mask id of each pixel,
-        where 0 and below mean no mask; bools of shape (n, height, width), one mask each, with ids 1
-        to n; a list of bool masks, or of the dictionaries of SAM's mask generator.
+        where 0 and below mean no mask; n bool masks with ids 1 to n, shape (n, height, width); a
+        list of bool masks, or of the dictionaries of SAM's mask generator.
     cameras : sequence of PinholeCamera
         From `read_cameras`, or made from poses.
     consistent_ids : bool, default False
-        Whether an id has the same meaning in all images, like ids of classes or tracked objects.
-        If not, regions that are often in the same mask become objects: starting from single
-        regions, the two groups with the highest agreement are merged until no agreement is at
-        least `agreement`. The label of a mask is the object with the largest area in it.
+        Whether an id has the same meaning in all images, like ids of classes or tracked objects. If
+        not, regions that are often in the same mask become objects: starting from single regions,
+        the two groups with the highest agreement are merged while this is at least `agreement`. The
+        label of a mask is the object with the largest area in the mask.
     agreement : float, default 0.5
-        Threshold, above 0 and up to 1, for ids that are not consistent. The agreement of two
-        groups is the probability that one mask contains two points, one of each group, that an
-        image sees in masks. Higher values give more and smaller objects.
+        Threshold, above 0 and at most 1, for ids that are not consistent. The agreement of two
+        groups is the probability that a random point of each, both in masks of one image, are in
+        the same mask. Higher values give more and smaller objects.
     overlap : {"smallest", "largest"}
-        The mask that wins where bool masks overlap: with the fewest pixels (parts) or the most
-        (wholes). In a tie the first.
+        The mask that wins where bool masks overlap: the mask with the fewest pixels (parts) or with
+        the most pixels (wholes). Ties go to the first.
     n_threads : int, optional
         As for `segment`. The result does not depend on it.
 
@@ -123,15 +124,15 @@ def lift(
     Warns
     -----
     ViewWarning
-        If an image shows nothing of the mesh, or has no mask.
+        If the mesh is not visible in an image, or an image has no mask.
 
     Raises
     ------
     MeshError
-        If the mesh is not valid, an image has another size than its camera, no camera sees the
-        mesh, no mask shows a part of it, or there are too many regions to find objects.
+        If the mesh is not valid, the sizes of an image and its camera differ, no camera sees the
+        mesh, no mask shows a part of the mesh, or there are too many regions to find objects.
     ValueError, TypeError
-        If regions, masks, cameras or parameters have a wrong type or number.
+        If the type or number of regions, masks, cameras or parameters is wrong.
 
     Notes
     -----
@@ -188,7 +189,7 @@ def project_labels(
     mesh, cameras, n_threads
         As for `lift`.
     labels : array_like of int, shape (N,)
-        One per cell, >= 0, or -1 for none.
+        One label per cell, >= 0, or -1 for no label.
 
     Returns
     -------
@@ -198,7 +199,7 @@ def project_labels(
     Raises
     ------
     MeshError, ValueError, TypeError
-        If the mesh is not valid, or labels or cameras are of the wrong type or number.
+        If the mesh is not valid, or the type or number of labels or cameras is wrong.
 
     Examples
     --------
@@ -233,7 +234,7 @@ def _checked_cameras(cameras: Any) -> list[PinholeCamera]:
 
 
 def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
-    """Return the object of each mask: the group of regions with the largest area in it.
+    """Return the object of each mask: the group of regions with the largest area in the mask.
 
     Regions with most of their visible area outside masks are ignored.
     """
@@ -254,7 +255,7 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
 
 
 def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, Floats]:
-    """Return the winning label of each region, -1 for none, its votes, and all of the region."""
+    """Return the winning label of each region (or -1), its votes, and the votes of the region."""
     total = sums_by_label(votes.regions, votes.areas, n_regions)
     is_masked = votes.masks >= 0
     regions, areas = votes.regions[is_masked], votes.areas[is_masked]
@@ -267,7 +268,7 @@ def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, 
 
 
 def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
-    """Renumber labels to 0..n-1 by the lowest region of each; labels of no region become -1."""
+    """Renumber labels to 0..n-1 by their lowest regions; labels without regions become -1."""
     kept, firsts = np.unique(winners, return_index=True)
     names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # the last: -1
     order = kept[np.argsort(firsts)]

@@ -23,28 +23,28 @@ NO_REGION = -1
 
 @dataclass(frozen=True, eq=False)
 class BorderLines:
-    """L lines along edges, each between two regions; made by `border_lines`.
+    """L lines along edges, each between two regions: the result of `border_lines`.
 
     ``len(lines)`` is L.
 
     Attributes
     ----------
     vertices : ndarray of int32, shape (P,)
-        Vertices of all lines, one line after the other. Welded vertices are named by the lowest at
-        their position.
+        Vertices of all lines, one line after the other. The lowest vertex represents all vertices
+        at its position.
     offsets : ndarray of int64, shape (L + 1,)
         Line i has ``vertices[offsets[i]:offsets[i + 1]]``, in order; see `line`.
     regions : ndarray of int32, shape (L, 2)
         The two regions that each line separates, the lower first. The second is -1 at the boundary
-        of an open mesh, and at cells in no region. Where faces are consistently oriented, the first
+        of an open mesh, and at cells in no region. If faces are consistently oriented, the first
         region is on the left of the line, seen from outside.
     is_closed : ndarray of bool, shape (L,)
         Whether the line is a loop. The first vertex of a loop is not repeated at its end.
     lengths : ndarray of float64, shape (L,)
         Length of each line, in the unit of the vertices.
     junctions : ndarray of int32, shape (J,)
-        Vertices where lines end, ascending. There the regions on the two sides change, or the
-        number of border edges is not two.
+        Vertices where lines end, ascending. At these vertices the regions on the two sides change,
+        or the number of border edges is not two.
     """
 
     vertices: Ints
@@ -87,7 +87,7 @@ def border_lines(
     Returns
     -------
     BorderLines
-        Open lines first, then closed lines.
+        Open lines come first, then closed lines.
 
     Raises
     ------
@@ -96,14 +96,11 @@ def border_lines(
     ValueError, TypeError
         If the labels are not integers, not one per face, below -1 or with gaps.
 
-    Notes
-    -----
-    If faces of three regions share an edge, each pair of regions has a line there. Time
-    O(F + B log B) for B border edges.
+    Notes ----- If faces of three regions share an edge, each pair of regions has a line along the
+    edge. Time O(F + B log B) for B border edges.
 
-    Examples
-    --------
-    A square of two triangles. The diagonal separates them, and each has two boundary edges:
+    Examples -------- The diagonal separates two triangles of a square. Each triangle has two
+    boundary edges:
 
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> lines = border_lines(square, [0, 1])
@@ -120,7 +117,7 @@ def border_lines(
 
 @dataclass(frozen=True, eq=False)
 class _Segments:
-    """Border edges: one row per edge and pair of regions that it separates, sorted by both."""
+    """Border edges: one row per edge and pair of separated regions, sorted by both."""
 
     edges: Longs  # (S,) number of the edge, 0..B-1
     ends: Ints  # (S, 2) vertices, in the order of a face of the first region
@@ -148,11 +145,11 @@ class _Segments:
 
     @property
     def kinds(self) -> Longs:
-        """A key per edge, (B,): equal keys mean that two edges separate the same regions."""
+        """A key per edge, (B,). Edges with equal keys separate the same regions."""
         firsts = np.flatnonzero(np.diff(self.edges, prepend=-1))
         keys = self.regions[:, 0].astype(np.int64) << 32 | (self.regions[:, 1] + 1)
         kinds = keys[firsts]
-        # Negative keys: for the rare edges with several pairs of regions.
+        # The rare edges with several pairs of regions have negative keys.
         several: dict[tuple[int, ...], int] = {}
         stops = np.append(firsts[1:], len(keys))
         for edge in np.flatnonzero(stops - firsts > 1).tolist():
@@ -164,7 +161,7 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Return the border sides: faces of the first region, their sides, and the second region."""
+    """Return faces of the first region at borders, their border sides, and the second region."""
     sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]
     arcs = np.flatnonzero((own != NO_REGION) & ((own < others) | (others == NO_REGION)))
@@ -191,7 +188,7 @@ def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
     is_open = is_closed == 0
     steps = mesh.vertices[segments.ends[:, 1]] - mesh.vertices[segments.ends[:, 0]]
     lengths = np.sqrt(np.einsum("ij,ij->i", steps, steps))[entries >> 1]
-    # An open line has one more vertex than segments.
+    # An open line has one vertex more than segments.
     ends_before = np.concatenate([[0], np.cumsum(is_open)])
     numbers = np.repeat(np.arange(len(is_open)), np.diff(offsets))
     along = np.empty(len(entries) + ends_before[-1], dtype=np.int32)
@@ -212,7 +209,7 @@ def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
 
 
 def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
-    """Return whether a line continues through each vertex: it has two edges of the same regions."""
+    """Return whether a line continues through each vertex, which has two edges of equal regions."""
     firsts = np.flatnonzero(np.diff(segments.edges, prepend=-1))
     at, kinds = ends[firsts].ravel(), np.repeat(segments.kinds, 2)
     lowest = np.full(n_vertices, np.iinfo(np.int64).max)
@@ -224,7 +221,7 @@ def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
 
 
 def _partners_of(at: Longs, regions: Ints, goes_on: Bools) -> Longs:
-    """Return, for each end of a segment, the end that continues its line, or -1, shape (2 S,)."""
+    """Return for each end of a segment the next end of the line, or -1, shape (2 S,)."""
     partners = np.full(len(at), -1, dtype=np.int64)
     ends = np.flatnonzero(goes_on[at])
     pairs = regions[ends >> 1]
@@ -242,9 +239,9 @@ def find_boundaries(
 ) -> Bools:
     """Return which cells have a neighbor with another label.
 
-    Cells on both sides of a border are marked, as pixels are by ``find_boundaries`` of scikit-image
+    Cells on both sides of a border are marked, like pixels by ``find_boundaries`` of scikit-image
     in mode ``"thick"``. The boundary of an open mesh is not a border. `border_lines` returns the
-    edges.
+    edges of borders.
 
     Parameters
     ----------
@@ -281,5 +278,5 @@ def find_boundaries(
     differ = array[sources] != array[neighbors]
     is_boundary = np.zeros(graph.n_cells, dtype=bool)
     is_boundary[sources[differ]] = True
-    is_boundary[neighbors[differ]] = True  # a given graph may have arcs in one direction only
+    is_boundary[neighbors[differ]] = True  # a graph may have one-way arcs
     return is_boundary

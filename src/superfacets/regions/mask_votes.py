@@ -21,16 +21,16 @@ from ..mesh.label_images import NO_MASK, Overlap, label_image
 from ..mesh.pinhole_camera import PinholeCamera
 
 MOST_PIXELS = 1 << 23
-"""Upper bound of the pixels in memory at a time, at some 30 bytes each."""
+"""Maximum number of pixels in memory at a time, with about 30 bytes per pixel."""
 
 LEAST_IMAGES = 8
-"""Images in memory at a time for up to this many threads, even if they exceed the bound."""
+"""One image per thread may be in memory up to this number of images, even beyond MOST_PIXELS."""
 
 
 class Votes(NamedTuple):
-    """Areas of regions in masks; masks are numbered over all images, image by image."""
+    """Areas of regions in masks. Masks are numbered over all images, image by image."""
 
-    masks: Ints  # (A,) mask of each area, ascending within an image; -1 for none
+    masks: Ints  # (A,) mask of each area, ascending within an image; -1: no mask
     regions: Ints  # (A,) region of each area
     areas: Floats  # (A,) > 0
     image_of: Ints  # (M,) image of each mask, ascending
@@ -57,7 +57,7 @@ class SeenSurface:
         self.is_seen = np.zeros(len(labels), bool)
 
     def looked_at(self, cameras: list[PinholeCamera]) -> Iterator[tuple[Ints, Floats]]:
-        """Yield, for each camera, the label of each pixel, -1 for none, and the area it shows."""
+        """Yield, for each camera, the label of each pixel (or -1), and the area in each pixel."""
         return chain.from_iterable(map(self._looked_at_by, self._batches(cameras)))
 
     def _batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
@@ -108,10 +108,10 @@ def collect_votes(
 class _ImageVotes(NamedTuple):
     """Votes of one image."""
 
-    masks: Ints  # (A,) index into `ids`; -1 for none
+    masks: Ints  # (A,) index into `ids`; -1: no mask
     regions: Ints  # (A,) region of each area
     areas: Floats  # (A,) > 0
-    ids: Array  # (M,) ids of its masks, ascending
+    ids: Array  # (M,) ids of the masks of the image, ascending
     n_seen: int  # number of pixels that vote
 
 

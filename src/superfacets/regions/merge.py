@@ -34,8 +34,8 @@ def merge_small_regions(
 ) -> RegionEdit:
     """Return labels without small regions.
 
-    While the smallest region is too small, it joins the neighbor with the longest common border. A
-    border in a crease counts less, as in `smooth_borders`.
+    While the smallest region is too small, this region joins the neighbor with the longest common
+    border. Borders in creases count less, as in `smooth_borders`.
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ def merge_small_regions(
     min_size : float
         Smallest area of a region, >= 0, as a fraction of the mean area of the given regions.
     islands : {"keep", "nearest"}
-        What to do with small regions that have no neighbor. ``"keep"``: they stay. ``"nearest"``:
-        they join the region of the face nearest (Euclidean) to their center; this region is then
-        not connected. If all regions are small islands, they stay.
+        What to do with small regions that have no neighbor. ``"keep"``: the regions do not change.
+        ``"nearest"``: they join the region of the face nearest (Euclidean) to their center; the
+        joined region is then not connected. If all regions are small islands, nothing changes.
     weights : array_like, shape (M,), optional
         As for `smooth_borders`.
     weld, n_threads
@@ -58,16 +58,16 @@ def merge_small_regions(
     -------
     RegionEdit
         Regions keep the order of their old labels. ``sources`` holds the old label of the region
-        that others joined. So ``centers[edit.sources]`` are the centers of the new regions if
-        ``centers`` are those of the old ones.
+        that other regions joined. So ``centers[edit.sources]`` are the centers of the new regions,
+        if ``centers`` are the centers of the old regions.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If the labels are not integers, not one per face, below -1, with gaps or all -1, or another
-        parameter is out of range or of the wrong type.
+        If labels are not integers >= -1, one per face, a label 0..K-1 is missing or all are -1, or
+        another parameter is out of range or of the wrong type.
 
     Notes
     -----
@@ -118,7 +118,7 @@ def merge_regions(
 
 
 def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, groups: Ints) -> Ints:
-    """Join each island to the region with the cell nearest to its center; return all roots."""
+    """Join each island to the region with the cell nearest to the island's center."""
     region_of_cell = roots[labels]
     is_wanted = ~np.isin(region_of_cell, islands)
     if not is_wanted.any():
@@ -142,7 +142,7 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
 def _by_group(
     islands: Ints, wanted: Places, region_of_cell: Ints, groups: Ints, n_regions: int
 ) -> Iterator[tuple[Ints, Places]]:
-    """Yield islands and the cells, ascending, whose regions they may join; O(N log N) in all.
+    """Yield islands, and the cells (ascending) whose regions they may join. Time O(N log N).
 
     Islands without such cells are skipped.
     """
@@ -150,7 +150,7 @@ def _by_group(
         yield islands, wanted
         return
     group_of = np.full(n_regions, ANY_GROUP, np.int32)
-    np.maximum.at(group_of, region_of_cell, groups)  # cells of a region: one group, or ANY_GROUP
+    np.maximum.at(group_of, region_of_cell, groups)  # one group per region, or ANY_GROUP
     cells_of = _split_by(wanted, group_of[region_of_cell[wanted]])
     for group, some in _split_by(islands, group_of[islands]).items():
         others = wanted if group == ANY_GROUP else cells_of.get(group)

@@ -25,7 +25,7 @@ _FAR = 0.05
 """Distance beyond which a point of the target is far, as a fraction of the mesh's diagonal."""
 
 _MOST_FAR = 0.1
-"""Fraction of far points of the target above which `transfer` warns."""
+"""`transfer` warns if more than this fraction of the target's points is far."""
 
 
 def transfer(
@@ -36,31 +36,31 @@ def transfer(
     max_distance: float | None = None,
     n_threads: int | None = None,
 ) -> Ints:
-    """Return labels of points, or of the cells of another mesh, from the nearest labeled cells.
+    """Return labels of points, or of cells of another mesh, from the nearest labeled cells.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or mesh-like
-        The labeled cells, as for `segment`. Distances are to the nearest point of a face (not to
-        its centroid), to a point of a cloud, to a tetrahedron (0 inside), or to the position of a
-        cell of a graph.
+        The labeled cells, as for `segment`. Distances are measured to the nearest point of a face
+        (not to its centroid), to a point of a cloud, to a tetrahedron (0 inside), or to the
+        position of a cell of a graph.
     labels : array_like of int, shape (N,)
-        One per face, point or tetrahedron: any integers >= 0, or -1 for no label.
+        One label per face, point or tetrahedron: any integers >= 0, or -1 for no label.
     target : array_like, shape (M, 3), or mesh or cloud like `mesh`
         Finite points, possibly none; or another mesh of the same object, coarser or finer. Points,
         centroids of tetrahedra and cells of a graph get the label of the nearest cell. A face gets
-        the label of most of its area: each of its triangles is sampled at the centroids of 1 to 64
-        equal parts, more for larger triangles.
+        the label with the largest area in the face: each of its triangles is sampled at the
+        centroids of 1 to 64 equal parts, depending on its size.
     max_distance : float, optional
-        Largest distance, >= 0, in the unit of the meshes: beyond it the label is -1. Both meshes
-        must use the same coordinate frame.
+        Largest distance, >= 0, in the unit of the meshes. Beyond this distance the label is -1.
+        Both meshes must use the same coordinate frame.
     n_threads : int, optional
         As for `segment`. The labels do not depend on it.
 
     Returns
     -------
     ndarray of int32, shape (M,)
-        One label per point or cell of the target; -1 beyond `max_distance`, and if the nearest cell
+        One label per point or cell of the target. -1 beyond `max_distance`, or if the nearest cell
         is labeled -1. Ties go to the lowest cell, then to the lowest label.
 
     Warns
@@ -82,10 +82,8 @@ def transfer(
     nearest_faces : indices and distances of the nearest faces.
     vertex_labels : labels of the vertices of the same mesh.
 
-    Notes
-    -----
-    O(N log N) to build a box tree, and O(log N) per point near the surface. A mesh of M faces is
-    sampled at about N + M + 2 sqrt(N M) points.
+    Notes ----- Time O(N log N) to build a box tree, and O(log N) per point near the surface. A mesh
+    of M faces is sampled at about N + M + 2 sqrt(N M) points.
 
     Examples
     --------
@@ -136,7 +134,7 @@ def _as_target(target: Any) -> Any:
 
 
 def _are_points(target: Any) -> bool:
-    """Return whether the target is an array or list of points, not a pair of vertices and faces."""
+    """Return whether the target is an array or list of points (a mesh may be a pair of arrays)."""
     if not isinstance(target, (list, tuple)):
         return isinstance(target, np.ndarray)
     return len(target) != 2 or np.ndim(target[0]) == 1

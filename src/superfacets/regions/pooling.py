@@ -1,4 +1,4 @@
-"""Stage 5: reduce values of cells to one value per region, and spread them back."""
+"""Stage 5: reduce values of cells to one value per region, and copy region values to cells."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Pooling = Literal["mean", "sum", "max", "min", "majority"]
 _POOLINGS = ("mean", "sum", "max", "min", "majority")
 
 _ROWS_AT_ONCE = 1 << 14
-"""Rows gathered at a time. Rows of 64 numbers then fit in a cache of 8 MB."""
+"""Number of rows processed at a time. Rows of 64 numbers then fit into a cache of 8 MB."""
 
 
 def pool(
@@ -45,29 +45,29 @@ def pool(
     Parameters
     ----------
     values : array_like of numbers or bools, shape (N,) or (N, F)
-        One value or row per cell. If ``cells`` have vertices, also one per vertex, shape (V,) or
-        (V, F). The area of a cell is then shared equally among its corners, and each corner
-        contributes the value of its vertex. If N equals V, values belong to cells.
+        One value or row per cell or, if ``cells`` have vertices, per vertex: shape (V,) or (V, F).
+        Values of vertices count with equal parts of the areas of the cells around each vertex. If N
+        equals V, values belong to cells.
     labels : array_like of int, shape (N,)
         Regions 0..K-1, each at least once. Cells labeled -1 are ignored. For labels of vertices,
-        as superpoints, give values of vertices and no ``cells``.
+        such as superpoints, pass values of vertices and no ``cells``.
     how : {"mean", "sum", "max", "min", "majority"}
-        ``"mean"`` and ``"sum"`` weight each value by the area of its cell, so that the sum is an
-        integral over the region; all weights are 1 if neither ``cells`` nor ``measures`` are given.
+        ``"mean"`` and ``"sum"`` weight each value by the area of its cell, so the sum is an
+        integral over the region. All weights are 1 if neither ``cells`` nor ``measures`` are given.
         ``"max"`` and ``"min"`` do not depend on areas. ``"majority"`` is the value with the largest
-        total area, and the lowest such value in a tie. It needs integers or bools; -1 means
-        unknown, and is the result only if a region has no known value.
+        total area; ties go to the lowest value. It needs integers or bools; -1 means unknown, and
+        is the result only if a region has no known value.
     cells : Mesh or mesh-like, or CellGraph, optional
         The labeled cells, as for `segment`. Their areas (volumes of tetrahedra) are the weights.
     measures : array_like, shape (N,), optional
-        The weights, >= 0, in place of ``cells``.
+        Weights, >= 0, in place of ``cells``.
 
     Returns
     -------
     ndarray, shape (K,) or (K, F)
         float64 for means and sums; else the dtype of `values`. If all cells of a region have area
         0, its mean is unweighted. A NaN makes the mean, sum, maximum and minimum of its region NaN.
-        The mean of equal numbers is exactly that number.
+        The mean of equal numbers is exactly this number.
 
     Raises
     ------
@@ -77,15 +77,11 @@ def pool(
         If the shapes of values, labels and measures do not match, a dtype is wrong, `how` is
         unknown, or both ``cells`` and ``measures`` are given.
 
-    See Also
-    --------
-    unpool : the inverse: spread values of regions to cells.
-    snap : replace noisy labels by the majority in each region.
+    See Also -------- unpool : the reverse: copy values of regions to cells. snap : replace noisy
+    labels by the majority in each region.
 
-    Notes
-    -----
-    O(N log N) to sort the labels and O(N F) for the values. Sums are in double precision and in a
-    fixed order.
+    Notes ----- Time O(N log N) to sort the labels and O(N F) for the values. Sums have double
+    precision and a fixed order.
 
     Examples
     --------
@@ -166,24 +162,24 @@ def snap(
     *,
     cells: MeshLike | CloudLike | CellGraph | None = None,
 ) -> Ints:
-    """Return labels of cells after a majority vote in each region, which removes noise.
+    """Return labels of cells after a majority vote in each region, to remove noise.
 
     Parameters
     ----------
     noisy_labels : array_like of int, shape (N,)
-        Predicted classes, for example of a network: any integers from 0; gaps are allowed. -1 means
-        unknown: such cells do not vote, and get the label of their region.
+        Predicted classes, for example from a network: any integers >= 0. Cells labeled -1 (unknown)
+        do not vote, and get the label of their region.
     regions : array_like of int, shape (N,)
         Regions 0..K-1, each at least once, as returned by `segment`. Cells in region -1 do not
         vote and keep their labels.
     cells : Mesh or mesh-like, or CellGraph, optional
-        The labeled cells. Each cell votes with its area (volume); by default all votes are equal.
+        The labeled cells. Each cell votes with its area (volume). By default all votes are equal.
 
     Returns
     -------
     ndarray of int32, shape (N,)
-        The label with the largest total area in the region of each cell, and the lowest such label
-        in a tie; -1 in regions where no cell has a label.
+        The label with the largest total area in the region of each cell; ties go to the lowest
+        label. -1 in regions without labeled cells.
 
     Raises
     ------
@@ -215,14 +211,14 @@ class _Members:
     regions: npt.NDArray[np.integer]  # region of each member
     rows: npt.NDArray[np.integer]  # row in the values of each member
     weights: Floats | None  # one per member; None: all are 1
-    starts: Longs  # (K + 1,) first member of each region; no region is empty
+    starts: Longs  # (K + 1,) first member of each region; every region has members
 
     @property
     def n_regions(self) -> int:
         return len(self.starts) - 1
 
     def blocks(self) -> Iterator[tuple[slice, slice, Longs]]:
-        """Yield ranges of regions and of their members, and where each region starts in these."""
+        """Yield ranges of regions and of their members, and the start of each region in a range."""
         first = 0
         while first < self.n_regions:
             end = self.starts[first] + _ROWS_AT_ONCE
@@ -243,7 +239,7 @@ def _members_of(
     weights: Floats | None,
     source: Cells | CellGraph | None,
 ) -> _Members:
-    """Sort cells by region; or corners of cells if there is one value per vertex."""
+    """Sort cells by region; sort corners of cells if there is one value per vertex."""
     rows: npt.NDArray[np.integer] | None = None
     if len(values) != len(labels):
         n_vertices = getattr(source, "n_vertices", None)
@@ -270,7 +266,7 @@ def _means(table: Array, members: _Members) -> Floats:
     with np.errstate(invalid="ignore", over="ignore"):  # of infinite values
         for regions, inside, starts in members.blocks():
             part = table[members.rows[inside]].astype(np.float64, copy=False)
-            # Averaging differences from one value makes the mean of equal values exact.
+            # Averaging differences to one value makes the mean of equal values exact.
             base = np.where(np.isfinite(part[starts]), part[starts], 0.0)
             part -= np.repeat(base, np.diff(starts, append=len(part)), axis=0)
             part *= weights[inside, np.newaxis]
@@ -315,7 +311,7 @@ def _extremes(operation: np.ufunc, table: Array, members: _Members) -> Array:
 
 
 def _majorities(column: Array, members: _Members) -> Array:
-    """Return the value with the largest weight in each region, -1 if no value is known."""
+    """Return the value with the largest weight in each region; -1 if no value is known."""
     votes, names = _codes(column[members.rows])
     regions, weights = members.regions, members.weights
     if weights is None:
@@ -328,7 +324,7 @@ def _majorities(column: Array, members: _Members) -> Array:
 
 
 def _codes(values: Array) -> tuple[Ints, Array | None]:
-    """Encode integers as int32 codes in the same order, -1 as -1; return the value of each code.
+    """Encode integers as int32 codes in the same order (-1 stays -1), and return their values.
 
     The values are None if each code is its own value.
     """
@@ -363,7 +359,7 @@ def _checked_source(cells: Any, measures: Any) -> Cells | CellGraph | None:
 
 
 def _count(labels: npt.ArrayLike, source: Cells | CellGraph | None) -> int:
-    """The expected number of labels."""
+    """Return the expected number of labels."""
     if source is None:
         return int(np.size(labels))
     return source.n_cells

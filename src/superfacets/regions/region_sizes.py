@@ -17,15 +17,16 @@ from .smooth import MAX_DISTANCE, SmoothOptions, straighten
 
 SPREAD = 0.2
 """Largest relative deviation of balanced regions from their goals, unless single cells are larger.
-On the benchmark models at k = 150 the undersegmentation error is 0.135, compactness 4.50, and the
-coefficient of variation of areas 0.09. With 0.15, the three are 0.139, 4.5 and 0.083."""
+On the benchmark models at k = 150 the undersegmentation error is 0.135, compactness is 4.50, and
+the coefficient of variation of areas is 0.09. With a deviation of 0.15, they are 0.139, 4.5 and
+0.083."""
 
 
 class Goals(NamedTuple):
     """Target sizes of regions; the size of a region is the sum of the sizes of its cells."""
 
-    sizes: Floats  # (N,) of the cells
-    goals: Floats  # (K,) of the regions
+    sizes: Floats  # (N,) size of each cell
+    goals: Floats  # (K,) target size of each region
     bounds: tuple[float, float] = (0.0, math.inf)  # smallest and largest size
     is_exact: bool = False  # whether regions must reach their goals, even in several pieces
 
@@ -77,7 +78,7 @@ def settle(
 ) -> tuple[Ints, Ints]:
     """Return labels with sizes of regions within their limits, and centers in these regions.
 
-    Moved cells make borders rough; `smoothing` smooths them once more. Raises a MeshError if a
+    Moved cells make borders rough, so `smoothing` is applied once more. Raises a MeshError if a
     region is out of its bounds.
     """
     positions, measures = costs.surface.positions, costs.surface.measures
@@ -94,10 +95,10 @@ def settle(
 
 
 def move_to_goals(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
-    """Return labels with sizes of regions within their limits, as far as possible.
+    """Return labels with sizes of regions within their limits, if possible.
 
-    Cells move from too large regions to smaller ones, along shortest paths of neighboring regions.
-    Regions stay connected, unless an exact size is impossible otherwise.
+    Cells move from regions that are too large to smaller regions, along shortest paths of
+    neighboring regions. Regions stay connected, unless an exact size is impossible otherwise.
     """
     lows, highs = goals.limits
     return _core.move_cells(

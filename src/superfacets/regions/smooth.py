@@ -16,21 +16,21 @@ from ..cells.cell_graph import CellGraph
 from .edit import BorderCosts, LabeledPart
 
 MAX_DISTANCE = 1.0
-"""Default of `max_distance`, in r. On the benchmark models at 0.6, 1 and 1.3, compactness is 4.59,
-4.49 and 4.44, and the undersegmentation error 0.1232, 0.1237 and 0.1254."""
+"""Default of `max_distance`, in r. On the benchmark models with 0.6, 1 and 1.3, compactness is
+4.59, 4.49 and 4.44, and the undersegmentation error is 0.1232, 0.1237 and 0.1254."""
 
 MAX_CHAIN = 8
 """Largest number of faces that move at once. With 1, 4, 8 and 16, compactness is 4.80, 4.60, 4.57
 and 4.56."""
 
 MAX_SWEEPS = 10
-"""Largest number of sweeps. Most meshes need 4; the limit makes the time linear on all meshes."""
+"""Largest number of sweeps. Most meshes need 4 sweeps. The limit makes the time linear."""
 
 
 ROUNDNESS = 0.13
-"""Weight of second moments relative to changes of area, in 1 / r^2. With 0, at k = 150, the
-undersegmentation error is lower by 0.0006 and compactness higher by 0.01, but the median elongation
-of regions of a square grid is 1.25 instead of 1.19."""
+"""Weight of second moments relative to changes of area, in 1 / r^2. With 0 at k = 150, the
+undersegmentation error is 0.0006 lower and compactness is 0.01 higher, but the median elongation of
+regions of a square grid is 1.25 instead of 1.19."""
 
 
 SmoothArgs: TypeAlias = tuple[
@@ -52,7 +52,7 @@ class SmoothOptions(NamedTuple):
         radius, n_threads = costs.radius, costs.surface.n_threads
         stiffness = self.stiffness / radius
         roundness = ROUNDNESS * stiffness / radius / radius
-        if not math.isfinite(roundness):  # r underflows: regions are single cells
+        if not math.isfinite(roundness):  # r is so small that regions are single cells
             stiffness = roundness = 0.0
         limits = self.max_distance * radius, self.max_chain, MAX_SWEEPS
         return (*costs.args, labels, fixed, *limits, stiffness, roundness, n_threads)
@@ -75,31 +75,31 @@ def smooth_borders(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Ints:
-    r"""Return labels with straight borders where the surface is smooth, and in creases elsewhere.
+    r"""Return labels with straight borders on smooth surface, and with borders in creases.
 
-    Chains of up to eight faces move to a neighboring region as long as this lowers the cost of the
+    Chains of up to eight faces move to a neighboring region while this lowers the cost of the
     borders. The cost of a border is the sum over its edges of
 
     .. math:: |e| \exp\left(-\frac{w - g}{6 r}\right)
 
-    with w the weight of the arc across the edge, g the distance between the two centroids over its
+    with w the weight of the arc across the edge, g the distance between the two centroids via its
     midpoint (eq. 1) and r the expected radius of a region. The difference w - g is the cost of
     crossing the crease, so borders in creases are cheap. This cost alone shrinks small regions, and
-    on regular grids it does not prefer round regions to long ones. A stiffness s prevents both. It
-    adds a term of the areas A of the regions and of their initial areas :math:`A_0` and centroids
+    on regular grids allows long regions. A stiffness s prevents both by an additional cost, which
+    depends on the areas A of the regions and on their initial areas :math:`A_0` and centroids
     :math:`x_0`:
 
     .. math:: \frac{s}{r} \sum_i \left( \frac{(A_i - A_{0,i})^2}{2 A_{0,i}}
         + \frac{0.13}{r^2} \int_i |x - x_{0,i}|^2 dA \right)
 
     Connected faces of a region stay connected, and no region vanishes. The test for connectivity is
-    local, so at edges of three or more faces it rejects some moves that would be valid.
+    local, so it rejects some valid moves at edges of three or more faces.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells. A cell of a graph moves only if its neighbors in
-        its region are connected among themselves.
+        its region are connected with each other.
     labels : array_like of int, shape (N,)
         0..K-1, each at least once. Cells labeled -1 are in no region and keep this label.
     weights : array_like, shape (M,), optional
@@ -108,9 +108,9 @@ def smooth_borders(
     centers : array_like of int, optional
         Distinct faces that keep their labels.
     max_distance : float, default 1.0
-        Largest distance that a border moves, >= 0, in r: the path length, in the given weights,
-        from a face to the border of the region that it joins. Creases make paths long, so borders
-        stay in creases.
+        Largest distance that a border moves, >= 0, in r. It is the path length, in the given
+        weights, from a moved face to the initial border of its new region. Creases make paths long,
+        so borders stay in creases.
     stiffness : float, default 0.0
         Resistance, >= 0, of regions to changes of their area and position. `segment` uses 1.5.
     weld, n_threads
@@ -119,8 +119,8 @@ def smooth_borders(
     Returns
     -------
     ndarray of int32, shape (N,)
-        0..K-1, each at least once, and -1 where the given label is -1. Of moves with equal gain,
-        the one of the face with the lower index comes first.
+        0..K-1, each at least once, and -1 where the given label is -1. Among moves with equal gain,
+        the face with the lowest index moves first.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def smooth_borders(
 
 BALANCED_STIFFNESS = 15.0
 """Stiffness of regions with target sizes, in 1 / r. With 5, 15 and 30, the coefficient of variation
-of areas before `move_to_goals` is 0.16, 0.13 and 0.12; 30 also raises compactness by 0.1."""
+of areas before `move_to_goals` is 0.16, 0.13 and 0.12. With 30, compactness is 0.1 higher."""
 
 BALANCED_SWEEPS = 20
 """Largest number of sweeps for regions with target sizes."""
@@ -170,9 +170,9 @@ def straighten(
     options: SmoothOptions,
     goals: tuple[Floats, Floats] | None = None,
 ) -> Ints:
-    """Return smoothed labels of checked arguments.
+    """Return smoothed labels; the arguments are checked.
 
-    Goals are the sizes of cells and the target sizes of regions.
+    `goals` holds the sizes of cells and the target sizes of regions.
     """
     args = options.args(costs, labels, fixed)
     if goals is None or not goals[1].sum() > 0:

@@ -1,4 +1,4 @@
-"""Stage 5: one submesh per region, with maps to the whole mesh."""
+"""Stage 5: split a mesh into one submesh per region, with maps to the whole mesh."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..mesh.cells import Cells
 
 
 class Submesh(NamedTuple):
-    """A part of a mesh, with maps to the whole.
+    """A part of a mesh, with maps to the whole mesh.
 
     Attributes
     ----------
@@ -27,9 +27,10 @@ class Submesh(NamedTuple):
         The part, of the same class as the whole. Cells and vertices keep their order, and unused
         vertices are removed. Points keep their normals and colors.
     cells : ndarray of int32
-        Index in the whole of each face (tetrahedron, point) of the part, ascending.
+        Index in the whole mesh of each face (tetrahedron, point) of the part, ascending.
     vertices : ndarray of int32
-        Index in the whole of each vertex of the part, ascending. Equal to ``cells`` for a cloud.
+        Index in the whole mesh of each vertex of the part, ascending. Equal to ``cells`` for a
+        cloud.
     """
 
     mesh: Cells
@@ -56,7 +57,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     Raises
     ------
     MeshError
-        If the mesh is not valid, or if all faces of the region lie at one point.
+        If the mesh is not valid, or all vertices of the region are at one position.
     ValueError, TypeError
         If labels are not integers >= -1, one per cell, a label 0..K-1 is missing, or `region` does
         not exist.
@@ -87,12 +88,12 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     Yields
     ------
     Submesh
-        In the order of the labels, made one at a time. Total time O(N log N).
+        In the order of the labels, each made on request. Total time O(N log N).
 
     Raises
     ------
     MeshError, ValueError, TypeError
-        As for `submesh`. Errors in cells or labels are raised by the call, before iteration.
+        As for `submesh`. The call raises errors in cells or labels before iteration.
 
     Examples
     --------
@@ -111,7 +112,7 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
 
 
 def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
-    """Yield all parts; vertices are numbered and extents checked once for all of them.
+    """Yield all parts; vertices are numbered, and extents are checked, for all parts at once.
 
     The cells of part i are ``order[starts[i]:starts[i + 1]]``.
     """
@@ -150,7 +151,7 @@ class Splitter:
         self._whole = whole
         self._corners = kind_of(whole).corners(whole)
         n_vertices = 0 if self._corners is None else whole.n_vertices
-        # Number in the current part of each of its vertices; other entries are undefined.
+        # Number of each vertex within the current part. Entries of other vertices are undefined.
         self._numbers = np.empty(n_vertices, dtype=np.int32)
 
     def part(self, cells: Ints) -> Submesh:

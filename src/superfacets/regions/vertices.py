@@ -24,8 +24,8 @@ METHODS = ("majority", "creases")
 """Methods of `vertex_labels`."""
 
 LEAST_IN_FILES = 20
-"""Minimum number of vertices of a region in files for networks: the default of ScanNet's segmenter
-(segMinVerts), on whose output these networks are trained."""
+"""Minimum number of vertices of a region in files for networks. It is the default (segMinVerts) of
+ScanNet's segmenter, whose output these networks are trained on."""
 
 
 def vertex_labels(
@@ -43,22 +43,23 @@ def vertex_labels(
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
         As for `segment`. For a point cloud the result equals `labels`.
     labels : array_like of int, shape (N,)
-        One per face or tetrahedron, or -1 for none. Gaps are allowed.
+        One label per face or tetrahedron, or -1 for no label. Gaps are allowed.
     method : {"majority", "creases"}, default "majority"
         ``"majority"``: the label with the largest total area (volume) of the cells at the vertex;
-        the lowest label in a tie. A region may lose all vertices, or end up in several pieces.
-        Vertices are not welded. A polygon that contains a vertex twice counts twice.
+        ties go to the lowest label. A region may have no vertices, or several pieces. Vertices are
+        not welded. A polygon that contains a vertex twice counts twice.
 
-        ``"creases"``: borders run along creases. A vertex whose cells share one label keeps it, and
-        vertices between regions are labeled in the order of edge weights (see Notes). Each region
-        keeps at least one vertex if there are enough vertices. A region of connected cells stays
+        ``"creases"``: borders follow creases. A vertex gets the label of its cells if they have the
+        same label. Other vertices are labeled in the order of edge weights (see Notes). Each region
+        has at least one vertex if there are enough vertices. A region of connected cells stays
         connected along the edges of the mesh: only its largest piece keeps the label. Unconnected
         cells with the same label are treated as separate regions. Vertices at the same position are
         welded, and share a label.
     min_vertices : int, default 1
         With ``"creases"``, smaller regions grow to this number of vertices. They take vertices
         across the edges with the lowest weights, from regions that stay connected and keep
-        `min_vertices`. If there are none, as in a small component, the region stays small.
+        `min_vertices`. If there are no such regions, as in a small component, the region stays
+        small.
     n_threads : int, optional
         As for `segment`; labels do not depend on it.
 
@@ -75,16 +76,14 @@ def vertex_labels(
         If labels are not integers >= -1, one per cell, or another parameter is out of range or of
         the wrong type.
 
-    Notes
-    -----
-    The normal n_i of a vertex is the mean of the unit normals of its faces. The weight of an edge
-    is max(0, 1 - n_i . n_j), squared if the edge is convex: n_j . (x_j - x_i) > 0 or
-    n_i . (x_i - x_j) > 0. Edges are visited in ascending order of weight; in a tie, edges inside a
-    majority region come first. Each edge gives both ends the same label, unless both already have
-    one. So borders end up in the edges of highest weight: the concave creases. In a volume all
-    weights are equal.
+    Notes ----- The normal n_i of a vertex is the mean of the unit normals of its faces. The weight
+    of an edge is max(0, 1 - n_i . n_j), squared if the edge is convex: n_j . (x_j - x_i) > 0 or n_i
+    . (x_i - x_j) > 0. Edges are visited in ascending order of weight; in a tie, edges inside a
+    majority region come first. Each edge gives both ends the same label, unless both ends already
+    have a label. So borders are at the edges of highest weight, which are the concave creases. In a
+    volume all weights are equal.
 
-    Time is linear in the number of corners; ``"creases"`` takes less than 0.2 s per million faces
+    Time is linear in the number of corners. ``"creases"`` takes less than 0.2 s per million faces
     on two cores.
 
     References
@@ -125,10 +124,10 @@ def vertex_labels(
 
 
 def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return an id for each vertex, for files of networks, with borders along creases.
+    """Return an id for each vertex, with borders along creases, for files of networks.
 
-    Regions grow to `LEAST_IN_FILES` vertices where possible. Labels are >= 0, gaps allowed. Each
-    unused vertex gets its own id, above all labels.
+    Regions grow to `LEAST_IN_FILES` vertices if possible. Labels are >= 0, and gaps are allowed.
+    Each unused vertex gets its own id, above all labels.
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
@@ -139,7 +138,7 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Map labels 0..K-1 to names; each vertex labeled -1 gets its own id, above all names."""
+    """Map labels 0..K-1 to names. Each vertex labeled -1 gets its own id, above all names."""
     ids = names.astype(np.int64)[labels]
     unused = np.flatnonzero(labels < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
