@@ -1,9 +1,6 @@
 // Bindings of the base layer: selection of lists, scopes that keep threads and heap memory,
 // elementary functions of arrays, and properties of the build for tests.
-#include <algorithm>
-#include <optional>
 
-#include "base/assert.hpp"
 #include "base/elementary.hpp"
 #include "base/heap.hpp"
 #include "base/lists.hpp"

@@ -8,11 +8,9 @@
 
 #include <tuple>
 #include <type_traits>
-#include <utility>
 
 #include "base/buffer.hpp"
 #include "base/team_scope.hpp"
-#include "base/threads.hpp"
 #include "base/types.hpp"
 
 namespace superfacets {

@@ -4,7 +4,6 @@
 
 #include <new>
 
-#include "base/threads.hpp"
 #include "bindings/bindings.hpp"
 #include "clustering/coarse_tile.hpp"
 #include "clustering/coarsening.hpp"

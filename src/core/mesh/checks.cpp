@@ -1,12 +1,6 @@
 #include "mesh/checks.hpp"
 
-#include <algorithm>
-#include <atomic>
-#include <mutex>
-
-#include "base/assert.hpp"
 #include "base/box.hpp"
-#include "base/buffer.hpp"
 
 namespace superfacets {
 namespace {

@@ -1,9 +1,7 @@
 // The corners of all cells of a mesh, one cell after the other.
 #pragma once
 
-#include <cstdint>
 #include <iterator>
-#include <span>
 
 #include "base/types.hpp"
 

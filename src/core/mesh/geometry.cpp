@@ -1,10 +1,8 @@
 #include "mesh/geometry.hpp"
 
-#include <algorithm>
 #include <array>
 #include <limits>
 
-#include "base/assert.hpp"
 #include "base/point_block.hpp"
 #include "base/versions.hpp"
 

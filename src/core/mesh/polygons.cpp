@@ -1,9 +1,5 @@
 #include "mesh/polygons.hpp"
 
-#include <algorithm>
-#include <utility>
-
-#include "base/assert.hpp"
 #include "base/box.hpp"
 #include "mesh/geometry.hpp"
 

@@ -5,12 +5,10 @@
 // by boxes therefore has the same result, bit for bit, as a comparison with all shapes.
 #pragma once
 
-#include <algorithm>
 #include <tuple>
 #include <utility>
 
 #include "base/box.hpp"
-#include "base/types.hpp"
 
 namespace superfacets {
 

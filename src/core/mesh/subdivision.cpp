@@ -9,14 +9,10 @@
 // grids suitable for adaptive and multigrid techniques", 1984.
 #include "mesh/subdivision.hpp"
 
-#include <algorithm>
-#include <atomic>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
-#include <vector>
 
-#include "base/assert.hpp"
 #include "base/lists.hpp"
 
 namespace superfacets {

@@ -1,9 +1,5 @@
 #include "mesh/vertex_graph.hpp"
 
-#include <algorithm>
-#include <utility>
-
-#include "base/assert.hpp"
 #include "base/lists.hpp"
 
 namespace superfacets {

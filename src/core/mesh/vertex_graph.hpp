@@ -1,12 +1,8 @@
 // The graph of vertices joined by edges, and smoothing of positions on this graph.
 #pragma once
 
-#include <cstdint>
-#include <span>
-
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
-#include "base/types.hpp"
 #include "mesh/corner_lists.hpp"
 
 namespace superfacets {

@@ -1,9 +1,5 @@
 #include "mesh/vertex_normals.hpp"
 
-#include <algorithm>
-#include <vector>
-
-#include "base/assert.hpp"
 #include "mesh/polygons.hpp"
 
 namespace superfacets {

@@ -1,10 +1,7 @@
 // Normals of vertices, and weights of edges computed from these normals.
 #pragma once
 
-#include <algorithm>
-
 #include "base/buffer.hpp"
-#include "base/types.hpp"
 #include "mesh/corner_lists.hpp"
 
 namespace superfacets {

@@ -1,13 +1,9 @@
 #include "mesh/weld.hpp"
 
 #include <array>
-#include <atomic>
 #include <bit>
-#include <cmath>
 #include <limits>
-#include <utility>
 
-#include "base/assert.hpp"
 #include "base/prefetch.hpp"
 
 namespace superfacets {

@@ -1,15 +1,9 @@
 // A tree of bounding boxes over the cells in their order on the space-filling curve.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <span>
-#include <utility>
-#include <vector>
 
-#include "base/assert.hpp"
 #include "base/box.hpp"
 #include "base/threads.hpp"
 

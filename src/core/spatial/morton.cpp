@@ -1,12 +1,8 @@
 #include "spatial/morton.hpp"
 
-#include <algorithm>
 #include <array>
-#include <mutex>
 #include <numeric>
-#include <utility>
 
-#include "base/assert.hpp"
 #include "base/lists.hpp"
 
 namespace superfacets {

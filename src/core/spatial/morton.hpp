@@ -5,7 +5,6 @@
 #include "base/box.hpp"
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
-#include "base/types.hpp"
 
 namespace superfacets {
 

@@ -2,9 +2,7 @@
 
 #include <array>
 #include <limits>
-#include <utility>
 
-#include "base/assert.hpp"
 #include "mesh/shapes.hpp"
 #include "spatial/box_tree.hpp"
 #include "spatial/morton.hpp"

@@ -1,9 +1,7 @@
 #include "spatial/neighbor_search.hpp"
 
-#include <algorithm>
 #include <array>
 
-#include "base/assert.hpp"
 #include "spatial/morton.hpp"
 
 namespace superfacets {

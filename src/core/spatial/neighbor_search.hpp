@@ -1,12 +1,7 @@
 // Finds the nearest neighbors of all points of a cloud.
 #pragma once
 
-#include <utility>
-#include <vector>
-
 #include "base/buffer.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
 #include "spatial/box_tree.hpp"
 
 namespace superfacets {

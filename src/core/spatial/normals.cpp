@@ -1,7 +1,6 @@
 #include "spatial/normals.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace superfacets {
 namespace {

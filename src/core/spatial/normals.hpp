@@ -1,8 +1,6 @@
 // Normals of points, estimated from their neighbors.
 #pragma once
 
-#include <span>
-
 #include "base/types.hpp"
 
 namespace superfacets {

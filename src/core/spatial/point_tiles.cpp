@@ -1,9 +1,7 @@
 #include "spatial/point_tiles.hpp"
 
-#include <algorithm>
 #include <numeric>
 
-#include "base/assert.hpp"
 #include "spatial/neighbor_search.hpp"
 #include "spatial/normals.hpp"
 

@@ -1,12 +1,8 @@
 #include "spatial/ray_thickness.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <memory>
-#include <utility>
-#include <vector>
 
 #include "base/elementary.hpp"
 #include "spatial/box_tree.hpp"

@@ -1,11 +1,7 @@
 #include "spatial/sorted_mesh.hpp"
 
-#include <algorithm>
 #include <bit>
-#include <utility>
-#include <vector>
 
-#include "base/assert.hpp"
 #include "base/prefetch.hpp"
 #include "mesh/weld.hpp"
 #include "spatial/morton.hpp"

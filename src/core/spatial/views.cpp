@@ -1,10 +1,6 @@
 #include "spatial/views.hpp"
 
-#include <algorithm>
-#include <atomic>
-#include <cmath>
 #include <limits>
-#include <vector>
 
 namespace superfacets {
 namespace {

@@ -1,9 +1,6 @@
 // Finds the triangle that a pinhole camera sees in each pixel.
 #pragma once
 
-#include <cstdint>
-#include <span>
-
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"

@@ -1,10 +1,7 @@
 #include "study/vsa.hpp"
 
-#include <algorithm>
 #include <set>
-#include <utility>
 
-#include "base/assert.hpp"
 #include "base/box.hpp"
 #include "mesh/geometry.hpp"
 

@@ -3,10 +3,7 @@
 // region, and floods assign labels.
 #pragma once
 
-#include <vector>
-
 #include "base/buffer.hpp"
-#include "base/types.hpp"
 #include "cells/arcs.hpp"
 
 namespace superfacets {

@@ -1,11 +1,8 @@
 #include "text/binary_rows.hpp"
 
-#include <algorithm>
 #include <cstring>
 #include <numeric>
 #include <type_traits>
-
-#include "base/assert.hpp"
 
 namespace superfacets {
 namespace {

@@ -1,9 +1,6 @@
 // Reads rows of binary tables.
 #pragma once
 
-#include <cstdint>
-#include <span>
-
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 

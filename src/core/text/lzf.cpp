@@ -1,8 +1,6 @@
 #include "text/lzf.hpp"
 
-#include <cstddef>
 #include <cstring>
-#include <utility>
 
 namespace superfacets {
 namespace {

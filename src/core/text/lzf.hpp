@@ -1,9 +1,6 @@
 // Decompression of LZF, the compression of point clouds in PCD files.
 #pragma once
 
-#include <cstdint>
-#include <span>
-
 #include "base/buffer.hpp"
 
 namespace superfacets {

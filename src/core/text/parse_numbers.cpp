@@ -1,12 +1,10 @@
 #include "text/parse_numbers.hpp"
 
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <numeric>
 #include <system_error>
 
-#include "base/assert.hpp"
 #include "text/scan_lines.hpp"
 
 // Some standard libraries have no from_chars for floating point: libc++ before version 20, and

@@ -1,10 +1,7 @@
 // Parses numbers written as text.
 #pragma once
 
-#include <cstdint>
-#include <span>
 #include <string_view>
-#include <vector>
 
 #include "base/buffer.hpp"
 #include "base/threads.hpp"

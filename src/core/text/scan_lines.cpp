@@ -1,11 +1,7 @@
 #include "text/scan_lines.hpp"
 
-#include <algorithm>
 #include <cstring>
 #include <limits>
-#include <utility>
-
-#include "base/assert.hpp"
 
 namespace superfacets {
 namespace {

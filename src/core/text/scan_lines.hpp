@@ -1,11 +1,8 @@
 // Finds the lines of a text, and the keyword that each line begins with.
 #pragma once
 
-#include <cstdint>
-#include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
