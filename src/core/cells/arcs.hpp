@@ -1,8 +1,6 @@
 // The arcs between cells in CSR form, with the loops over them.
 #pragma once
 
-#include <algorithm>
-
 #include "base/assert.hpp"
 #include "base/types.hpp"
 

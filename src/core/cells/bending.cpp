@@ -1,10 +1,6 @@
 #include "cells/bending.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-
-#include "base/assert.hpp"
 
 namespace superfacets {
 namespace {

@@ -1,13 +1,9 @@
 #include "cells/face_graph.hpp"
 
-#include <algorithm>
 #include <array>
-#include <atomic>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
-#include "base/assert.hpp"
 #include "base/lists.hpp"
 #include "base/prefetch.hpp"
 

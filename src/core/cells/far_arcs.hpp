@@ -1,7 +1,6 @@
 // Stage 2: arcs between cells that are a few steps apart.
 #pragma once
 
-#include "base/threads.hpp"
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {

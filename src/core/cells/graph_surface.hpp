@@ -2,7 +2,6 @@
 // tetrahedra.
 #pragma once
 
-#include "base/assert.hpp"
 #include "cells/surface.hpp"
 
 namespace superfacets {

@@ -1,9 +1,5 @@
 #include "cells/majority.hpp"
 
-#include <algorithm>
-#include <vector>
-
-#include "base/assert.hpp"
 #include "base/radix_sort.hpp"
 
 namespace superfacets {

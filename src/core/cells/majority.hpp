@@ -1,9 +1,6 @@
 // Weighted majority of the labels in each group.
 #pragma once
 
-#include <cstdint>
-#include <span>
-
 #include "base/buffer.hpp"
 #include "base/types.hpp"
 

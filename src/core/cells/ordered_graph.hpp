@@ -1,16 +1,8 @@
 // A cell graph laid out for the cache: the input of stages 3 and 4.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
-#include <utility>
-#include <vector>
 
-#include "base/assert.hpp"
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
 #include "cells/arcs.hpp"
 #include "cells/part_prices.hpp"
 #include "spatial/box_tree.hpp"

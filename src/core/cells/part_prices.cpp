@@ -1,9 +1,5 @@
 #include "cells/part_prices.hpp"
 
-#include <cmath>
-#include <utility>
-
-#include "base/assert.hpp"
 #include "base/elementary.hpp"
 
 namespace superfacets {

@@ -2,12 +2,8 @@
 // cells.
 #pragma once
 
-#include <cstddef>
-#include <span>
-
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
-#include "base/types.hpp"
 #include "cells/arcs.hpp"
 
 namespace superfacets {

@@ -1,13 +1,8 @@
 #include "cells/point_graph.hpp"
 
-#include <algorithm>
-#include <atomic>
 #include <numbers>
 #include <numeric>
-#include <utility>
-#include <vector>
 
-#include "base/assert.hpp"
 #include "cells/turning.hpp"
 #include "mesh/weld.hpp"
 #include "spatial/neighbor_search.hpp"

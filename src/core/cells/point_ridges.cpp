@@ -1,12 +1,7 @@
 #include "cells/point_ridges.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <optional>
-#include <utility>
 
-#include "base/assert.hpp"
 #include "cells/weights.hpp"
 
 namespace superfacets {

@@ -1,7 +1,6 @@
 // Sharp convex edges of a cloud.
 #pragma once
 
-#include "base/buffer.hpp"
 #include "cells/bending.hpp"
 
 namespace superfacets {

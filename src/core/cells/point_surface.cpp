@@ -1,6 +1,5 @@
 #include "cells/point_surface.hpp"
 
-#include <algorithm>
 #include <numbers>
 
 #include "base/elementary.hpp"

@@ -3,8 +3,6 @@
 
 #include <unordered_map>
 
-#include "base/assert.hpp"
-#include "base/threads.hpp"
 #include "cells/point_ridges.hpp"
 #include "cells/surface.hpp"
 #include "cells/weights.hpp"

@@ -1,6 +1,5 @@
 #include "cells/polygon_graph.hpp"
 
-#include "base/assert.hpp"
 #include "cells/side_graph.hpp"
 
 namespace superfacets {

@@ -1,8 +1,6 @@
 // Stage 1: the graph of polygons that share an edge.
 #pragma once
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
 #include "cells/face_graph.hpp"
 #include "mesh/polygons.hpp"
 

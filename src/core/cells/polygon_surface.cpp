@@ -1,6 +1,5 @@
 #include "cells/polygon_surface.hpp"
 
-#include <algorithm>
 #include <numeric>
 
 namespace superfacets {

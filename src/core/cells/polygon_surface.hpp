@@ -3,11 +3,7 @@
 
 #include <tuple>
 #include <unordered_map>
-#include <utility>
-#include <vector>
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
 #include "cells/triangle_surface.hpp"
 #include "mesh/polygons.hpp"
 

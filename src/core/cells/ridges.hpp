@@ -2,11 +2,6 @@
 // because they bend a little at each of many edges.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-#include <vector>
-
 #include "cells/surface.hpp"
 #include "cells/weights.hpp"
 

@@ -1,15 +1,8 @@
 // The graph of cells that share a side, for cells whose sides are sets of vertices.
 #pragma once
 
-#include <algorithm>
-#include <atomic>
-#include <mutex>
 #include <tuple>
-#include <utility>
 
-#include "base/assert.hpp"
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
 #include "cells/polygon_graph.hpp"
 
 namespace superfacets {

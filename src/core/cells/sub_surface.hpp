@@ -1,11 +1,6 @@
 // A surface that consists of some cells of another surface, and of some arcs between them.
 #pragma once
 
-#include <algorithm>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
 #include "cells/surface.hpp"
 
 namespace superfacets {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "base/box.hpp"
-#include "base/types.hpp"
 #include "cells/arcs.hpp"
 
 namespace superfacets {

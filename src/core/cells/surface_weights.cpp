@@ -1,10 +1,7 @@
 #include "cells/surface_weights.hpp"
 
-#include <cmath>
-#include <mutex>
 #include <numbers>
 
-#include "base/assert.hpp"
 #include "cells/ridges.hpp"
 
 namespace superfacets {

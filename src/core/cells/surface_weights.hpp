@@ -1,7 +1,6 @@
 // Stage 2 for cells of any kind: eq. 1-3, computed from the measures of arcs.
 #pragma once
 
-#include "base/threads.hpp"
 #include "cells/polygon_surface.hpp"
 #include "cells/weights.hpp"
 

@@ -1,8 +1,6 @@
 #include "cells/tet_graph.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "cells/side_graph.hpp"
 #include "mesh/geometry.hpp"

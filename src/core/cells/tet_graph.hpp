@@ -2,8 +2,6 @@
 // arcs.
 #pragma once
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
 #include "cells/polygon_graph.hpp"
 
 namespace superfacets {

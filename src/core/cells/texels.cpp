@@ -1,15 +1,8 @@
 #include "cells/texels.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <numeric>
-#include <optional>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
 
 namespace superfacets {
 namespace {

@@ -1,9 +1,6 @@
 // Texels under the triangles of a textured mesh: their colors, and an image of region ids.
 #pragma once
 
-#include <cstdint>
-#include <span>
-
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"

@@ -1,9 +1,6 @@
 #include "cells/triangle_surface.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <utility>
 
 #include "base/elementary.hpp"
 

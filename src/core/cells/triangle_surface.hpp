@@ -1,7 +1,6 @@
 // Triangles as cells: the measures of arcs between faces that share an edge.
 #pragma once
 
-#include "base/assert.hpp"
 #include "base/prefetch.hpp"
 #include "cells/surface.hpp"
 #include "mesh/geometry.hpp"

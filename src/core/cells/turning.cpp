@@ -1,10 +1,6 @@
 #include "cells/turning.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <numeric>
-
-#include "base/assert.hpp"
 
 namespace superfacets {
 namespace {

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <tuple>
-#include <utility>
-#include <vector>
 
 #include "base/buffer.hpp"
 #include "base/types.hpp"

@@ -1,11 +1,6 @@
 #include "cells/walk.hpp"
 
-#include <algorithm>
 #include <numeric>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
 
 namespace superfacets {
 namespace {

@@ -1,11 +1,8 @@
 // Orders the cells of each region along the surface.
 #pragma once
 
-#include <span>
-
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
-#include "base/types.hpp"
 #include "cells/arcs.hpp"
 
 namespace superfacets {

@@ -1,13 +1,8 @@
 #include "cells/weights.hpp"
 
 #include <array>
-#include <atomic>
-#include <cstdint>
-#include <mutex>
 #include <type_traits>
-#include <utility>
 
-#include "base/buffer.hpp"
 #include "base/elementary.hpp"
 #include "base/point_block.hpp"
 #include "base/prefetch.hpp"

@@ -1,13 +1,8 @@
 // Stage 2: the length of each arc (eq. 1-3 of the paper), and its rounding to whole units.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <numbers>
 
-#include "base/assert.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
 #include "base/versions.hpp"
 #include "cells/triangle_surface.hpp"
 

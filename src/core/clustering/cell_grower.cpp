@@ -1,9 +1,5 @@
 #include "clustering/cell_grower.hpp"
 
-#include <algorithm>
-#include <utility>
-
-#include "base/assert.hpp"
 #include "base/prefetch.hpp"
 
 namespace superfacets {

@@ -1,8 +1,6 @@
 // Divides a range of places into small connected cells around centers.
 #pragma once
 
-#include <vector>
-
 #include "cells/ordered_graph.hpp"
 #include "cells/weights.hpp"
 #include "paths/radix_heap.hpp"

@@ -1,12 +1,5 @@
 #include "clustering/classification.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <mutex>
-#include <utility>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 
 Classification::Classification(const OrderedGraph& graph, double reach, Islands islands,

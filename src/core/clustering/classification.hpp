@@ -1,9 +1,6 @@
 // Stage 4a: computes labels from centers.
 #pragma once
 
-#include <optional>
-#include <vector>
-
 #include "clustering/islands.hpp"
 #include "paths/expansion.hpp"
 #include "paths/halting.hpp"

@@ -1,11 +1,7 @@
 // The coarse cells of one range of places, and the arcs that leave them.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <tuple>
-#include <utility>
-#include <vector>
 
 #include "base/elementary.hpp"
 #include "base/prefetch.hpp"

@@ -1,8 +1,5 @@
 #include "clustering/coarse_tile.hpp"
 
-#include <algorithm>
-
-#include "base/assert.hpp"
 #include "clustering/coarse_ranges.hpp"
 
 namespace superfacets {

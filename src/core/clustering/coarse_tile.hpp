@@ -1,10 +1,6 @@
 // Builds the coarse cells of one tile of a graph that is too large for memory.
 #pragma once
 
-#include <vector>
-
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
 #include "cells/ordered_graph.hpp"
 #include "cells/surface.hpp"
 

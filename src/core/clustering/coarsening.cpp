@@ -1,9 +1,7 @@
 #include "clustering/coarsening.hpp"
 
-#include <algorithm>
 #include <numeric>
 
-#include "base/assert.hpp"
 #include "clustering/nearest_members.hpp"
 
 namespace superfacets {

@@ -2,11 +2,6 @@
 // all centers are too far away.
 #pragma once
 
-#include <vector>
-
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {

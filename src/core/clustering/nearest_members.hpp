@@ -1,8 +1,6 @@
 // Finds the cell of a region nearest to a point, for many regions.
 #pragma once
 
-#include <vector>
-
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {

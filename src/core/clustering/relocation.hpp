@@ -2,8 +2,6 @@
 // regions that gain much from a second center.
 #pragma once
 
-#include <vector>
-
 #include "cells/ordered_graph.hpp"
 #include "paths/expansion.hpp"
 

@@ -1,10 +1,5 @@
 #include "clustering/sums.hpp"
 
-#include <algorithm>
-#include <cmath>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 namespace {
 

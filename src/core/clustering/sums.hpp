@@ -5,8 +5,6 @@
 
 #include <array>
 
-#include "base/box.hpp"
-#include "base/types.hpp"
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {

@@ -1,10 +1,5 @@
 #include "clustering/update.hpp"
 
-#include <atomic>
-#include <mutex>
-#include <utility>
-
-#include "base/assert.hpp"
 #include "clustering/nearest_members.hpp"
 
 namespace superfacets {

@@ -1,9 +1,6 @@
 // Stage 4b: computes centers from labels.
 #pragma once
 
-#include <algorithm>
-#include <vector>
-
 #include "cells/ordered_graph.hpp"
 #include "clustering/sums.hpp"
 

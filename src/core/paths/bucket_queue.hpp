@@ -6,14 +6,8 @@
 // to a RadixHeap.
 #pragma once
 
-#include <algorithm>
 #include <bit>
-#include <cstddef>
-#include <utility>
-#include <vector>
 
-#include "base/assert.hpp"
-#include "base/types.hpp"
 #include "cells/weights.hpp"
 
 namespace superfacets {

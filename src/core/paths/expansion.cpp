@@ -2,9 +2,7 @@
 
 #include <array>
 #include <bit>
-#include <utility>
 
-#include "base/assert.hpp"
 #include "base/prefetch.hpp"
 
 namespace superfacets {

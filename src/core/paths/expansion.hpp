@@ -1,10 +1,7 @@
 // Shortest paths from all centers at once, on several threads.
 #pragma once
 
-#include <algorithm>
-#include <atomic>
 #include <limits>
-#include <vector>
 
 #include "cells/ordered_graph.hpp"
 #include "paths/bucket_queue.hpp"

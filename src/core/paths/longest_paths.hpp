@@ -2,7 +2,6 @@
 #pragma once
 
 #include <tuple>
-#include <vector>
 
 #include "cells/ordered_graph.hpp"
 #include "paths/expansion.hpp"

@@ -1,10 +1,8 @@
 #include "paths/path_lengths.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <numeric>
 
-#include "base/assert.hpp"
 #include "paths/source_paths.hpp"
 
 namespace superfacets {

@@ -2,8 +2,6 @@
 // cuts. No other functions need memory quadratic in the number of cells.
 #pragma once
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {

@@ -2,10 +2,8 @@
 // each key pushed must be at least the last key popped, as in Dijkstra's algorithm.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <bit>
-#include <vector>
 
 #include "base/assert.hpp"
 #include "base/types.hpp"

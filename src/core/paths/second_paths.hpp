@@ -1,11 +1,7 @@
 // Computes the path from each place to its second-nearest center.
 #pragma once
 
-#include <vector>
-
-#include "base/buffer.hpp"
 #include "base/lists.hpp"
-#include "base/threads.hpp"
 #include "cells/ordered_graph.hpp"
 #include "paths/expansion.hpp"
 #include "paths/radix_heap.hpp"

@@ -1,12 +1,6 @@
 // Shortest paths from one place, up to a bound that the caller sets.
 #pragma once
 
-#include <algorithm>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
-#include "base/buffer.hpp"
 #include "cells/ordered_graph.hpp"
 #include "paths/bucket_queue.hpp"
 #include "paths/expansion.hpp"

@@ -1,9 +1,5 @@
 #include "paths/tile_paths.hpp"
 
-#include <algorithm>
-#include <cmath>
-
-#include "base/assert.hpp"
 #include "cells/weights.hpp"
 
 namespace superfacets {

@@ -1,8 +1,6 @@
 // Shortest paths on a graph that is too large for memory, computed tile by tile.
 #pragma once
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
 #include "paths/expansion.hpp"
 
 namespace superfacets {

@@ -1,9 +1,5 @@
 #include "regions/border_field.hpp"
 
-#include <algorithm>
-#include <cmath>
-
-#include "base/assert.hpp"
 #include "regions/rings.hpp"
 
 namespace superfacets {

@@ -1,13 +1,8 @@
 // Stage 5: smooth curves as borders of regions, computed by diffusing labels over vertices.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <vector>
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
 #include "regions/labeled_mesh.hpp"
 
 namespace superfacets {

@@ -1,9 +1,7 @@
 #include "regions/borders.hpp"
 
-#include <algorithm>
 #include <array>
 
-#include "base/assert.hpp"
 #include "base/elementary.hpp"
 #include "base/lists.hpp"
 

@@ -1,15 +1,10 @@
 // Stage 5: borders between regions with their costs, and perimeters of regions.
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
-#include <span>
 #include <tuple>
-#include <vector>
 
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
-#include "base/types.hpp"
 #include "cells/surface.hpp"
 
 namespace superfacets {

@@ -1,11 +1,7 @@
 #include "regions/bridges.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <tuple>
-#include <utility>
-
-#include "base/assert.hpp"
 
 namespace superfacets {
 namespace {

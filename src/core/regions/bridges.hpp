@@ -1,10 +1,6 @@
 // Stage 5: joins connected components by their nearest cells.
 #pragma once
 
-#include <span>
-#include <vector>
-
-#include "base/types.hpp"
 #include "cells/ordered_graph.hpp"
 
 namespace superfacets {

@@ -1,9 +1,7 @@
 #include "regions/chains.hpp"
 
-#include <algorithm>
 #include <array>
 #include <limits>
-#include <utility>
 
 namespace superfacets {
 namespace {

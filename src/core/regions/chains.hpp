@@ -1,12 +1,7 @@
 // Stage 5: chains of cells that move from one region to an adjacent one.
 #pragma once
 
-#include <vector>
-
-#include "base/buffer.hpp"
 #include "base/prefetch.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
 #include "cells/surface.hpp"
 #include "regions/borders.hpp"
 #include "regions/patches.hpp"

@@ -1,13 +1,8 @@
 #include "regions/cut_borders.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
 
 namespace superfacets {
 namespace {

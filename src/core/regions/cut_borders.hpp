@@ -1,9 +1,6 @@
 // Stage 5: regions with smooth borders, which cut through faces.
 #pragma once
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
 #include "regions/border_field.hpp"
 #include "regions/labeled_mesh.hpp"
 

@@ -1,10 +1,5 @@
 #include "regions/graph_segments.hpp"
 
-#include <algorithm>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
 #include "base/radix_sort.hpp"
 #include "regions/vertex_edges.hpp"
 

@@ -1,9 +1,6 @@
 // Stage 5: counts the segments that the usual segmenter of indoor scans would find.
 #pragma once
 
-#include <cstdint>
-#include <span>
-
 #include "base/threads.hpp"
 #include "base/types.hpp"
 

@@ -1,14 +1,10 @@
 #include "regions/join.hpp"
 
-#include <algorithm>
 #include <functional>
 #include <map>
 #include <numeric>
 #include <queue>
 #include <set>
-#include <utility>
-
-#include "base/assert.hpp"
 
 namespace superfacets {
 namespace {

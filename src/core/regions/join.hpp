@@ -1,8 +1,6 @@
 // Stage 5: joins regions to their neighbors.
 #pragma once
 
-#include <vector>
-
 #include "regions/borders.hpp"
 
 namespace superfacets {

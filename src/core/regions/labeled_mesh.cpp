@@ -1,8 +1,5 @@
 #include "regions/labeled_mesh.hpp"
 
-#include <algorithm>
-
-#include "base/assert.hpp"
 #include "mesh/geometry.hpp"
 
 namespace superfacets {

@@ -2,10 +2,7 @@
 // keep.
 #pragma once
 
-#include "base/buffer.hpp"
 #include "base/lists.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
 
 namespace superfacets {
 

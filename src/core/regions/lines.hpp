@@ -1,8 +1,6 @@
 // Stage 5: joins segments of borders into lines.
 #pragma once
 
-#include <vector>
-
 #include "base/types.hpp"
 
 namespace superfacets {

@@ -1,7 +1,5 @@
 #include "regions/merge_tree.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <functional>
 #include <map>
 #include <numbers>

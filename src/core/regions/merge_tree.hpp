@@ -1,9 +1,6 @@
 // Stage 5: merges neighboring regions pair by pair, and records the tree of merges.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "base/types.hpp"
 
 namespace superfacets {

@@ -1,7 +1,5 @@
 #include "regions/patches.hpp"
 
-#include <algorithm>
-
 namespace superfacets {
 namespace {
 

@@ -1,9 +1,6 @@
 // Stage 5: patches: groups of adjacent regions, each processed by one thread.
 #pragma once
 
-#include <vector>
-
-#include "base/types.hpp"
 #include "cells/arcs.hpp"
 
 namespace superfacets {

@@ -1,10 +1,5 @@
 #include "regions/region_graph.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-
-#include "base/assert.hpp"
 #include "base/lists.hpp"
 #include "regions/borders.hpp"
 

@@ -2,11 +2,8 @@
 // neighbors. Cells with kNoLabel belong to no region.
 #pragma once
 
-#include <vector>
-
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
-#include "base/types.hpp"
 #include "cells/surface.hpp"
 
 namespace superfacets {

@@ -1,12 +1,8 @@
 #include "regions/region_sizes.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <numeric>
-#include <utility>
-#include <vector>
 
-#include "base/assert.hpp"
 #include "regions/chains.hpp"
 
 namespace superfacets {

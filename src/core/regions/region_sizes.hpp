@@ -1,11 +1,6 @@
 // Stage 5: brings the sizes of regions into bounds by moving cells along paths of regions.
 #pragma once
 
-#include <span>
-
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
 #include "cells/surface.hpp"
 #include "regions/borders.hpp"
 

@@ -1,7 +1,5 @@
 #include "regions/rings.hpp"
 
-#include "base/assert.hpp"
-
 namespace superfacets {
 
 Buffer<std::uint8_t> cells_at_borders(std::span<const std::int64_t> offsets,

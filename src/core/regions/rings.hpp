@@ -1,10 +1,7 @@
 // Stage 5: finds the cells around borders between regions.
 #pragma once
 
-#include <algorithm>
-
 #include "base/buffer.hpp"
-#include "base/types.hpp"
 #include "cells/arcs.hpp"
 
 namespace superfacets {

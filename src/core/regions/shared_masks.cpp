@@ -1,14 +1,9 @@
 #include "regions/shared_masks.hpp"
 
-#include <algorithm>
 #include <functional>
 #include <numeric>
 #include <queue>
 #include <tuple>
-#include <utility>
-#include <vector>
-
-#include "base/assert.hpp"
 
 namespace superfacets {
 namespace {

@@ -1,9 +1,6 @@
 // Stage 5: joins regions that share masks in images.
 #pragma once
 
-#include <cstdint>
-#include <span>
-
 #include "base/buffer.hpp"
 #include "base/types.hpp"
 

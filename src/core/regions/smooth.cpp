@@ -1,12 +1,8 @@
 #include "regions/smooth.hpp"
 
-#include <algorithm>
-#include <atomic>
 #include <cstring>
 #include <iterator>
-#include <utility>
 
-#include "base/assert.hpp"
 #include "regions/chains.hpp"
 #include "regions/patches.hpp"
 

@@ -1,9 +1,6 @@
 // Stage 5: straightens the borders between regions.
 #pragma once
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
 #include "cells/surface.hpp"
 #include "regions/borders.hpp"
 #include "regions/stiffness.hpp"

@@ -1,9 +1,5 @@
 #include "regions/stiffness.hpp"
 
-#include <algorithm>
-
-#include "base/assert.hpp"
-
 namespace superfacets {
 namespace {
 

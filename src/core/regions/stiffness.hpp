@@ -1,11 +1,7 @@
 // Stage 5: cost of changes of region areas, and of cells far from the centroids of their regions.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "base/threads.hpp"
-#include "base/types.hpp"
 #include "cells/surface.hpp"
 
 namespace superfacets {

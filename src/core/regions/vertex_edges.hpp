@@ -2,11 +2,7 @@
 #pragma once
 
 #include <bit>
-#include <cstdint>
-#include <span>
 
-#include "base/buffer.hpp"
-#include "base/types.hpp"
 #include "cells/components.hpp"
 #include "mesh/vertex_normals.hpp"
 

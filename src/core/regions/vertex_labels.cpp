@@ -1,13 +1,9 @@
 #include "regions/vertex_labels.hpp"
 
-#include <algorithm>
 #include <functional>
 #include <queue>
 #include <tuple>
-#include <utility>
-#include <vector>
 
-#include "base/assert.hpp"
 #include "base/lists.hpp"
 #include "base/radix_sort.hpp"
 

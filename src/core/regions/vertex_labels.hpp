@@ -1,12 +1,6 @@
 // Stage 5: labels of vertices or points, with borders along creases.
 #pragma once
 
-#include <cstdint>
-#include <span>
-
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
-#include "base/types.hpp"
 #include "regions/vertex_edges.hpp"
 
 namespace superfacets {

@@ -1,8 +1,6 @@
 // Diffusion on a graph whose arcs have conductances.
 #pragma once
 
-#include "base/buffer.hpp"
-#include "base/threads.hpp"
 #include "cells/ordered_graph.hpp"
 #include "cells/surface.hpp"
 
