@@ -52,7 +52,7 @@ from .mesh.faces import FaceMesh
 from .regions.connect import connect_regions
 from .regions.edit import BorderCosts
 from .regions.merge import merge_regions
-from .regions.region_sizes import Goals, count_extra_pieces, settle
+from .regions.region_sizes import Goals, settle
 from .regions.smooth import OF_PARTS, SmoothOptions, straighten
 
 PAPER: Mapping[str, Any] = MappingProxyType(
@@ -115,7 +115,7 @@ class Prepared:
     kind: Kind
     cells: Any
     graph: Any
-    found: Any
+    shapes: Any
     order: Ints | None
     """This and the three above as in `OrderedCells`."""
 
@@ -500,7 +500,7 @@ def _plan(work: _Work) -> _Work:
         if sizes is not None:
             sizes.check(plan.size.n_segments)
         share = cells.kind.sliver_share(
-            cells.cells, cells.graph, cells.found, plan.size.radius, n_threads
+            cells.cells, cells.graph, cells.shapes, plan.size.radius, n_threads
         )
     return replace(work, plan=plan, sizes=sizes, sliver_share=share)
 
@@ -513,7 +513,7 @@ def _weigh(work: _Work) -> _Work:
     with work.timed("weights"):
         surface = cells.kind.surface(cells.cells, cells.graph, options.loop.n_threads)
         weights, of_machine_part = cells.kind.weights(
-            surface, cells.graph, cells.found, work.plan.size.radius, options.weights
+            surface, cells.graph, cells.shapes, work.plan.size.radius, options.weights
         )
         if not options.weights.has_other_unit:  # or else border costs will need all of the surface
             surface = cells.kind.bare_surface(surface, cells.cells, cells.graph, surface.n_threads)
@@ -644,7 +644,7 @@ def _sized(
 ) -> Segmentation:
     """Return the result with sizes of regions within limits."""
     labels, centers = settle(costs, result.labels, result.centers, goals, smoothing)
-    n_extra = count_extra_pieces(costs, labels, len(centers)) if goals.is_exact else 0
+    n_extra = costs.surface.extra_pieces(labels, len(centers)) if goals.is_exact else 0
     if n_extra > 0:
         note = f"{counted(n_extra, 'extra piece')}: no connected regions of these sizes were found"
         warnings.warn(note, BalanceWarning, stacklevel=6)

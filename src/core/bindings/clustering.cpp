@@ -6,7 +6,7 @@
 
 #include "bindings/bindings.hpp"
 #include "clustering/coarse_tile.hpp"
-#include "clustering/coarsening.hpp"
+#include "clustering/coarse_graph.hpp"
 #include "clustering/islands.hpp"
 #include "clustering/loose_pieces.hpp"
 #include "clustering/seeding.hpp"

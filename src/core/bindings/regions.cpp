@@ -59,18 +59,10 @@ MergeTree tree_of_merges(Doubles areas, Points positions, Doubles features, Inte
   return merge_tree({areas, positions, features, borders}, {crease_weight, dimension});
 }
 
-Buffer<Label> smoothed(const Surface& surface, Floats lengths, double unit, double crease_scale,
-                       Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
-                       int max_sweeps, double stiffness, double roundness, ThreadTeam& team) {
-  return smooth_borders(surface, {lengths, unit, crease_scale}, labels, fixed,
-                        {max_distance, max_chain, max_sweeps, {stiffness, roundness, {}, {}}},
-                        team);
-}
-
-auto smoothed_to_goals(const Surface& surface, Floats lengths, double unit, double crease_scale,
-                       Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
-                       int max_sweeps, double stiffness, double roundness, int n_threads,
-                       Doubles sizes, Doubles goals) {
+auto smoothed(const Surface& surface, Floats lengths, double unit, double crease_scale,
+              Integers labels, Integers fixed, double max_distance, std::size_t max_chain,
+              int max_sweeps, double stiffness, double roundness, int n_threads, Doubles sizes,
+              Doubles goals) {
   return on_team(labels.size(), n_threads, [&](ThreadTeam& team) {
     return smooth_borders(
         surface, {lengths, unit, crease_scale}, labels, fixed,
@@ -165,12 +157,9 @@ void bind_regions(nb::module_& module) {
   module.def("cells_at_borders", serial(&cells_at_borders), "offsets"_a, "targets"_a, "labels"_a);
   module.def("spread_rings", serial(&spread), "offsets"_a, "corners"_a, "rings"_a);
   module.def("trace_lines", serial(&trace_lines), "partners"_a);
-  module.def("smooth_borders", threaded(&smoothed), "surface"_a, "lengths"_a, "unit"_a,
-             "crease_scale"_a, "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a,
-             "max_sweeps"_a, "stiffness"_a, "roundness"_a, "n_threads"_a);
-  module.def("smooth_to_goals", &smoothed_to_goals, "surface"_a, "lengths"_a, "unit"_a,
-             "crease_scale"_a, "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a,
-             "max_sweeps"_a, "stiffness"_a, "roundness"_a, "n_threads"_a, "sizes"_a, "goals"_a);
+  module.def("smooth_borders", &smoothed, "surface"_a, "lengths"_a, "unit"_a, "crease_scale"_a,
+             "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a, "max_sweeps"_a, "stiffness"_a,
+             "roundness"_a, "n_threads"_a, "sizes"_a, "goals"_a);
   module.def("move_cells", threaded(&moved_cells), "surface"_a, "lengths"_a, "unit"_a,
              "crease_scale"_a, "labels"_a, "sizes"_a, "lows"_a, "highs"_a, "may_split"_a,
              "n_threads"_a);

@@ -25,6 +25,11 @@ Buffer<Cell> order_within_steps(std::span<const Point> positions,
                                 std::span<const std::uint32_t> codes, std::size_t n_together,
                                 ThreadTeam& team);
 
+// Splits cells in refined_morton_order into ranges of at most n_together cells. Each range fills
+// whole octants of the curve, or a part of one octant. `codes` holds the code of each place.
+// Returns the first place of each range, and the number of cells.
+std::vector<Place> octant_ranges(std::span<const std::uint32_t> codes, std::size_t n_together);
+
 // The Morton code of each position. morton_order sorts by code, then by index.
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
                                    ThreadTeam& team);

@@ -82,9 +82,10 @@ class ShapeSearch {
   BoxTree tree_;
 };
 
-template <typename Shape>
-NearestCells find_nearest(const ShapeSearch<Shape>& shapes, std::span<const Point> queries,
-                          double max_distance, ThreadTeam& team) {
+template <typename ShapeOf>
+NearestCells find_nearest(std::int64_t n_shapes, const ShapeOf& shape_of,
+                          std::span<const Point> queries, double max_distance, ThreadTeam& team) {
+  const ShapeSearch<decltype(shape_of(0))> shapes(n_shapes, shape_of, team);
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   const std::size_t n = queries.size();
   NearestCells found{Buffer<Cell>(n), Buffer<double>(n), Buffer<Point>(n)};
@@ -114,8 +115,7 @@ NearestCells nearest_triangles(std::span<const Point> vertices, std::span<const 
     const auto& [a, b, c] = triangles[cell].corners;
     return TriangleShape(vertices[a], vertices[b], vertices[c]);
   };
-  const ShapeSearch<TriangleShape> shapes(std::ssize(triangles), shape_of, team);
-  return find_nearest(shapes, queries, max_distance, team);
+  return find_nearest(std::ssize(triangles), shape_of, queries, max_distance, team);
 }
 
 NearestCells nearest_tets(std::span<const Point> vertices, std::span<const Tet> tets,
@@ -124,15 +124,13 @@ NearestCells nearest_tets(std::span<const Point> vertices, std::span<const Tet> 
     const auto& [a, b, c, d] = tets[cell].corners;
     return TetShape(vertices[a], vertices[b], vertices[c], vertices[d]);
   };
-  const ShapeSearch<TetShape> shapes(std::ssize(tets), shape_of, team);
-  return find_nearest(shapes, queries, max_distance, team);
+  return find_nearest(std::ssize(tets), shape_of, queries, max_distance, team);
 }
 
 NearestCells nearest_points(std::span<const Point> points, std::span<const Point> queries,
                             double max_distance, ThreadTeam& team) {
   const auto shape_of = [&](std::int64_t cell) { return PointShape{points[cell]}; };
-  const ShapeSearch<PointShape> shapes(std::ssize(points), shape_of, team);
-  return find_nearest(shapes, queries, max_distance, team);
+  return find_nearest(std::ssize(points), shape_of, queries, max_distance, team);
 }
 
 }  // namespace superfacets

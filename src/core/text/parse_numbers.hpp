@@ -30,7 +30,8 @@ struct ParsedLines {
 // more.
 ParsedLines<double> parse_doubles(const LineSpans& lines, ThreadTeam& team);
 
-// Parses integers. Integers out of range are not supported.
+// Parses integers. Integers out of range are not supported. Integer is int32 or int64, here and in
+// the other functions.
 template <typename Integer>
 ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team);
 
@@ -42,14 +43,5 @@ ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team);
 // Parses the second integer of each token, in the format of parse_corners; 0 if it is missing.
 template <typename Integer>
 ParsedLines<Integer> parse_second_indices(const LineSpans& lines, ThreadTeam& team);
-
-extern template ParsedLines<std::int32_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
-extern template ParsedLines<std::int64_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
-extern template ParsedLines<std::int32_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
-extern template ParsedLines<std::int64_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
-extern template ParsedLines<std::int32_t> parse_second_indices(const LineSpans& lines,
-                                                               ThreadTeam& team);
-extern template ParsedLines<std::int64_t> parse_second_indices(const LineSpans& lines,
-                                                               ThreadTeam& team);
 
 }  // namespace superfacets

@@ -153,9 +153,7 @@ def sharp_edges(
     angle : float, default 30
         In degrees, above 0 and at most 180. Convex and concave edges that bend by at least this
         angle are sharp. A flat edge has 0, and the edges of a cube have 90.
-    weld : bool, default True
-        As for `segment`.
-    n_threads : int, optional
+    weld, n_threads
         As for `segment`.
 
     Returns

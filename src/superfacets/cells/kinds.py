@@ -60,7 +60,7 @@ class OrderedCells(NamedTuple):
 
     cells: Any  # of the same class as the source
     graph: Any
-    found: Any
+    shapes: Any
     """Measures that only the weights of this kind need."""
     order: Ints | None
     """Index of each cell in the source; None: 0 to N - 1."""
@@ -122,13 +122,13 @@ class Kind:
         return options
 
     def weights(
-        self, surface: Surface, graph: Any, found: Any, radius: float, options: WeightOptions
+        self, surface: Surface, graph: Any, shapes: Any, radius: float, options: WeightOptions
     ) -> Weighed:
         """Return one weight per arc, the same in both directions."""
         return step_weights(surface, options, self.plural)
 
     def sliver_share(
-        self, cells: Any, graph: Any, found: Any, radius: float, n_threads: int
+        self, cells: Any, graph: Any, shapes: Any, radius: float, n_threads: int
     ) -> float:
         """Return the share of the measure in slivers: cells long and thin compared with regions."""
         return 0.0
@@ -196,15 +196,15 @@ class _Faces(Kind):
         return Surface.of_faces(cells, graph, n_threads)
 
     def weights(
-        self, surface: Surface, graph: Any, found: FaceShapes, radius: float,
+        self, surface: Surface, graph: Any, shapes: FaceShapes, radius: float,
         options: WeightOptions,
     ) -> Weighed:  # fmt: skip
-        return arc_weights(surface, graph, radius, options, found.normals)
+        return arc_weights(surface, graph, radius, options, shapes.normals)
 
     def sliver_share(
-        self, cells: FaceMesh, graph: FaceGraph, found: FaceShapes, radius: float, n_threads: int
+        self, cells: FaceMesh, graph: FaceGraph, shapes: FaceShapes, radius: float, n_threads: int
     ) -> float:
-        return sliver_share(cells, graph, found.longest, radius, n_threads)
+        return sliver_share(cells, graph, shapes.longest, radius, n_threads)
 
     def measures(self, cells: FaceMesh, n_threads: int) -> Floats:
         return measure_faces(cells, n_threads)[1]
@@ -303,7 +303,7 @@ class _Points(Kind):
         return options if graph.knows_turns else options.counting_both_turns()
 
     def weights(
-        self, surface: Surface, graph: Any, found: Any, radius: float, options: WeightOptions
+        self, surface: Surface, graph: Any, shapes: Any, radius: float, options: WeightOptions
     ) -> Weighed:
         return arc_weights(surface, graph, radius, options)
 

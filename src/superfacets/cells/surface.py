@@ -100,6 +100,10 @@ class Surface(CsrArcs):
     def _cells(self) -> tuple[Floats, Floats]:
         return self.handle.cells(self.n_threads)
 
+    def extra_pieces(self, labels: Ints, n_regions: int) -> int:
+        """Return the number of connected pieces of regions minus the number of regions."""
+        return _core.find_components(*self.arcs, labels)[1] - n_regions
+
 
 def face_surface(
     mesh: FaceMesh, graph: FaceGraph, n_threads: int

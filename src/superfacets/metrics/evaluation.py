@@ -27,7 +27,7 @@ from .overlap import (
     rand_index,
     undersegmentation_error,
 )
-from .shape import compactness_of, explained_variation_of, extra_pieces_of
+from .shape import compactness_of, explained_variation_of
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def _of_volume(
 def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, float]:
     return {
         "n_regions": n_regions,
-        "n_extra_pieces": extra_pieces_of(surface, regions, n_regions),
+        "n_extra_pieces": surface.extra_pieces(regions, n_regions),
         "compactness": compactness_of(surface, regions, n_regions),
     }
 

@@ -130,9 +130,3 @@ def _squares_over(vectors: Floats, areas: Floats) -> float:
     squared = np.einsum("ij,ij->i", vectors, vectors)
     has_area = areas > 0
     return float((squared[has_area] / areas[has_area]).sum())
-
-
-def extra_pieces_of(surface: Surface, labels: Ints, n_regions: int) -> int:
-    """Return the number of connected pieces minus the number of regions."""
-    _, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
-    return n_pieces - n_regions

@@ -106,12 +106,6 @@ def move_to_goals(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
     )
 
 
-def count_extra_pieces(costs: BorderCosts, labels: Ints, n_regions: int) -> int:
-    """Return the number of connected pieces of regions minus the number of regions."""
-    surface = costs.surface
-    return _core.find_components(surface.offsets, surface.neighbors, labels)[1] - n_regions
-
-
 def recentered(centers: Ints, labels: Ints, positions: Floats, measures: Floats) -> Ints:
     """Replace each center outside its region by the cell nearest to the region's centroid."""
     centers = centers.copy()

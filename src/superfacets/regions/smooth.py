@@ -162,6 +162,9 @@ of areas before `move_to_goals` is 0.16, 0.13 and 0.12. With 30, compactness is 
 BALANCED_SWEEPS = 20
 """Largest number of sweeps for regions with target sizes."""
 
+NO_SIZES = np.empty(0)
+"""Argument for the core: no target sizes."""
+
 
 def straighten(
     costs: BorderCosts,
@@ -176,7 +179,7 @@ def straighten(
     """
     args = options.args(costs, labels, fixed)
     if goals is None or not goals[1].sum() > 0:
-        return _core.smooth_borders(*args)
+        return _core.smooth_borders(*args, NO_SIZES, NO_SIZES)
     unit = _core.sum_of(costs.surface.measures, costs.surface.n_threads) / goals[1].sum()
     stiff = BALANCED_SWEEPS, BALANCED_STIFFNESS / costs.radius, *args[10:]
-    return _core.smooth_to_goals(*args[:8], *stiff, unit * goals[0], unit * goals[1])
+    return _core.smooth_borders(*args[:8], *stiff, unit * goals[0], unit * goals[1])

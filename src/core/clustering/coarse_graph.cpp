@@ -1,4 +1,4 @@
-#include "clustering/coarsening.hpp"
+#include "clustering/coarse_graph.hpp"
 
 #include <numeric>
 
