@@ -39,7 +39,7 @@ from .cells.weights import stk02_weights as stk02_weights
 from .cells.weights import superfacet_weights as superfacet_weights
 from .clustering.classification import Classification as Classification
 from .clustering.classification import classify as classify
-from .clustering.loop import segment_graph as segment_graph
+from .clustering.graph_segmentation import segment_graph as segment_graph
 from .clustering.seeding import place_seeds as place_seeds
 from .clustering.segmentation import Level as Level
 from .clustering.segmentation import Segmentation as Segmentation

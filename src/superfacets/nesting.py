@@ -20,7 +20,7 @@ from .cells.cell_graph import CellGraph
 from .cells.constraints import ANY_GROUP, ConstraintOptions
 from .cells.features import FeatureOptions
 from .cells.kinds import graph_and_surface
-from .clustering.loop import segment_graph
+from .clustering.graph_segmentation import segment_graph
 from .clustering.segmentation import Segmentation
 from .errors import IslandWarning
 from .pipeline import segment

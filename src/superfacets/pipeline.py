@@ -39,8 +39,8 @@ from .cells.parts import PART_CREASE_SCALE, SPARE, PartPrices, groups_to_embed
 from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.balance import Balancer, SizeRules
+from .clustering.graph_segmentation import coarsened, segment_cells
 from .clustering.graphs import has_small_regions
-from .clustering.loop import coarsened, segment_cells
 from .clustering.plan import Plan, Start
 from .clustering.segmentation import Segmentation
 from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
@@ -517,7 +517,7 @@ def _weigh(work: _Work) -> _Work:
         )
         if not options.weights.has_other_unit:  # or else border costs will need all of the surface
             surface = cells.kind.bare_surface(surface, cells.cells, cells.graph, surface.n_threads)
-    cells = replace(cells, found=None)
+    cells = replace(cells, shapes=None)
     work = replace(work, options=options, surface=surface, weights=weights, prepared=cells)
     return replace(work, of_machine_part=of_machine_part).relocating()
 

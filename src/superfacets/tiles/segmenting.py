@@ -22,8 +22,8 @@ from ..cells.parts import PART_CREASE_SCALE, SPARE
 from ..cells.point_graph import checked_viewpoint
 from ..cells.size import size_of_total, sliver_note
 from ..cells.weights import WeightName, WeightOptions
+from ..clustering.graph_segmentation import coarsened, segment_cells
 from ..clustering.graphs import AnyGraph, can_be_coarse, has_small_regions
-from ..clustering.loop import coarsened, segment_cells
 from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
 from ..errors import MeshError, SliverWarning
