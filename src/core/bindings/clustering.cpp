@@ -5,8 +5,8 @@
 #include <new>
 
 #include "bindings/bindings.hpp"
-#include "clustering/coarse_tile.hpp"
 #include "clustering/coarse_graph.hpp"
+#include "clustering/coarse_tile.hpp"
 #include "clustering/islands.hpp"
 #include "clustering/loose_pieces.hpp"
 #include "clustering/seeding.hpp"

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "base/elementary.hpp"
+#include "base/lists.hpp"
 #include "base/prefetch.hpp"
 #include "cells/ordered_graph.hpp"
 #include "clustering/cell_grower.hpp"
@@ -42,28 +43,6 @@ RangeCells divide_range(const OrderedGraph& fine, CellGrower& grower, Place begi
   }
   return cells;
 }
-
-// The places of a range, grouped by coarse cell, in ascending order within each group.
-class RangeMembers {
- public:
-  template <typename CellOf>
-  RangeMembers(Place begin, Place end, std::size_t n_cells, const CellOf& cell_of)
-      : ends_(n_cells, 0), places_(end - begin) {
-    for (Place place = begin; place < end; ++place) ++ends_[cell_of(place)];
-    Place total = 0;
-    for (Place& count : ends_) total += std::exchange(count, total);
-    for (Place place = begin; place < end; ++place) places_[ends_[cell_of(place)]++] = place;
-  }
-
-  std::span<const Place> of(std::size_t cell) const {
-    const Place begin = cell == 0 ? 0 : ends_[cell - 1];
-    return std::span(places_).subspan(begin, ends_[cell] - begin);
-  }
-
- private:
-  std::vector<Place> ends_;
-  std::vector<Place> places_;
-};
 
 // Keeps the shortest of parallel arcs, sorted by target.
 inline void remove_parallel(std::vector<Arc>& arcs) {
@@ -108,15 +87,16 @@ RangeArcs connect_range(std::pair<Place, Place> range,
   const OrderedGraph& fine = lengths.fine;
   const auto [begin, end] = range;
   const auto [first, n_cells] = first_and_number;
-  const RangeMembers members(begin, end, n_cells, [&, first = first](Place place) {
-    return static_cast<std::size_t>(coarse_of(place) - first);
-  });
+  const auto add_places = [&, begin = begin, end = end, first = first](const auto& add) {
+    for (Place place = begin; place < end; ++place) add(coarse_of(place) - first, place);
+  };
+  const Lists<Place> members = group<Place>(static_cast<std::int64_t>(n_cells), add_places);
   RangeArcs connected;
   std::vector<Arc> leaving;
   for (std::size_t cell = 0; cell < n_cells; ++cell) {
     const Cell from = first + static_cast<Cell>(cell);
     leaving.clear();
-    for (const Place place : members.of(cell)) {
+    for (const Place place : members[static_cast<std::int64_t>(cell)]) {
       if (place + 64 < fine.n_cells()) prefetch(fine.arcs_of(place + 64).data());
       for (const Arc& arc : fine.arcs_of(place)) {
         const Cell to = coarse_of(arc.to);

@@ -19,20 +19,20 @@ constexpr std::size_t kFewestColors = 8;
 
 class PatchMaker {
  public:
-  PatchMaker(const Arcs& arcs, std::span<const Label> labels, const GroupedCells& border)
+  PatchMaker(const Arcs& arcs, std::span<const Label> labels, const Lists<Cell>& border)
       : arcs_(arcs),
         labels_(labels),
         border_(border),
         least_cells_(
-            std::clamp(std::ssize(border.cells) / kManyPatches, kSmallestPatch, kLargestPatch)),
-        last_seen_by_(border.n_groups(), kNoPatch),
+            std::clamp(std::ssize(border.entries) / kManyPatches, kSmallestPatch, kLargestPatch)),
+        last_seen_by_(border.n_lists(), kNoPatch),
         n_cells_(kFewestColors, 0),
         last_forbidden_by_(kFewestColors, kNoPatch) {
-    patches_.of_region.assign(border.n_groups(), kNoPatch);
+    patches_.of_region.assign(border.n_lists(), kNoPatch);
   }
 
   Patches make() {
-    for (Label region = 0; region < border_.n_groups(); ++region) {
+    for (Label region = 0; region < border_.n_lists(); ++region) {
       if (patches_.of_region[region] != kNoPatch) continue;
       for (Label seed = region; seed != kNoLabel;) seed = grow(seed);
     }
@@ -53,7 +53,7 @@ class PatchMaker {
     while (n_taken < reached_.size() && n_cells < least_cells_) {
       const Label region = reached_[n_taken++];
       patches_.of_region[region] = patch;
-      n_cells += std::ssize(border_.of(region));
+      n_cells += std::ssize(border_[region]);
       reach_neighbors(region, patch);
     }
     patches_.colors.push_back(choose_color(patch, n_cells));
@@ -61,7 +61,7 @@ class PatchMaker {
   }
 
   void reach_neighbors(Label region, Patch patch) {
-    for (const Cell cell : border_.of(region)) {
+    for (const Cell cell : border_[region]) {
       for (const Cell neighbor : arcs_.neighbors(cell)) {
         const Label other = labels_[neighbor];
         if (last_seen_by_[other] == patch) continue;
@@ -92,7 +92,7 @@ class PatchMaker {
 
   const Arcs& arcs_;
   const std::span<const Label> labels_;
-  const GroupedCells& border_;
+  const Lists<Cell>& border_;
   const std::int64_t least_cells_;  // minimum number of border cells per patch
   Patches patches_;
   std::vector<Label> reached_;         // regions of the current patch, and regions adjacent to it
@@ -103,7 +103,7 @@ class PatchMaker {
 
 }  // namespace
 
-Patches make_patches(const Arcs& arcs, std::span<const Label> labels, const GroupedCells& border) {
+Patches make_patches(const Arcs& arcs, std::span<const Label> labels, const Lists<Cell>& border) {
   return PatchMaker(arcs, labels, border).make();
 }
 

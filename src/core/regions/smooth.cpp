@@ -73,29 +73,39 @@ class Smoother {
   }
 
   void run(int max_sweeps) {
-    for (int sweep = 0; sweep < max_sweeps && !cells_.cells.empty(); ++sweep) {
+    for (int sweep = 0; sweep < max_sweeps && cells_.entries.size() > 0; ++sweep) {
       for (const std::vector<Patch>& patches : patches_.of_color) sweep_patches(patches);
       cells_ = by_patch(take_border_cells());
     }
   }
 
  private:
-  using Lists = std::vector<std::vector<Cell>>;
+  using BorderCells = std::vector<std::vector<Cell>>;
 
-  Lists take_border_cells() {
+  BorderCells take_border_cells() {
     return waiting_.take_if([&](Cell cell) { return regions_.is_at_border(cell); }, team_);
   }
 
-  GroupedCells by_region(const Lists& lists) const {
+  template <typename GroupOf>
+  static Lists<Cell> grouped(const BorderCells& lists, std::int64_t n_groups,
+                             const GroupOf& group_of) {
+    return group<Cell>(n_groups, [&](const auto& add) {
+      for (const std::vector<Cell>& list : lists) {
+        for (const Cell cell : list) add(group_of(cell), cell);
+      }
+    });
+  }
+
+  Lists<Cell> by_region(const BorderCells& lists) const {
     const std::span<const Label> labels = regions_.labels();
     // All regions count, even without cells at borders: a region may be adjacent to another by
     // one-way arcs into it.
     const Label n_regions = *std::ranges::max_element(labels) + 1;
-    return group_cells(lists, [&](Cell cell) { return labels[cell]; }, n_regions);
+    return grouped(lists, n_regions, [&](Cell cell) { return labels[cell]; });
   }
 
-  GroupedCells by_patch(const Lists& lists) const {
-    return group_cells(lists, [&](Cell cell) { return patch_of(cell); }, patches_.n_patches());
+  Lists<Cell> by_patch(const BorderCells& lists) const {
+    return grouped(lists, patches_.n_patches(), [&](Cell cell) { return patch_of(cell); });
   }
 
   Patch patch_of(Cell cell) const { return patches_.of_region[regions_.label(cell)]; }
@@ -105,7 +115,7 @@ class Smoother {
   void sweep_patches(const std::vector<Patch>& patches) {
     tasks_.clear();
     std::copy_if(patches.begin(), patches.end(), std::back_inserter(tasks_),
-                 [&](Patch patch) { return !cells_.of(patch).empty(); });
+                 [&](Patch patch) { return !cells_[patch].empty(); });
     std::vector<std::vector<AreaChange>> changes(tasks_.size());
     team_.for_each(std::ssize(tasks_), [&](std::int64_t task, int thread) {
       sweep_patch(tasks_[task], movers_[thread]);
@@ -115,7 +125,7 @@ class Smoother {
   }
 
   void sweep_patch(Patch patch, ChainMover& mover) {
-    const std::span<const Cell> cells = cells_.of(patch);
+    const std::span<const Cell> cells = cells_[patch];
     for (std::size_t i = 0; i < cells.size(); ++i) {
       prefetch_ahead(cells, i);
       const Cell cell = cells[i];
@@ -144,7 +154,7 @@ class Smoother {
   WaitingCells waiting_;
   ThreadTeam& team_;
   Patches patches_;
-  GroupedCells cells_;  // chain starts of this sweep, by patch
+  Lists<Cell> cells_;  // chain starts of this sweep, by patch
   std::vector<Patch> tasks_;
   std::vector<ChainMover> movers_;  // one per thread
 };
