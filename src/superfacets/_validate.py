@@ -558,7 +558,8 @@ def hint_at_vertices(n_labels: int, n_vertices: int | None) -> str:
     """The end of the message on a wrong number of labels, if it is that of the vertices."""
     if n_labels != n_vertices:
         return ""
-    return ", as many as the vertices: give labels of faces, or transfer them"
+    call = "superfacets.transfer(mesh.vertices, labels, mesh)"
+    return f", as many as the vertices: {call} gives labels of faces"
 
 
 def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None) -> Longs:
