@@ -578,12 +578,14 @@ def compact_partial_labels(
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 
-def compact_complete(labels: Any, n_cells: int, name: str = "labels") -> tuple[Ints, int]:
+def compact_complete(
+    labels: Any, n_cells: int, name: str = "labels", n_vertices: int | None = None
+) -> tuple[Ints, int]:
     """Labels of 0 and up, renamed to 0..K-1 in their order, and K; a MeshError if one is below 0.
 
     This is for metrics, which would count cells without a region as one more region.
     """
-    array = checked_any_labels(labels, n_cells)
+    array = checked_any_labels(labels, n_cells, n_vertices)
     refuse_first(array < 0, name, array, "metrics need each cell in a region, 0 and up", MeshError)
     ranks, names = ranked_labels(array)
     return ranks, len(names)
