@@ -158,7 +158,7 @@ def cut_borders(
     triangles, polygons = cut_into_triangles(surface)
     old = Mesh(surface.vertices, triangles)
     of_triangles = array if polygons is None else np.ascontiguousarray(array[polygons])
-    cut, is_kept = _cut_until_sound(_Regions.of(old, of_triangles, n_regions, weld, threads))
+    cut, is_kept = _cut_until_sound(_RegionsToCut.of(old, of_triangles, n_regions, weld, threads))
     vertices, faces, new_labels, sources = cut
     sources = sources if polygons is None else polygons[sources].astype(np.int32)
     new_labels[new_labels == n_regions] = -1
@@ -170,7 +170,7 @@ _Cut = tuple[Floats, Ints, Ints, Ints]
 
 
 @dataclass(frozen=True, eq=False)
-class _Regions:
+class _RegionsToCut:
     """Regions to cut; faces in no region form one more region."""
 
     mesh: Mesh
@@ -183,7 +183,9 @@ class _Regions:
     n_threads: int
 
     @classmethod
-    def of(cls, mesh: Mesh, labels: Ints, n_regions: int, weld: bool, n_threads: int) -> _Regions:
+    def of(
+        cls, mesh: Mesh, labels: Ints, n_regions: int, weld: bool, n_threads: int
+    ) -> _RegionsToCut:
         """Return the regions of checked labels, -1 for faces in none."""
         whole = np.where(labels < 0, n_regions, labels).astype(np.int32)
         lowest = lowest_vertices(mesh.vertices, weld, n_threads)
@@ -236,7 +238,7 @@ class _Regions:
         return touching
 
 
-def _cut_until_sound(regions: _Regions) -> tuple[_Cut, Bools]:
+def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
     """Cut repeatedly, until there is no fault; regions with faults keep their faces afterwards.
 
     A kept region has no fault, because the vertices of its faces are pinned, so its label does not
