@@ -314,7 +314,7 @@ def test_cells_in_no_region_are_no_region():
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
     tets = TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
     labels, hole = [0, 0, 1, 1], [0, -1, 1, 1]
-    message = r"\[1\] is -1; metrics need each cell in a region"
+    message = r"\[1\] is -1; metrics need a region for each cell"
     for measure in (compactness, explained_variation, evaluate):
         with pytest.raises(MeshError, match="labels" + message):
             measure(mesh, hole)
