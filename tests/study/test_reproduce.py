@@ -262,14 +262,17 @@ def test_nothing_that_succeeds_is_an_error(run, benchmark, tmp_path):
     status, _, stderr = run(benchmark, "-o", tmp_path / "out", *FAST, "--ks", "1000")
     assert status == 1
     assert re.fullmatch(
-        r"superfacets: error: every run failed; the first: .*n_segments.*\n", stderr
+        r"superfacets: error: every run failed; the first failure: .*n_segments.*\n", stderr
     )
 
 
 def test_a_budget_ends_the_run_and_what_is_missing_is_named(run, benchmark, tmp_path):
     out = tmp_path / "out"
     status, _, stderr = run(benchmark, "-o", out, *FAST, "--budget-minutes", 0)
-    assert (status, stderr) == (1, "superfacets: error: no run was started within the budget\n")
+    assert (status, stderr) == (
+        1,
+        "superfacets: error: no run was started within --budget-minutes: allow more minutes\n",
+    )
     run(benchmark, "-o", out, *FAST, "--ks", "5")
     status, stdout, stderr = run(benchmark, "-o", out, *FAST, "--budget-minutes", 0)
     assert status == 0
@@ -279,7 +282,7 @@ def test_a_budget_ends_the_run_and_what_is_missing_is_named(run, benchmark, tmp_
         "superfacets: note: not started within the budget: stk02 on 1, 21, 400, 2 (20 runs)",
     ]
     assert sum(row["status"] == "missing" for row in rows_of(out)) == 44
-    assert "44 runs were not started within the budget" in (out / "index.html").read_text()
+    assert "44 runs not started within the budget" in (out / "index.html").read_text()
 
 
 def test_the_page_holds_all_it_shows(run, benchmark, tmp_path):
@@ -373,7 +376,7 @@ def test_curves_are_compared_over_the_models_that_all_have():
         (("--methods", "magic"), "--methods: there is no 'magic', only superfacets, "),
         (("--ks", "5,many"), "expected whole numbers >= 1, got 'many'"),
         (("--ks", "0"), "expected whole numbers >= 1, got '0'"),
-        (("--figures", "6", "--methods", "metis"), "nothing to run: no figure that was asked for"),
+        (("--figures", "6", "--methods", "metis"), "nothing to run: no requested figure"),
         (("--figures", "1"), "nothing to run"),
         (("--jobs", "0"), "'0' is not a whole number of 1 or more"),
         (("--budget-minutes", "-1"), "is not in the range"),
@@ -478,7 +481,10 @@ def rendering_or_skip():
 def test_figure_1_without_meshes_is_left_out_and_said(run, benchmark, tmp_path):
     out = tmp_path / "out"
     assert run(benchmark, "-o", out, *FAST, "--figures", "1,6")[0] == 0
-    assert "Left out: no folder of large meshes was given" in (out / "index.html").read_text()
+    assert (
+        "Left out: it needs a folder of large meshes: --meshes DIR"
+        in (out / "index.html").read_text()
+    )
 
 
 def test_pictures_show_the_smallest_models_of_their_categories():

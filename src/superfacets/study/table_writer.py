@@ -46,8 +46,8 @@ def html_table(
 ) -> Markup:
     """Return a table in HTML: names in the first column, numbers in all others.
 
-    Needs tabulate and markupsafe. Text is escaped. If the first cell of a row is in `marked`, it is
-    put into <mark>.
+    Text is escaped. First cells that are in `marked` are put into <mark>. Needs tabulate and
+    markupsafe.
     """
     from markupsafe import Markup, escape
     from tabulate import tabulate
@@ -67,7 +67,7 @@ def html_table(
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows as CSV, with all columns that occur; missing values are empty."""
+    """Write rows as CSV with all columns that occur; missing values are empty."""
     names = dict.fromkeys(name for row in rows for name in row)
     with (
         atomic_outputs([path]) as (partial,),

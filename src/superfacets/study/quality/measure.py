@@ -51,8 +51,8 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "default, eta 0.2": {"eta_convex": 0.2},
     "default, not smooth": {"smooth": False},
 }
-"""Keywords of `superfacets.segment`, by name. `PAPERS` is the paper's method, `PLAIN` the same
-without its limit on expansions and with our stop rule: exactly k regions, each in one piece."""
+"""Keywords of `superfacets.segment`, by name. `PAPERS` is the paper's method. `PLAIN` differs from
+it by unlimited expansions and our stop rule, and gives exactly k connected regions."""
 
 RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)
 """Variants that are measured on finer and coarser meshes."""
@@ -63,7 +63,7 @@ SHARP = math.radians(45)
 
 
 class Subject(NamedTuple):
-    """A mesh, and the segments of its faces according to several people."""
+    """A mesh, and the segment of each face according to several people."""
 
     mesh: Mesh
     truths: tuple[Ints, ...]
@@ -84,7 +84,7 @@ class Creases(NamedTuple):
 
 
 def refined(subject: Subject, levels: int = 1) -> Subject:
-    """Split each face into four, `levels` times; the new faces keep the segment of the old face."""
+    """Split each face into four, `levels` times; new faces keep the segment of the old face."""
     vertices, faces = subject.mesh.vertices, subject.mesh.faces
     for _ in range(levels):
         vertices, faces = split_in_four(vertices, faces)
@@ -93,10 +93,9 @@ def refined(subject: Subject, levels: int = 1) -> Subject:
 
 
 def coarsened(subject: Subject) -> Subject:
-    """Decimate to a quarter of the faces.
+    """Decimate to a quarter of the faces, with the segment of the old face nearest to each face.
 
-    Each new face gets the segment of the old face with the nearest centroid. Needs PyVista and
-    SciPy.
+    Needs PyVista and SciPy.
     """
     import pyvista
     from scipy.spatial import KDTree
@@ -145,14 +144,14 @@ SCALES: Mapping[str, Callable[[Subject], Subject]] = {
     "x4": refined,
     "x16": lambda subject: refined(subject, 2),
 }
-"""Functions that change the number of faces on the same surface, by name."""
+"""Functions that change the number of faces of the same surface, by name."""
 
 
 _RECORD_VERSION = 2  # raised when the content of records changes
 
 
 class Case(NamedTuple):
-    """A run of one variant, which makes one row."""
+    """A run of one variant on one model, which makes one row."""
 
     source: Source
     scale: str
@@ -195,11 +194,11 @@ class Task:
         surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # shared by all labels
         areas = build_face_graph(subject.mesh).measures
         valleys, ridges = creases(subject.mesh)
-        _labels(subject, first)  # warm-up, which is not timed
+        _labels(subject, first)  # warm-up
 
         def measure(piece: Piece) -> Record:
             case: Case = piece.subject
-            start = time.process_time()  # CPU time, not affected by other programs
+            start = time.process_time()  # CPU time does not depend on other programs
             labels = _labels(subject, case)
             seconds = time.process_time() - start
             values = metrics.evaluate(subject.mesh, labels, surface)

@@ -1,7 +1,6 @@
 """The page with all results: runs, meshes, times and figures.
 
-The templates hold text and layout, and this module computes the values in them. Images are embedded
-in the page.
+Templates hold the text and the layout; this module computes their values. Images are embedded.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ _CURVE_TEXTS = {
     "rivals": "All methods, each at its usual alpha",
 }
 
-# Columns of the summary: title, metric, number of decimals. Arrows show which direction is better.
+# Columns of the summary: title, metric, number of decimals. Arrows point to better values.
 _COLUMNS = (
     ("UE ↓", "undersegmentation_error", 4),
     ("compactness ↓", "compactness", 3),
@@ -67,16 +66,16 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class Files:
-    """Files and numbers from earlier stages."""
+    """Results of the stages before the page."""
 
     folder: Path
     plots: dict[str, list[Path]]
     """Plots of each figure: the main plot, then the plots by category."""
     comparisons: dict[str, Comparison]
     seconds: float
-    """Seconds that this start took."""
+    """Wall time in seconds until now."""
     n_before: int
-    """Number of runs that earlier starts had done."""
+    """Number of runs that were done before."""
     picture_problems: tuple[str, ...]
 
 
@@ -135,7 +134,7 @@ def _lead(results: Results) -> str:
 
 
 def _summary(results: Results) -> Section:
-    """Return the table of means over the models of each method, at the usual k."""
+    """Return the section with the means over models of each curve, at the usual k."""
     k = results.plan.choice.k
     curves = dict.fromkeys(
         Curve(run.method, run.alpha) for run in results.done if run.source.is_model and run.k == k
@@ -168,7 +167,7 @@ class _Cell:
     """A picture of a figure, with its caption."""
 
     path: Path | None
-    """None if it could not be drawn."""
+    """None if the picture could not be drawn."""
     text: str
 
 
@@ -177,7 +176,7 @@ def _picture_section(figure: str, results: Results, files: Files) -> Section:
     cells = {(picture.row, picture.column): _cell(picture, results, files) for picture in pictures}
     reason = None
     if figure == "1" and not results.plan.meshes:
-        reason = "no folder of large meshes was given with --meshes."
+        reason = "it needs a folder of large meshes: --meshes DIR."
     elif not pictures:
         reason = "none of its methods was chosen."
     return {
@@ -201,7 +200,7 @@ def _cell(picture: Picture, results: Results, files: Files) -> _Cell:
 
 
 def _mesh_table(results: Results) -> str:
-    """Return Table 1: times on the large meshes of the user."""
+    """Return Table 1: times for the user's large meshes."""
     rows = []
     for mesh in results.plan.meshes:
         runs = {run.method: run for run in table_runs((mesh,), results.plan.choice.k)}
@@ -265,14 +264,11 @@ def _time_rows(results: Results) -> list[list[str]]:
 
 def _missing_section(results: Results, files: Files) -> Section:
     lists = (
-        (
-            f"{len(results.missing):,} runs were not started within the budget:",
-            results.not_started(),
-        ),
+        (f"{len(results.missing):,} runs not started within the budget:", results.not_started()),
         (f"{len(results.failed):,} runs failed:", results.reasons()),
         ("Files that are missing or not used:", results.plan.problems),
         ("Pictures that could not be drawn:", files.picture_problems),
-        ("Models left out of a method for their size:", _too_large(results)),
+        ("Models that are too large for a method:", _too_large(results)),
     )
     return {
         "title": "What is missing",
@@ -282,7 +278,7 @@ def _missing_section(results: Results, files: Files) -> Section:
 
 
 def _too_large(results: Results) -> list[str]:
-    """Return a line for each method that leaves out models because of their size."""
+    """Return a line for each method that leaves out large models."""
     lines = []
     for method in dict.fromkeys(run.method for run in results.plan.runs):
         shown = {run.source for run in results.plan.runs if run.method == method}

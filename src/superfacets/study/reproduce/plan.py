@@ -1,4 +1,4 @@
-"""The plan: meshes, methods, settings and numbers of regions for each figure."""
+"""The plan: which runs and pictures each figure needs."""
 
 from __future__ import annotations
 
@@ -19,16 +19,15 @@ CURVES = ("4", "6", "7")
 """Figures with a curve over k for each method and alpha."""
 
 FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
-"""The paper's figures, and a figure of our own with a curve for each method that runs on most
-models."""
+"""The paper's figures. "rivals" is an additional figure, with a curve for each method that runs on
+most models."""
 
-# Number of regions in the paper's pictures and times.
-_USUAL_K = 150
+_USUAL_K = 150  # in the paper's pictures and times
 
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """The user's choice of figures, methods and numbers of regions."""
+    """Chosen figures, methods and numbers of regions."""
 
     figures: tuple[str, ...] = FIGURES
     methods: tuple[str, ...] = tuple(METHODS)
@@ -38,11 +37,11 @@ class Choice:
 
     @property
     def k(self) -> int:
-        """The number of regions for pictures and times: the chosen k nearest to 150."""
+        """Number of regions for pictures and times: the chosen k that is nearest to 150."""
         return min(self.ks, key=lambda k: (abs(k - _USUAL_K), k))
 
     def alphas(self, method: str) -> tuple[float | None, ...]:
-        """Return the values of alpha that a method is run with."""
+        """Return the values of alpha for the runs of a method."""
         row = METHODS[method]
         return row.subset_alphas if self.is_subset else row.alphas
 
@@ -59,8 +58,7 @@ class Plan:
     models: tuple[Source, ...]
     meshes: tuple[Source, ...]
     runs: tuple[Run, ...]
-    """Without duplicates, in the order of work: the smallest models of all categories come first.
-    """
+    """Without duplicates, in the order of work: the smallest models of all categories first."""
     pictures: tuple[Picture, ...]
     problems: tuple[str, ...]
     """A line for each file that is missing or not used."""
@@ -83,7 +81,7 @@ def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
         table = table_runs(meshes.found, choice.k)
         runs |= {run for run in table if run.method in choice.methods}
     if not runs:
-        raise ValueError("nothing to run: no figure that was asked for shows these methods")
+        raise ValueError("nothing to run: no requested figure shows the requested methods")
     ordered = sorted(runs, key=lambda run: _place(run, ranks))
     problems = models.problems + meshes.problems
     return Plan(choice, chosen, meshes.found, tuple(ordered), pictures, problems)
@@ -100,7 +98,7 @@ def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
 
 
 def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
-    """Yield the runs for all figures except pictures; runs may occur repeatedly."""
+    """Yield the runs for all figures except pictures; runs may occur several times."""
     for method in choice.methods:
         row = METHODS[method]
         for figure in choice.figures:
@@ -118,7 +116,7 @@ def _alphas_in(
 
 
 def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
-    """Whether the mesh is small enough for the method, or a model that is run at any size."""
+    """Whether the mesh is small enough for the method, or is one of its `least_models`."""
     row = METHODS[run.method]
     limit = row.subset_max_faces if choice.is_subset else row.max_faces
     if limit is None or run.source.n_faces <= limit:
@@ -127,7 +125,7 @@ def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
 
 
 def _place(run: Run, ranks: dict[Source, int]) -> tuple[object, ...]:
-    """Sort key: meshes first, because they are few; then models, so that categories take turns."""
+    """Sort key: the user's meshes first, then models, alternating between categories."""
     place = (
         (1, ranks[run.source], CATEGORIES.index(run.source.category))
         if run.source.is_model
