@@ -251,7 +251,7 @@ def test_a_run_that_fails_is_named_and_tried_again(run, benchmark, tmp_path):
     assert {(row["model"], row["k"]) for row in failed} == {("1", "250"), ("21", "250")}
     assert all("n_segments" in row["reason"] for row in failed)
     assert "22 runs failed" in (out / "index.html").read_text()
-    assert "the 2 of 4 models for which every point" in (out / "index.html").read_text()
+    assert "the 2 of 4 models that have a result for every" in (out / "index.html").read_text()
     path = out / "records" / "stk02" / "1" / "alpha-0_k-250.json"
     before = path.stat().st_mtime_ns
     assert run(benchmark, "-o", out, "--ks", "5,250", *options)[0] == 0
@@ -481,10 +481,7 @@ def rendering_or_skip():
 def test_figure_1_without_meshes_is_left_out_and_said(run, benchmark, tmp_path):
     out = tmp_path / "out"
     assert run(benchmark, "-o", out, *FAST, "--figures", "1,6")[0] == 0
-    assert (
-        "Left out: it needs a folder of large meshes: --meshes DIR"
-        in (out / "index.html").read_text()
-    )
+    assert "Left out: it needs a folder of large meshes" in (out / "index.html").read_text()
 
 
 def test_pictures_show_the_smallest_models_of_their_categories():
