@@ -538,7 +538,7 @@ def test_batches_take_balance_and_refuse_arrays(tmp_path):
     sf.write_mesh(tmp_path / "scan.ply", sf.sample_mesh(5_000))
     done = sf.batch([tmp_path / "scan.ply"], tmp_path / "out", n_segments=20, balance=1.0)
     assert done.n_failed == 0
-    with pytest.raises(TypeError, match="cell_weights is no option for files"):
+    with pytest.raises(TypeError, match="cell_weights is not an option for files"):
         sf.batch([tmp_path / "scan.ply"], tmp_path / "out", cell_weights=[1.0])
     with pytest.raises(ValueError, match="leave min_size out"):
         sf.batch([tmp_path / "scan.ply"], tmp_path / "out", balance=1.0, min_size=0.1)

@@ -1,8 +1,4 @@
-"""The readable twin of `variational_shape_approximation`: the oracle of its tests.
-
-On the same input the core gives the same numbers, bit for bit. Floats are added in the order of the
-core, which is part of the contract.
-"""
+"""The readable twin of `variational_shape_approximation`."""
 
 from __future__ import annotations
 
@@ -28,7 +24,7 @@ class Proxy(NamedTuple):
 
 
 class State(NamedTuple):
-    """Labels of all faces, with the seeds and proxies that they grew from."""
+    """Labels of all faces, and the seeds and proxies of the regions."""
 
     labels: list[int]
     seeds: list[int]
@@ -57,10 +53,7 @@ class Surface:
 def approximate(
     surface: Surface, k: int, seeds: list[int] | None, max_num_iter: int
 ) -> tuple[State, int, str]:
-    """The last state, the number of floods with k proxies, and the stop reason.
-
-    Without seeds, proxies are added one by one.
-    """
+    """The last state, the number of iterations, and the stop reason; by default seeds are added."""
     if seeds is None:
         state = flood(surface, [0], [surface.own_proxy(0)])
         while len(state.seeds) < k:
@@ -79,7 +72,7 @@ def approximate(
 
 
 def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
-    """Regions grown face by face, in the order of error, then of insertion."""
+    """Grow regions face by face, in the order of error, then of insertion."""
     seeds, proxies = list(seeds), list(proxies)
     labels = [-1] * len(surface.areas)
     queue: list[tuple[float, int, int, int]] = []  # error, number of insertion, face, label
@@ -111,7 +104,7 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
 
 
 def _insert(surface: Surface, state: State) -> State:
-    """Add a region at the worst face of the worst region with two faces or more."""
+    """Add a region at the worst face of the worst region that has at least two faces."""
     proxies = fit(surface, state.labels)
     seeds = _least_faces(surface, state.labels, proxies)
     errors = _errors(surface, state.labels, proxies)
@@ -131,7 +124,7 @@ def _errors(surface: Surface, labels: list[int], proxies: list[Proxy]) -> list[f
 
 
 def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> list[int]:
-    """The face of least error of each region, preferably with a normal."""
+    """The face of least error of each region; faces without a normal come last."""
     errors = _errors(surface, labels, proxies)
     ranks = [
         (not any(normal), error) for normal, error in zip(surface.normals, errors, strict=True)
@@ -144,7 +137,7 @@ def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> l
 
 
 def error_of(surface: Surface, face: int, proxy: Proxy) -> float:
-    """The error of a face with respect to a proxy."""
+    """Error of a face with respect to a proxy."""
     area, normal = surface.areas[face], surface.normals[face]
     if surface.metric == "l21":
         if not any(normal):
@@ -161,7 +154,7 @@ def error_of(surface: Surface, face: int, proxy: Proxy) -> float:
 
 
 def fit(surface: Surface, labels: list[int]) -> list[Proxy]:
-    """The proxy of least error of each region."""
+    """The proxy of least error for each region."""
     return [
         _fit_one(surface, [face for face, label in enumerate(labels) if label == region])
         for region in range(max(labels) + 1)
