@@ -28,8 +28,11 @@ def _column(key: str, form: Callable[[Any], str] = str, title: str | None = None
 
 def _stages(rows: list[Row]) -> list[Column]:
     """Return a column for each stage that occurs."""
-    names = dict.fromkeys(stage for row in rows for stage in row["stages"])
-    return [(name, lambda row, name=name: _number(row["stages"].get(name))) for name in names]
+
+    def seconds_of(name: str) -> Column:
+        return name, lambda row: _number(row["stages"].get(name))
+
+    return [seconds_of(name) for name in dict.fromkeys(s for row in rows for s in row["stages"])]
 
 
 def _table(rows: list[Row], *columns: Column) -> str:

@@ -307,7 +307,7 @@ def test_faint_splats_are_left_out(splats, tmp_path):
     assert np.array_equal(labels >= 0, table[:, 9] > 0)
     np.save(tmp_path / "points.npy", table[:, :3])
     failed = sf.batch(tmp_path / "points.npy", tmp_path / "other", min_opacity=0.5, **options)
-    assert "there is no opacity of each point" in failed.records[0]["error"]
+    assert "the file has no property opacity" in failed.records[0]["error"]
     failed = sf.batch(path, tmp_path / "none", min_opacity=1, **options)
     assert "no splat has an opacity >= 1" in failed.records[0]["error"]
     with pytest.raises(ValueError, match="min_opacity"):

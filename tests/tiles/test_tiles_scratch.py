@@ -158,7 +158,7 @@ def test_too_little_room_is_told_before_any_work(tmp_path, monkeypatch):
         check_room(tmp_path, 5 * 10**9)
     check_room(tmp_path, 3 * 10**9)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage(10**12, 10**12, 2 * 10**6))
-    with pytest.raises(OSError, match=r"has 2\.0 MB free, and about 15\.0 MB are needed"):
+    with pytest.raises(OSError, match=r"has 2\.0 MB free, but about 15\.0 MB are needed"):
         check_room(tmp_path, 15 * 10**6)
 
 
