@@ -504,7 +504,7 @@ def test_growth_is_printed_as_a_table():
                "--doublings", "1", "--repeats", "1")  # fmt: skip
     assert done.exit_code == 0, done.output
     assert "| job     |   star |   line |" in done.output
-    assert re.search(r"\| k = N/2 \| +-?\d\.\d\d \| -?\d\.\d\d \|", done.output)
+    assert re.search(r"\| k = N/2 \| +-?\d\.\d\d \| +-?\d\.\d\d \|", done.output)
 
 
 def test_a_shape_that_is_not_known_is_one_line():
