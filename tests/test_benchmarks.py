@@ -74,7 +74,7 @@ def test_meshes_are_made_by_name(name, n_faces):
 
 @pytest.mark.parametrize("name", ["bunny-x8", "bunny-x0", "-x4", "a/b"])
 def test_a_name_that_means_nothing_is_refused(name):
-    with pytest.raises(ValueError, match="is no name of a mesh"):
+    with pytest.raises(ValueError, match="is not the name of a mesh"):
         meshes.split_name(name)
 
 
@@ -178,7 +178,7 @@ def test_labels_that_break_an_invariant_are_refused(bear):
         "not one label per face": {"labels": result.labels[1:]},
         "int64, not int32": {"labels": result.labels.astype(np.int64)},
         "have gaps": {"labels": np.zeros_like(result.labels)},
-        "lies in another region": {"labels": swapped},
+        "is in another region": {"labels": swapped},
         "20 regions, 19 asked for": {"params": result.params | {"n_segments": 19}},
     }
     for message, changes in wrong.items():

@@ -111,13 +111,7 @@ def checked_mesh(
 
     With `are_new`, no one else refers to the arrays, and they are not copied.
     """
-    points = _point_array(vertices)
-    given = _corner_rows(faces, "faces", 3)
-    corners = _int32_corners(given, are_new)
-    place, box = _checked_corners(points, corners.ravel())
-    if place is not None:
-        raise_index_error(place // 3, given.ravel()[place], len(points))
-    return points, corners, box
+    return _checked_simplices(vertices, faces, "faces", 3, are_new)
 
 
 def checked_polygons(
@@ -138,12 +132,18 @@ def checked_polygons(
 
 def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
     """Vertices, tetrahedra, and the bounding box as `checked_mesh`; a MeshError if wrong."""
+    return _checked_simplices(vertices, tets, "tets", 4, False)
+
+
+def _checked_simplices(
+    vertices: Any, cells: Any, name: str, n_corners: int, are_new: bool
+) -> tuple[Floats, Ints, Floats]:
     points = _point_array(vertices)
-    given = _corner_rows(tets, "tets", 4)
-    corners = owned_indices(given)
+    given = _corner_rows(cells, name, n_corners)
+    corners = _int32_corners(given, are_new)
     place, box = _checked_corners(points, corners.ravel())
     if place is not None:
-        raise_index_error(place // 4, given.ravel()[place], len(points), "tets")
+        raise_index_error(place // n_corners, given.ravel()[place], len(points), name)
     return points, corners, box
 
 

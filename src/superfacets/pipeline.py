@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import partial
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -280,29 +280,7 @@ def segment(
     >>> segmentation.n_segments, segmentation.labels.dtype, int(segmentation.labels.max())
     (20, dtype('int32'), 19)
     """
-    # Parameters are checked before the mesh is read.
-    size = SizeOptions.checked(n_segments, radius, init)
-    if isinstance(init, str):
-        checked_choice(init, "init", INITS)
-    loop = LoopOptions.checked(
-        max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage,
-        relocate=relocate,
-    )  # fmt: skip
-    bounds = (min_measure, max_measure)
-    sizes = BalanceOptions.checked(balance, bounds, cells_per_region, cell_weights)
-    sizes.check_with(size, loop, min_size)
-    options = Options(
-        weld,
-        init,
-        size,
-        WeightOptions.checked(weights, alpha, eta_convex, ridges),
-        loop,
-        CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands),
-        FeatureOptions.checked(features, feature_weight, scale_features),
-        ConstraintOptions(mask, barriers),
-        checked_denoise(denoise),
-        sizes,
-    )
+    options = Options.checked(locals())  # before the mesh is read
     with _core.Workspace():  # all stages share its threads
         return _run(mesh, options)
 
@@ -337,6 +315,32 @@ class Options:
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
     denoise: Denoise = None  # "auto" becomes a number of steps when cells are prepared
     balance: BalanceOptions = field(default_factory=BalanceOptions)
+
+    @classmethod
+    def checked(cls, arguments: Mapping[str, Any]) -> Options:
+        """Return the checked options for all parameters of `segment`, by name."""
+        given = SimpleNamespace(**arguments)
+        size = SizeOptions.checked(given.n_segments, given.radius, given.init)
+        if isinstance(given.init, str):
+            checked_choice(given.init, "init", INITS)
+        loop = LoopOptions.checked(
+            given.max_num_iter, given.tol, given.radius_factor, given.islands, given.n_threads,
+            given.progress, given.on_stage, relocate=given.relocate,
+        )  # fmt: skip
+        bounds = (given.min_measure, given.max_measure)
+        sizes = BalanceOptions.checked(
+            given.balance, bounds, given.cells_per_region, given.cell_weights
+        )
+        sizes.check_with(size, loop, given.min_size)
+        return cls(
+            given.weld, given.init, size,
+            WeightOptions.checked(given.weights, given.alpha, given.eta_convex, given.ridges), loop,
+            CleanupOptions.checked(
+                given.smooth, given.enforce_connectivity, given.min_size, given.islands
+            ),
+            FeatureOptions.checked(given.features, given.feature_weight, given.scale_features),
+            ConstraintOptions(given.mask, given.barriers), checked_denoise(given.denoise), sizes,
+        )  # fmt: skip
 
     def needs_order(self, kind: Kind) -> bool:
         """Whether cells must keep their input order, even if it is bad for the cache.

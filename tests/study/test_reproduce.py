@@ -18,7 +18,7 @@ import shapes
 from superfacets import Mesh
 from superfacets.cli.main import main
 from superfacets.io.atomic import locked
-from superfacets.study.reproduce import figures, gallery, measure, methods, plan, reproduction
+from superfacets.study.reproduce import figures, gallery, measure, methods, page, plan, reproduction
 from superfacets.study.reproduce.gallery import (
     Drawing,
     is_drawn,
@@ -408,7 +408,7 @@ def test_what_is_not_installed_is_named_before_anything_runs(run, benchmark, tmp
     status, _, stderr = run(benchmark, "-o", tmp_path / "out", *FAST)
     assert status == 1
     assert stderr == (
-        "superfacets: error: reproduce without jinja2 and tabulate and matplotlib needs an extra:"
+        "superfacets: error: reproduce without jinja2 and matplotlib needs an extra:"
         " pip install 'superfacets[reproduce]'\n"
     )
     _, _, stderr = run(benchmark, "-o", tmp_path / "out", "--figures", "4", "--methods", "ncuts")
@@ -656,3 +656,12 @@ def test_every_method_is_shown_somewhere():
         assert set(method.figures) <= set(plan.FIGURES)
         assert method.usual_alpha in method.alphas
         assert set(method.subset_alphas) <= set(method.alphas)
+
+
+def test_text_in_tables_is_escaped_and_a_row_is_marked():
+    table = {"head": ["a<b"], "rows": [["<i>x</i>", "1e5"], ["y", "2"]], "marked": "<i>x</i>"}
+    section = {"title": "Means", "template": "summary.html", "k": 3, "table": table}
+    text = page._render(title="t", lead="", sections=[section])
+    assert "<th>a&lt;b</th>" in text
+    assert "<td>&lt;i&gt;x&lt;/i&gt;</td><td>1e5</td>" in text
+    assert text.count('<tr class="marked">') == 1

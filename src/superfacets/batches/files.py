@@ -10,29 +10,26 @@ from typing import Any
 
 import numpy as np
 
-from .._options import INITS, BalanceOptions, CleanupOptions, LoopOptions, Progress, SizeOptions
+from .._options import Progress
 from .._timing import OnStage, timed
 from .._types import Array, Floats, Longs
-from .._validate import checked_choice, checked_flag, checked_number, checked_share, checked_threads
+from .._validate import checked_flag, checked_number, checked_share, checked_threads
 from ..adapters.convert import as_mesh
 from ..cells.constraints import sharp_edges
-from ..cells.features import FEATURE_WEIGHT, FeatureOptions
 from ..cells.kinds import kind_of
 from ..cells.named_features import features_of
 from ..cells.point_graph import checked_viewpoint
 from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
 from ..cells.texels import texture_of_parts
-from ..cells.weights import WeightOptions
 from ..clustering.segmentation import Segmentation
 from ..errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
 from ..io.readers.ply_texture import OF_TEXTURE
 from ..mesh.cells import Cells
-from ..mesh.denoising import checked_denoise
 from ..mesh.point_cloud import PointCloud
-from ..pipeline import segment
+from ..pipeline import Options, segment
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
 """Function that reads a file; its argument says whether attributes are read as well."""
@@ -41,11 +38,10 @@ _NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "cell_weights", "progre
 """Parameters of `segment` that batches do not have. (Features are given by name.)"""
 
 _DEFAULTS = {
-    name: parameter.default
-    for name, parameter in inspect.signature(segment).parameters.items()
-    if name not in _NOT_OF_FILES
+    name: parameter.default for name, parameter in inspect.signature(segment).parameters.items()
 }
-"""Defaults of all other parameters of `segment`."""
+_OF_FILES = sorted(_DEFAULTS.keys() - _NOT_OF_FILES)
+"""Parameters of `segment` that batches have."""
 
 
 @dataclass(frozen=True)
@@ -112,30 +108,14 @@ class FileOptions:
 
 def _check_keywords(keywords: Mapping[str, Any]) -> None:
     """Check arguments of `segment`; an error if one is unknown, wrong or an array."""
-    unknown = sorted(set(keywords) - set(_DEFAULTS))
+    unknown = sorted(keywords.keys() - _OF_FILES)
     if unknown:
-        names = ", ".join(sorted(_DEFAULTS))
+        names = ", ".join(_OF_FILES)
         raise TypeError(f"{unknown[0]} is not an option for files: the options are {names}")
     for name in ("weights", "init"):
         if not isinstance(keywords.get(name, ""), str):
             raise TypeError(f"{name} must be a name, because an array fits only one mesh")
-    get = keywords.get
-    size = SizeOptions.checked(get("n_segments"), get("radius"), "geodesic")
-    WeightOptions.checked(get("weights", "parts"), get("alpha"), get("eta_convex"), get("ridges"))
-    checked_choice(get("init", "geodesic"), "init", INITS)
-    islands = get("islands", "keep")
-    loop = LoopOptions.checked(
-        get("max_num_iter", 1), get("tol", 0.0), get("radius_factor"), islands, get("n_threads"),
-        None, relocate=get("relocate"),
-    )  # fmt: skip
-    CleanupOptions.checked(
-        get("smooth", True), get("enforce_connectivity", False), get("min_size", 0.0), islands
-    )
-    bounds = (get("min_measure"), get("max_measure"))
-    balance = BalanceOptions.checked(get("balance", 0.0), bounds, get("cells_per_region"), None)
-    balance.check_with(size, loop, get("min_size", 0.0))
-    checked_denoise(get("denoise"))
-    FeatureOptions.checked(None, get("feature_weight", FEATURE_WEIGHT), get("scale_features", True))
+    Options.checked({**_DEFAULTS, **keywords})
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from typing import Protocol
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -36,28 +36,11 @@ _N_COLORS = 256
 _CHART_WIDTH, _CHART_HEIGHT, _MAX_BARS = 240, 64, 24
 
 # Pictures of results that are still in use: a notebook requests several formats of each result.
-_drawn: WeakKeyDictionary[_Result, bytes | None] = WeakKeyDictionary()
+_drawn: WeakKeyDictionary[Any, bytes | None] = WeakKeyDictionary()
 
 
-class _Result(Protocol):
-    """The used part of a `Segmentation`, whose class belongs to a higher layer."""
-
-    @property
-    def labels(self) -> Ints: ...
-    @property
-    def cells(self) -> Cells | CellGraph | None: ...
-    @property
-    def n_segments(self) -> int: ...
-    @property
-    def n_iter(self) -> int: ...
-    @property
-    def stop_reason(self) -> str: ...
-    @property
-    def timings(self) -> dict[str, float]: ...
-
-
-def png_of(result: _Result) -> bytes | None:
-    """Return a picture of a result as PNG, or None if there is no picture.
+def png_of(result: Any) -> bytes | None:
+    """Return a picture of a `Segmentation` as PNG, or None if there is no picture.
 
     There is no picture if the result does not hold its mesh or cloud, if there are more than
     `MAX_DRAWN` or `MAX_DRAWN_POINTS` cells, without the extra `viz`, or without OpenGL.
@@ -81,7 +64,7 @@ def _draw(labels: Ints, cells: Cells | CellGraph | None) -> bytes | None:
     return file.getvalue()
 
 
-def html_of(result: _Result) -> str:
+def html_of(result: Any) -> str:
     """Return HTML with the picture, if there is one, counts, and the histogram."""
     png = png_of(result)
     picture = ""
@@ -104,7 +87,7 @@ def html_of(result: _Result) -> str:
     )
 
 
-def _facts(result: _Result, noun: str, sizes: Array) -> dict[str, str]:
+def _facts(result: Any, noun: str, sizes: Array) -> dict[str, str]:
     """Names and values of the rows of the table."""
     left_out = len(result.labels) - int(sizes.sum())
     facts = {f"{noun}s": f"{len(result.labels):,}", "regions": f"{result.n_segments:,}"}

@@ -167,15 +167,11 @@ def run_shown(
         open_pool(n_workers, memory=math.inf, allowed_kills=0) as pool,
         tqdm(total=len(jobs), desc=title, unit="task", disable=None, leave=False) as bar,
     ):
-        for place, ending in pool.run([(_run, (job,)) for job in jobs], admits=fits):
+        for place, ending in pool.run([(job.run, ()) for job in jobs], admits=fits):
             if isinstance(ending, Failed):
                 raise ending.error
             yield jobs[place], ending.value if isinstance(ending, Done) else ending
             bar.update()
-
-
-def _run(job: Job) -> Any:
-    return job.run()
 
 
 def memory_of_tasks() -> int:

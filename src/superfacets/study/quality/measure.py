@@ -14,8 +14,7 @@ import numpy as np
 from ... import __version__, metrics
 from ..._types import Bools, Floats, Ints
 from ...cells.face_graph import build_face_graph
-from ...cells.weights import superfacet_weights
-from ...mesh.faces import ends_of_sides
+from ...cells.surface import arc_measures
 from ...mesh.triangle_mesh import Mesh, split_in_four
 from ...pipeline import PAPER, segment
 from ..sources import Source, load_model
@@ -118,24 +117,13 @@ def _centroids(mesh: Mesh) -> Floats:
 def creases(mesh: Mesh) -> tuple[Creases, Creases]:
     """Return the concave and the convex edges whose angle is at least `SHARP`."""
     faces = build_face_graph(mesh)
-    unit = math.pi * faces.diagonal  # with this crease length, eq. 2 adds the angle in radians
-
-    def angles(eta_convex: float) -> Floats:
-        priced = superfacet_weights(
-            mesh, faces, alpha=1.0, eta_convex=eta_convex, crease_length=unit
-        )
-        return priced - superfacet_weights(mesh, faces, alpha=0.0)
-
-    is_concave = angles(0.0) >= SHARP
-    is_convex = (angles(1.0) >= SHARP) & ~is_concave
-    sources = faces.sources
-    ends = mesh.vertices[ends_of_sides(mesh, sources, faces.sides)]
-    lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+    measures = arc_measures(mesh, faces)
+    angles = np.asarray(measures.angles)  # > 0 if concave
 
     def chosen(which: Bools) -> Creases:
-        return Creases(sources[which], faces.neighbors[which], lengths[which])
+        return Creases(faces.sources[which], faces.neighbors[which], measures.border_lengths[which])
 
-    return chosen(is_concave), chosen(is_convex)
+    return chosen(angles >= SHARP), chosen(angles <= -SHARP)
 
 
 SCALES: Mapping[str, Callable[[Subject], Subject]] = {

@@ -15,7 +15,6 @@ import numpy as np
 
 from ... import __version__
 from ...io.atomic import atomic_outputs
-from ..table_writer import html_table
 from .gallery import GALLERY, TABLE_METHODS, Picture, picture_path, table_runs
 from .measure import Run
 from .methods import METHODS
@@ -80,7 +79,7 @@ class Files:
 
 
 def write_page(path: Path, results: Results, files: Files) -> None:
-    """Write the page. Needs Jinja2 and tabulate."""
+    """Write the page. Needs Jinja2."""
     sections = [
         _summary(results),
         *(_figure(figure, results, files) for figure in results.plan.choice.figures),
@@ -154,21 +153,12 @@ def _summary(results: Results) -> Section:
         "title": "Summary",
         "template": "summary.html",
         "k": k,
-        "table": html_table(head, rows, frozenset({usual})),
+        "table": {"head": head, "rows": rows, "marked": usual},
     }
 
 
 def _place(curve: Curve) -> tuple[int, float]:
     return list(METHODS).index(curve.method), -1.0 if curve.alpha is None else curve.alpha
-
-
-@dataclass(frozen=True)
-class _Cell:
-    """A picture of a figure, with its caption."""
-
-    path: Path | None
-    """None if the picture could not be drawn."""
-    text: str
 
 
 def _picture_section(figure: str, results: Results, files: Files) -> Section:
@@ -192,14 +182,14 @@ def _picture_section(figure: str, results: Results, files: Files) -> Section:
     }
 
 
-def _cell(picture: Picture, results: Results, files: Files) -> _Cell:
+def _cell(picture: Picture, results: Results, files: Files) -> dict[str, Any]:
     path = picture_path(files.folder / "pictures", picture)
     is_there = picture.run in results.done and path.exists()
     text = f"{picture.row}, {picture.column}".strip(", ")
-    return _Cell(path if is_there else None, text)
+    return {"path": path if is_there else None, "text": text}
 
 
-def _mesh_table(results: Results) -> str:
+def _mesh_table(results: Results) -> dict[str, Any]:
     """Return Table 1: times for the user's large meshes."""
     rows = []
     for mesh in results.plan.meshes:
@@ -211,7 +201,7 @@ def _mesh_table(results: Results) -> str:
         paper = _TIMES_2014.get(mesh.n_faces)
         rows.append([mesh.name, f"{mesh.n_faces:,}", *times, "-" if paper is None else str(paper)])
     titles = (METHODS[method].title for method in TABLE_METHODS)
-    return html_table(["mesh", "faces", *titles, "the paper, 2014"], rows)
+    return {"head": ["mesh", "faces", *titles, "the paper, 2014"], "rows": rows}
 
 
 def _curve_section(figure: str, results: Results, files: Files) -> Section:
@@ -230,13 +220,13 @@ def _curve_section(figure: str, results: Results, files: Files) -> Section:
 
 def _times_section(results: Results, files: Files) -> Section:
     head = ["method", "models", "median seconds", "times superfacets' (median over models)"]
-    ours = frozenset({METHODS["superfacets"].title})
+    ours = METHODS["superfacets"].title
     return {
         "title": "Figure 5",
         "template": "times.html",
         "plots": files.plots.get("5"),
         "k": results.plan.choice.k,
-        "table": html_table(head, _time_rows(results), ours),
+        "table": {"head": head, "rows": _time_rows(results), "marked": ours},
     }
 
 
@@ -308,7 +298,10 @@ def _method_section(results: Results, files: Files) -> Section:
         "seconds": _duration(files.seconds),
         "n_before": f"{files.n_before:,}",
         "sizes": f"{min(faces):,} to {max(faces):,}" if faces else "",
-        "table": html_table(["method", "name", "alphas", "runs done"], _method_rows(results)),
+        "table": {
+            "head": ["method", "name", "alphas", "runs done"],
+            "rows": _method_rows(results),
+        },
     }
 
 

@@ -10,7 +10,7 @@ from ..princeton import CATEGORIES
 from ..sources import Source, Sources
 from .gallery import GALLERY, Picture, pictures_of, table_runs
 from .measure import Run
-from .methods import METHODS, Method
+from .methods import METHODS
 
 KS = (50, 100, 150, 200, 250, 300)
 SUBSET_KS = (50, 150, 300)
@@ -48,6 +48,14 @@ class Choice:
     def methods_in(self, figure: str) -> tuple[str, ...]:
         """Return the methods that have curves or dots in a figure."""
         return tuple(name for name in self.methods if figure in METHODS[name].figures)
+
+    def curves_in(self, figure: str) -> list[tuple[str, float | None]]:
+        """Return method and alpha of each curve in a figure."""
+        return [
+            (name, alpha)
+            for name in self.methods_in(figure)
+            for alpha in (self.alphas(name) if figure in CURVES else (METHODS[name].usual_alpha,))
+        ]
 
 
 @dataclass(frozen=True)
@@ -99,20 +107,10 @@ def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
 
 def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
     """Yield the runs for all figures except pictures; runs may occur several times."""
-    for method in choice.methods:
-        row = METHODS[method]
-        for figure in choice.figures:
-            for alpha in _alphas_in(figure, row, choice.alphas(method)):
-                ks = (choice.k,) if figure == "5" else choice.ks
-                yield from (Run(model, method, alpha, k) for model in models for k in ks)
-
-
-def _alphas_in(
-    figure: str, method: Method, alphas: tuple[float | None, ...]
-) -> tuple[float | None, ...]:
-    if figure in GALLERY or figure not in method.figures:
-        return ()
-    return alphas if figure in CURVES else (method.usual_alpha,)
+    for figure in set(choice.figures) - set(GALLERY):
+        ks = (choice.k,) if figure == "5" else choice.ks
+        for curve in choice.curves_in(figure):
+            yield from (Run(model, *curve, k) for model in models for k in ks)
 
 
 def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:

@@ -33,8 +33,6 @@ from .results import (
 _QUANTITIES = ("undersegmentation_error", "compactness")
 """Measures that are also plotted by category."""
 
-_PAGE_PACKAGES = ("jinja2", "tabulate")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
@@ -96,7 +94,7 @@ def _plan(options: Options) -> Plan:
 
 def _check_needs(plan: Plan) -> None:
     """Raise an error if a required package is missing, before hours of work."""
-    packages = [*_PAGE_PACKAGES]
+    packages = ["jinja2"]
     packages += [name for run in plan.runs for name in METHODS[run.method].packages]
     if any(figure not in GALLERY for figure in plan.choice.figures):
         packages.append("matplotlib")
@@ -215,9 +213,7 @@ def _plot_times(results: Results, folder: Path) -> list[Path]:
     from .figures import plot_times
 
     k = results.plan.choice.k
-    curves = [
-        Curve(method, METHODS[method].usual_alpha) for method in results.plan.choice.methods_in("5")
-    ]
+    curves = [Curve(*pair) for pair in results.plan.choice.curves_in("5")]
     shown = [curve for curve in curves if results.models_with(curve, (k,))]
     if not shown:
         return []

@@ -15,7 +15,7 @@ from ..table_writer import write_csv
 from ..tasks import Piece, Record, outcome_of
 from .measure import Run
 from .methods import METHODS
-from .plan import CURVES, Plan
+from .plan import Plan
 
 
 @dataclass(frozen=True)
@@ -132,11 +132,8 @@ def compare(results: Results, figure: str) -> Comparison:
     Curves with many models are chosen first. A curve is left out if no common model would remain.
     """
     choice = results.plan.choice
-    models = {
-        curve: results.models_with(curve, choice.ks)
-        for method in choice.methods_in(figure)
-        for curve in _curves(method, choice.alphas(method), figure)
-    }
+    curves = [Curve(*pair) for pair in choice.curves_in(figure)]
+    models = {curve: results.models_with(curve, choice.ks) for curve in curves}
     shared, kept = set(results.plan.models), set()
     for curve in sorted(models, key=lambda curve: -len(models[curve])):
         if shared & models[curve]:
@@ -147,12 +144,6 @@ def compare(results: Results, figure: str) -> Comparison:
         tuple(model for model in results.plan.models if kept and model in shared),
         tuple(curve for curve in models if curve not in kept),
     )
-
-
-def _curves(method: str, alphas: tuple[float | None, ...], figure: str) -> list[Curve]:
-    if figure not in CURVES:
-        alphas = (METHODS[method].usual_alpha,)
-    return [Curve(method, alpha) for alpha in alphas]
 
 
 Row = dict[str, Any]
