@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import heapq
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Iterable, Sequence
 
 import numpy as np
 
 from ..cells.cell_graph import CellGraph
 from .arithmetic import dot
 from .seeding import arcs_of, expand, find_components, update_centers
+
+Path = tuple[int, int]
+"""Sort key of a path: length, then label."""
 
 
 def classify_exact(
@@ -23,19 +27,27 @@ def classify_exact(
     """
     all_centers = list(centers)
     while True:
-        labels: dict[int, int] = {}
-        starts = [*offsets, *[0] * (len(all_centers) - len(offsets))]
-        queue = list(zip(starts, range(len(all_centers)), all_centers, strict=True))
-        heapq.heapify(queue)
-        while queue:
-            length, label, cell = heapq.heappop(queue)
-            if cell not in labels:
-                labels[cell] = label
-                for neighbor, step in arcs_of(graph, cell):
-                    heapq.heappush(queue, (length + step, label, neighbor))
-        if len(labels) == graph.n_cells or islands == "nearest":
-            return [labels.get(cell, -1) for cell in range(graph.n_cells)], all_centers
-        all_centers.append(min(set(range(graph.n_cells)) - labels.keys()))
+        lengths = [*offsets, *[0] * (len(all_centers) - len(offsets))]
+        best = _shortest_paths(graph, zip(lengths, itertools.count(), all_centers))
+        if len(best) == graph.n_cells or islands == "nearest":
+            return [best.get(cell, (0, -1))[1] for cell in range(graph.n_cells)], all_centers
+        all_centers.append(min(set(range(graph.n_cells)) - best.keys()))
+
+
+def _shortest_paths(
+    graph: CellGraph, starts: Iterable[tuple[int, int, int]], allowed: Container[int] | None = None
+) -> dict[int, Path]:
+    """Length and label of the shortest path to each cell, from starts (length, label, cell)."""
+    best: dict[int, Path] = {}
+    queue = sorted(starts)
+    while queue:
+        length, label, cell = heapq.heappop(queue)
+        if cell in best or (allowed is not None and cell not in allowed):
+            continue
+        best[cell] = (length, label)
+        for neighbor, step in arcs_of(graph, cell):
+            heapq.heappush(queue, (length + step, label, neighbor))
+    return best
 
 
 def classify_halted(
@@ -118,10 +130,6 @@ def iterate(
         centers = moved_to
 
 
-Path = tuple[int, int]
-"""Sort key of a path: length, then label."""
-
-
 def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]:
     """Paths to each cell from its nearest and second-nearest center; fewer if unreachable."""
     found: list[list[Path]] = [[] for _ in range(graph.n_cells)]
@@ -190,37 +198,18 @@ def coarse_cells(
     lengths = [0] * graph.n_cells
     for begin in range(0, len(order), RANGE):
         members = [int(cell) for cell in order[begin : begin + RANGE]]
-        best: dict[int, tuple[int, int]] = {}
         first = (min(spacing, len(members)) - 1) // 2
-        _expand(graph, members, members[first::spacing], len(centers), best)
+        starts = [(0, len(centers) + i, cell) for i, cell in enumerate(members[first::spacing])]
+        best = _shortest_paths(graph, starts, set(members))
         centers += members[first::spacing]
         for cell in members:
             if cell not in best:
-                _expand(graph, members, [cell], len(centers), best)
+                left = set(members) - best.keys()
+                best |= _shortest_paths(graph, [(0, len(centers), cell)], left)
                 centers.append(cell)
         for cell, (length, coarse) in best.items():
             coarse_of[cell], lengths[cell] = coarse, length
     return centers, coarse_of, lengths
-
-
-def _expand(
-    graph: CellGraph,
-    members: list[int],
-    centers: list[int],
-    first_label: int,
-    best: dict[int, tuple[int, int]],
-) -> None:
-    """Add cells of `members` that are not in `best` yet, by shortest paths from new centers."""
-    inside = set(members) - set(best)
-    queue = [(0, first_label + i, center) for i, center in enumerate(centers)]
-    while queue:
-        length, label, cell = heapq.heappop(queue)
-        if cell in best:
-            continue
-        best[cell] = (length, label)
-        for neighbor, step in arcs_of(graph, cell):
-            if neighbor in inside:
-                heapq.heappush(queue, (length + step, label, neighbor))
 
 
 def coarse_arcs(

@@ -72,44 +72,35 @@ class _Moves(MovingRegions):
         """Move faces to bring each region into its bounds; return whether a face has moved."""
         has_moved = False
         for region in range(len(self.totals)):
-            self.blocked = set()
-            while -self.room(region) > self.rounding and self.may_go_on() and self.drain(region):
-                has_moved = True
-            self.blocked = set()
-            while -self.spare(region) > self.rounding and self.may_go_on() and self.fill(region):
-                has_moved = True
+            for is_full in (True, False):
+                self.blocked = set()
+                while self.may_go_on() and self.improve(region, is_full):
+                    has_moved = True
         return has_moved and self.may_go_on()
 
-    def drain(self, region: int) -> bool:
-        def goals(at: int) -> list[int]:
-            return [to for to in self.exits(at) if (at, to) not in self.blocked]
-
-        while self.may_go_on():
-            path = _search(region, lambda other: self.room(other) >= self.step, goals)
+    def improve(self, region: int, is_full: bool) -> bool:
+        """Move faces out of a region that is too large, or into one that is too small."""
+        margin, next_of = (self.room, self.targets) if is_full else (self.spare, self.sources)
+        while -margin(region) > self.rounding and self.may_go_on():
+            path = _search(region, lambda other: margin(other) >= self.step, next_of)
             if not path:
                 break
-            if self.push(path, min(-self.room(region), self.room(path[-1]))):
+            way = path if is_full else path[::-1]
+            if self.push(way, min(-margin(region), margin(path[-1]))):
                 return True
         return False
 
-    def fill(self, region: int) -> bool:
-        def sources(at: int) -> list[int]:
-            around = [other for other in self.around_region(at) if at in self.exits(other)]
-            return [other for other in around if (other, at) not in self.blocked]
+    def targets(self, region: int) -> list[int]:
+        """Regions that faces of this region may move to, without blocked steps."""
+        return [to for to in self.exits(region) if (region, to) not in self.blocked]
 
-        while self.may_go_on():
-            path = _search(region, lambda other: self.spare(other) >= self.step, sources)
-            if not path:
-                break
-            if self.push(path[::-1], min(-self.spare(region), self.spare(path[-1]))):
-                return True
-        return False
+    def sources(self, region: int) -> list[int]:
+        """Regions whose faces may move to this region, without blocked steps."""
+        around = {b for face in self.faces_of(region) for b in self.neighboring_labels(face)}
+        return [other for other in sorted(around) if region in self.targets(other)]
 
     def faces_of(self, region: int) -> list[int]:
         return [face for face, label in enumerate(self.labels) if label == region]
-
-    def around_region(self, region: int) -> list[int]:
-        return sorted({b for face in self.faces_of(region) for b in self.neighboring_labels(face)})
 
     def exits(self, region: int) -> list[int]:
         """Regions that a face of this region may move to."""
