@@ -565,7 +565,8 @@ def hint_at_vertices(n_labels: int, n_vertices: int | None) -> str:
     """Advice for a wrong number of labels, if there is one label per vertex."""
     if n_labels != n_vertices:
         return ""
-    return f": the mesh has {n_vertices} vertices, but one label per face is needed"
+    call = "superfacets.transfer(mesh.vertices, labels, mesh)"
+    return f": the mesh has {n_vertices} vertices, and {call} gives labels of faces"
 
 
 def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None) -> Longs:
@@ -584,12 +585,14 @@ def compact_partial_labels(
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 
-def compact_complete(labels: Any, n_cells: int, name: str = "labels") -> tuple[Ints, int]:
+def compact_complete(
+    labels: Any, n_cells: int, name: str = "labels", n_vertices: int | None = None
+) -> tuple[Ints, int]:
     """Labels >= 0, renumbered as 0 to K - 1 in ascending order, and K; for metrics.
 
     A MeshError if a label is negative: metrics would count its cells as one more region.
     """
-    array = checked_any_labels(labels, n_cells)
+    array = checked_any_labels(labels, n_cells, n_vertices)
     must = "metrics need a region for each cell, labels >= 0"
     refuse_first(array < 0, name, array, must, MeshError)
     ranks, names = ranked_labels(array)
