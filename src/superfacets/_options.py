@@ -71,12 +71,12 @@ class LoopOptions:
 
     max_num_iter: int
     tol: float  # as a fraction of the radius of a region
-    radius_factor: float | None  # None: expansions are not limited
+    radius_factor: float | None  # None means that expansions are not limited
     islands: str
     n_threads: int
     progress: Progress | None
     on_stage: OnStage | None = None
-    relocate: bool | None = False  # None: decided once the cells are known
+    relocate: bool | None = False  # None means that weights and cells decide
 
     @classmethod
     def checked(
@@ -118,7 +118,7 @@ class BalanceOptions:
     max_measure: float | None = None
     min_measure: float | None = None
     cells_per_region: int | None = None
-    cell_weights: Any = None  # checked once the number of cells is known
+    cell_weights: Any = None  # checked when the number of cells is known
 
     @classmethod
     def checked(
@@ -225,7 +225,7 @@ class CleanupOptions:
 
     @property
     def is_needed(self) -> bool:
-        """Whether any step of the clean-up is asked for."""
+        """Whether any step of the clean-up is requested."""
         return self.smooth or self.enforce_connectivity or self.min_size > 0
 
     @property

@@ -288,7 +288,7 @@ def _numeric_array(value: Any, name: str) -> Array:
     refuse_mask(value, name, MeshError)
     try:
         array = np.asarray(value)
-    except ValueError as error:  # ragged nested lists
+    except ValueError as error:  # the nested lists are ragged
         raise MeshError(f"{name} must be a rectangular array: {error}") from None
     if array.dtype.kind not in "fiu":
         raise MeshError(f"{name} must be numbers, got {array.dtype}")
@@ -367,7 +367,7 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
         shades = np.asarray(array[:, :3], np.float32)
         return np.asarray(shades / np.float32(np.iinfo(array.dtype).max), np.float32)
     shades = owned(array[:, :3], np.float32)
-    is_wrong = ~((shades >= 0) & (shades <= 1)).all(axis=1)  # also where one is NaN
+    is_wrong = ~((shades >= 0) & (shades <= 1)).all(axis=1)  # True if a shade is NaN
     if is_wrong.any():
         first = int(np.argmax(is_wrong))
         raise MeshError(f"colors[{first}] is not from 0 to 1: {shades[first].tolist()}")
@@ -438,7 +438,7 @@ def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads
 
 def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
     """Arcs in CSR form, as (N + 1,) int64 offsets and (M,) int32 neighbors."""
-    starts = owned(_integer_array(offsets, "offsets"), np.int64)  # 2**63 or more: negative
+    starts = owned(_integer_array(offsets, "offsets"), np.int64)  # 2**63 becomes negative
     targets = owned_indices(_integer_array(neighbors, "neighbors"))
     if len(starts) != n_cells + 1:
         raise ValueError(f"offsets must have shape ({n_cells + 1},), got {starts.shape}")
@@ -456,7 +456,7 @@ def checked_angles(angles: Any, n_arcs: int) -> Floats:
         raise ValueError(
             f"angles must have one value per arc, shape ({n_arcs},), got {array.shape}"
         )
-    is_wrong = ~(np.abs(array) <= math.pi)  # also where it is NaN
+    is_wrong = ~(np.abs(array) <= math.pi)  # True for NaN
     refuse_first(is_wrong, "angles", array, "it must be from -pi to pi")
     return array
 
@@ -764,7 +764,7 @@ def _numbers_of(value: Any, name: str) -> Floats:
     refuse_mask(value, name)
     try:
         array = np.asarray(value)
-    except ValueError:  # ragged nested lists
+    except ValueError:  # the nested lists are ragged
         array = np.empty(0, object)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} must be an array of numbers")

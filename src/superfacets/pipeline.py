@@ -280,7 +280,7 @@ def segment(
     >>> segmentation.n_segments, segmentation.labels.dtype, int(segmentation.labels.max())
     (20, dtype('int32'), 19)
     """
-    options = Options.checked(locals())  # before the mesh is read
+    options = Options.checked(locals())  # parameters are checked before the mesh is read
     with _core.Workspace():  # all stages share its threads
         return _run(mesh, options)
 
@@ -297,7 +297,7 @@ def _list_of_weights() -> str:
     return "\n" + "\n".join(items) + "\n"
 
 
-if segment.__doc__ is not None:  # python -OO
+if segment.__doc__ is not None:  # python -OO removes docstrings
     segment.__doc__ = segment.__doc__.replace("{weights}", _list_of_weights())
 
 
@@ -382,7 +382,7 @@ class _Work:
     balancer: Balancer | None = None
     sliver_share: float = 0.0
     surface: Any = None  # Surface of all cells
-    weights: Any = None  # one per arc of all cells
+    weights: Any = None  # one weight per arc of all cells
     steps: FeatureSteps | None = None
     lengths: Any = None  # the weights as whole numbers of a unit
     unit: float = 0.0

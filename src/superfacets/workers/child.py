@@ -62,6 +62,6 @@ def _pickled(error: BaseException) -> bytes:
     """The pickled error; a RuntimeError with its text if it is unpicklable or no Exception."""
     with contextlib.suppress(Exception):
         data = pickle.dumps(error)
-        if isinstance(pickle.loads(data), Exception):  # raises if __init__ needs more arguments
+        if isinstance(pickle.loads(data), Exception):  # fails if __init__ needs more arguments
             return data
     return pickle.dumps(RuntimeError(reason_of(error)))
