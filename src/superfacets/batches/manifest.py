@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from types import TracebackType
 
 from ..io.atomic import atomic_outputs, open_own
 from .jobs import Record
@@ -29,14 +28,11 @@ class Manifest:
     def __enter__(self) -> Manifest:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._close()
-        if not self._is_tidy and error is None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
+        if not self._is_tidy and kind is None:
             self._rewrite()
 
     def append(self, record: Record) -> None:
@@ -57,11 +53,6 @@ class Manifest:
             raise OSError(error.errno, error.strerror, str(self._path)) from None
         self._is_tidy = self._is_tidy and record["name"] not in self.records
         self.records[record["name"]] = record
-
-    def _close(self) -> None:
-        if self._file is not None:
-            os.close(self._file)
-            self._file = None
 
     def _rewrite(self) -> None:
         """Replace the file by a file with one line per name."""

@@ -135,17 +135,12 @@ def study(paths: Iterable[Path]) -> str:
             scores[name] = [room.score(room.superpoints(**options)) for room in of_level]
         for name, of_rooms in scores.items():
             mean = Score(*np.mean(of_rooms, axis=0))
-            rows.append([level, name, *_texts(mean)])
+            shares = (f"{100 * mean.error:.3f}", f"{100 * mean.error_away:.3f}",
+                      f"{100 * mean.mean_iou:.2f}")  # fmt: skip
+            row = [level, name, f"{mean.n_superpoints:.0f}", *shares, f"{mean.extra_pieces:.1f}"]
+            rows.append(row)
     head = ["level", "method", "superpoints", "error %", "away from borders %", "mean IoU %"]
     return markdown_table([*head, "extra pieces"], rows)
-
-
-def _texts(mean: Score) -> list[str]:
-    shares = (mean.error, mean.error_away, mean.mean_iou)
-    percents = [
-        f"{100 * value:.{digits}f}" for value, digits in zip(shares, (3, 3, 2), strict=True)
-    ]
-    return [f"{mean.n_superpoints:.0f}", *percents, f"{mean.extra_pieces:.1f}"]
 
 
 def _near_borders(edges: Longs, truth: Longs) -> Bools:

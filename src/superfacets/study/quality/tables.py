@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,11 +21,8 @@ def means(rows: Iterable[Row]) -> Means:
     values: dict[tuple[str, int], list[tuple[float, float]]] = {}
     for row in rows:
         values.setdefault((row["variant"], row["k"]), []).append((row["ue"], row["compactness"]))
-    return {key: (_mean(found, 0), _mean(found, 1)) for key, found in values.items()}
-
-
-def _mean(pairs: Sequence[tuple[float, float]], part: int) -> float:
-    return float(np.mean([pair[part] for pair in pairs]))
+    columns = {key: zip(*pairs, strict=True) for key, pairs in values.items()}
+    return {key: (float(np.mean(ue)), float(np.mean(c))) for key, (ue, c) in columns.items()}
 
 
 def dominators(found: Means) -> list[str]:
