@@ -10,6 +10,7 @@ import os
 import stat
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -129,6 +130,24 @@ def fill(buffer: Any, file: io.FileIO) -> None:
         if not n_bytes:
             raise OSError(f"{file.name!s}: the file became shorter while it was read")
         view = view[n_bytes:]
+
+
+@contextlib.contextmanager
+def temporary_file(data: Content, name: str) -> Iterator[str]:
+    """Yield the name of a temporary file with this content, for libraries that read only files.
+
+    On POSIX systems the file has no name in a folder and is opened by its descriptor, so a process
+    that is killed leaves nothing behind. Elsewhere `name` is its name.
+    """
+    if os.name == "posix":
+        with TemporaryFile() as file:
+            file.write(data)
+            file.seek(0)
+            yield f"/dev/fd/{file.fileno()}"
+    else:
+        with TemporaryDirectory(prefix="superfacets-") as folder:
+            Path(folder, name).write_bytes(data)
+            yield str(Path(folder, name))
 
 
 def side_by_side(rows: Array) -> Array:

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 import re
 import struct
-from collections.abc import Iterator
-from pathlib import Path
-from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +12,7 @@ from ..._types import Array, Floats, Ints, Singles
 from ...errors import MeshError, import_extra, reason_of
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..guards import Content, counted, rotation_of, shortened
+from ..guards import Content, counted, rotation_of, shortened, temporary_file
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -58,7 +53,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     """
     pye57 = import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)
-    with _file_of(data) as path:
+    with temporary_file(data, "scans.e57") as path:
         try:
             with pye57.E57(path) as file:
                 scans = [_read_scan(pye57, file, i, len(data)) for i in range(file.scan_count)]
@@ -88,25 +83,6 @@ def _check_description(data: Content) -> None:
     is_utf_8 = not declared or declared[1].lower() == b"utf-8"
     if not re.match(rb"<[^\0]", text) or not is_utf_8 or b"<!DOCTYPE" in text:
         raise MeshError("the E57 file cannot be read: expected XML in UTF-8 without document type")
-
-
-@contextlib.contextmanager
-def _file_of(data: Content) -> Iterator[str]:
-    """Yield the name of a temporary file with this content.
-
-    On POSIX systems the file has no name in a folder and is opened by its descriptor, so a process
-    that is killed leaves nothing behind.
-    """
-    if os.name == "posix":
-        with TemporaryFile() as file:
-            file.write(data)
-            file.flush()
-            yield f"/dev/fd/{file.fileno()}"
-    else:
-        with TemporaryDirectory(prefix="superfacets-") as folder:
-            path = Path(folder, "scans.e57")
-            path.write_bytes(data)
-            yield str(path)
 
 
 def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
