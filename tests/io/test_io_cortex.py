@@ -2,6 +2,7 @@
 
 import random
 import struct
+import sys
 
 import damage
 import numpy as np
@@ -10,6 +11,7 @@ import shapes
 
 from superfacets import (
     MeshError,
+    MissingExtraError,
     face_colors,
     read_labels,
     read_mesh,
@@ -150,11 +152,23 @@ def test_annotations_of_others_are_read(tmp_path):
         ("a.gii", lambda data: data.replace(b"POINTSET", b"SHAPE"), "holds no surface"),
         ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="9"'), "size 24 into shape (9,3)"),
         ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="7"'), "size 24 into shape (7,3)"),
-        ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="99999999"'), "into shape (99999999,3)"),
+        (
+            "a.gii",
+            lambda data: data.replace(b'Dim0="8"', b'Dim0="99999999"'),
+            "into shape (99999999,3)",
+        ),
         ("a.gii", lambda data: data.replace(b'Dim1="3"', b'Dim1="1"'), "size 24 into shape (8,1)"),
         ("a.gii", lambda data: data.replace(b"FLOAT32", b"COMPLEX"), "NIFTI_TYPE_COMPLEX"),
-        ("a.gii", lambda data: data.replace(b"GZipBase64", b"ExternalFile"), "save its arrays in the file"),
-        ("a.gii", lambda data: data.replace(b"<Data>", b"<Data>AAAA"), "the GIFTI file is damaged: error"),
+        (
+            "a.gii",
+            lambda data: data.replace(b"GZipBase64", b"ExternalFile"),
+            "save its arrays in the file",
+        ),
+        (
+            "a.gii",
+            lambda data: data.replace(b"<Data>", b"<Data>AAAA"),
+            "the GIFTI file is damaged: error",
+        ),
         (
             "a.gii",
             lambda data: data.replace(b'"8"', b'"24"').replace(b'Dim1="3"', b'Dim1="1"', 1),
@@ -169,6 +183,12 @@ def test_what_is_wrong_with_a_gifti_file_is_said(tmp_path, name, change, message
     with pytest.raises(MeshError) as caught:
         (read_labels if "label" in name else read_mesh)(path)
     assert message in str(caught.value)
+
+
+def test_nibabel_is_named_where_it_is_missing(read, monkeypatch):
+    monkeypatch.setitem(sys.modules, "nibabel", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'superfacets\[cortex\]'"):
+        read("a.gii", surface_bytes())
 
 
 def test_entities_are_not_expanded_without_limit(refuse):
@@ -186,7 +206,10 @@ def test_entities_are_not_expanded_without_limit(refuse):
         (lambda data: b"# text\n" + data, "not a FreeSurfer surface of triangles"),
         (lambda data: data[:30], "the FreeSurfer file is damaged: "),
         (lambda data: data[: 3 + 16 + 8 + 96 + 100], "the FreeSurfer file is damaged: "),
-        (lambda data: data.replace(struct.pack(">i", 8), b"\xff" * 4, 1), "the FreeSurfer file is damaged: "),
+        (
+            lambda data: data.replace(struct.pack(">i", 8), b"\xff" * 4, 1),
+            "the FreeSurfer file is damaged: ",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_surface_is_said(refuse, freesurfer_file, change, message):
@@ -199,7 +222,10 @@ def test_what_is_wrong_with_a_surface_is_said(refuse, freesurfer_file, change, m
         (lambda data: data[:20], "the FreeSurfer file is damaged: "),
         (lambda data: data[: 4 + 48], "the FreeSurfer file is damaged: "),
         (lambda data: data[:-8], "the FreeSurfer file is damaged: "),
-        (lambda data: data.replace(b"\x00\x0csuper", b"\x7f\x0csuper"), "the FreeSurfer file is damaged: "),
+        (
+            lambda data: data.replace(b"\x00\x0csuper", b"\x7f\x0csuper"),
+            "the FreeSurfer file is damaged: ",
+        ),
         (lambda data: data[: 4 + 48 + 28] + bytes(4), "the FreeSurfer file is damaged: "),
     ],
 )

@@ -166,11 +166,14 @@ COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + REC
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"VERSION .7\nPOINTS 1\n", "no line DATA"),
+        (b"VERSION .7\nPOINTS 1\n", "the line DATA"),
         (header(XYZ, "morse"), "expected DATA ascii, binary, binary_compressed, got 'morse'"),
-        (header(XYZ[:2], "ascii"), "no number z"),
-        (header([*XYZ, ("w", "F2", 1)], "ascii"), "TYPE and SIZE like F 4, got 'F2'"),
-        (header([*XYZ[:2], ("z", "F4", 2)], "ascii"), "no number z"),
+        (header(XYZ[:2], "ascii"), "no coordinate z"),
+        (
+            header([*XYZ, ("w", "F2", 1)], "ascii"),
+            "TYPE and SIZE of numbers, such as F 4, got 'F2'",
+        ),
+        (header([*XYZ[:2], ("z", "F4", 2)], "ascii"), "no coordinate z"),
         (header(XYZ, "ascii", COUNT="1 1"), "differ in length"),
         (header(XYZ, "ascii", WIDTH=5), "POINTS is 4, but WIDTH times HEIGHT is 5"),
         (header(XYZ, "ascii", 0), "the file has no points"),

@@ -22,11 +22,11 @@ from ..mesh.cells import Cells
 from .clouds import write_csv, write_las
 from .content import Content
 from .glb import write_glb
+from .ids_image import write_ids
 from .obj import write_obj, write_off
 from .pcd import write_pcd
 from .ply import write_cloud_ply, write_ply
 from .stl import write_stl
-from .textures import write_ids
 from .vtk import write_vtk, write_vtp, write_vtu
 
 Writers: TypeAlias = Mapping[str, Callable[[IO[bytes], Content], None]]

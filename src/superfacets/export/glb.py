@@ -21,8 +21,8 @@ from ..errors import MeshError
 from ..io.textures import Texture
 from ..mesh.faces import FaceMesh, corner_triangles, corners_of
 from .content import Content
+from .gltf_materials import GltfMaterials
 from .text import fits_single
-from .textures import GltfMaterials
 
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
 VERTICES, INDICES = 34962, 34963

@@ -30,7 +30,7 @@ def read_gifti(data: Content) -> Arrays:
 
 
 def gifti_labels(data: Content) -> Array:
-    """The label of each vertex: its key - 1, and -1 for key 0, which means no region."""
+    """Label of each vertex: its key - 1, so -1 for key 0, which means no region."""
     (keys,) = _gifti_arrays(data, "LABEL")
     if keys is None or keys.ndim != 1:
         raise MeshError("the GIFTI file holds no labels of vertices")
@@ -38,7 +38,7 @@ def gifti_labels(data: Content) -> Array:
 
 
 def _gifti_arrays(data: Content, *intents: str) -> list[Array | None]:
-    """The first array with each of these intents; None if there is none."""
+    """Return the first array of each of these intents; None if there is none."""
     if data.find(b"ExternalFileBinary") >= 0:  # it may name any file of this machine
         raise MeshError("the GIFTI file refers to another file: save its arrays in the file")
 
@@ -62,7 +62,7 @@ def read_surface(data: Content) -> Arrays:
 
 
 def annot_labels(data: Content) -> Array:
-    """The label of each vertex: its row in the color table - 1; row 0 means no region."""
+    """Label of each vertex: its row in the color table - 1, so -1 for row 0, no region."""
     with temporary_file(data, "labels.annot") as path:
         rows, *_ = _read("FreeSurfer", lambda nibabel: nibabel.freesurfer.read_annot(path))
     return np.maximum(np.asarray(rows, np.int64), 0) - 1
