@@ -235,7 +235,7 @@ def test_wrong_poses_and_names_are_refused(tmp_path):
         sf.read_cameras(tmp_path / "empty")
     write_text(tmp_path / "model", CAMERAS)
     (tmp_path / "model" / "cameras.txt").write_text("1 PINHOLE 64 48 50 50 32 24\n")
-    with pytest.raises(sf.MeshError, match="has camera 7, which is not among the cameras"):
+    with pytest.raises(sf.MeshError, match="has camera 7, which the model does not have"):
         sf.read_cameras(tmp_path / "model")
     (tmp_path / "model" / "cameras.txt").write_text("7 PINHOLE 64 48 50\n")
     with pytest.raises(sf.MeshError, match="camera 7, PINHOLE, has 1 parameters"):

@@ -241,7 +241,7 @@ def test_words_in_an_ascii_body_are_refused_with_their_line(refuse):
 
 def test_more_rows_than_declared_are_refused(refuse):
     refuse("a.ply", ply_text() + b"3 0 1 2\n", "line 18 is more than the PLY header")
-    refuse("a.ply", ply_binary() + b"3", "1 byte follow all that the PLY header declares")
+    refuse("a.ply", ply_binary() + b"3", "1 byte more than the header declares")
 
 
 def test_blanks_may_follow(read):

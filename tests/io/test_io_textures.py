@@ -701,7 +701,7 @@ def test_a_texture_of_another_mesh_is_refused(square, tmp_path):
     attributes = read_attributes(square)
     with pytest.raises(MeshError, match="the texture has 6 corners of 2 faces but the mesh has 3"):
         write_mesh(tmp_path / "a.obj", Mesh(VERTICES, FACES[:1]), attributes=attributes)
-    with pytest.raises(ValueError, match="points have no texture"):
+    with pytest.raises(ValueError, match="points cannot have a texture"):
         write_mesh(tmp_path / "a.las", VERTICES, attributes=attributes)
     with pytest.raises(MeshError, match="there is no texture"):
         texture_colors(read_mesh(square))

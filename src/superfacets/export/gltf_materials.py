@@ -16,7 +16,7 @@ class GltfMaterials:
     """Adds the materials of a texture to a glTF document, each image once."""
 
     def __init__(self, add_view: Any) -> None:
-        self.add_view = add_view  # appends bytes to the buffer, and returns the number of the view
+        self.add_view = add_view  # appends bytes to the buffer, and returns the index of the view
         self.lists: dict[str, list[dict[str, Any]]] = {
             name: [] for name in ("images", "samplers", "textures", "materials")
         }
@@ -25,7 +25,7 @@ class GltfMaterials:
         self._texture_of: dict[tuple[TextureImage, str], int] = {}
 
     def add(self, material: Material) -> int:
-        """Add a material, and return its number."""
+        """Add a material, and return its index."""
         source = material.source
         if source is not None and source.format == "gltf":
             document = self._with_textures(
@@ -37,7 +37,7 @@ class GltfMaterials:
         return len(self.lists["materials"]) - 1
 
     def _plain(self, material: Material) -> dict[str, Any]:
-        """A rough material with the color and the image."""
+        """A material without metallic reflection, with the color and the image."""
         shading: dict[str, Any] = {"metallicFactor": 0.0}
         if material.color != (1.0, 1.0, 1.0):
             shading["baseColorFactor"] = [*material.color, 1.0]
@@ -50,7 +50,7 @@ class GltfMaterials:
         return {"name": material.name, "pbrMetallicRoughness": shading}
 
     def _with_textures(self, value: Any, sources: list[tuple[TextureImage, str]]) -> Any:
-        """The JSON of a material with textures of this document."""
+        """The JSON of a material, with indices of textures in this document."""
         if isinstance(value, list):
             return [self._with_textures(each, sources) for each in value]
         if not isinstance(value, dict):
@@ -82,7 +82,7 @@ class GltfMaterials:
         return self._texture_of[key]
 
     def _reference(self, image: int) -> dict[str, Any]:
-        """A texture of an image; kinds other than PNG and JPEG need an extension."""
+        """A texture with an image; kinds of images other than PNG and JPEG need an extension."""
         kind = self.lists["images"][image]["mimeType"]
         name = {"image/webp": "EXT_texture_webp", "image/ktx2": "KHR_texture_basisu"}.get(kind)
         if name is None:
@@ -91,7 +91,7 @@ class GltfMaterials:
         return {"extensions": {name: {"source": image}}}
 
     def _image(self, image: TextureImage) -> int:
-        """Embed an image as it is; as PNG if glTF does not know its kind."""
+        """Embed an image, converted to PNG if glTF does not support its kind."""
         if image not in self._image_of:
             content = image.encoded()
             kind = kind_of_image(content)
@@ -105,7 +105,7 @@ class GltfMaterials:
 
 
 def png_of(image: TextureImage) -> bytes:
-    """The pixels of an image as PNG."""
+    """Encode the pixels of an image as PNG."""
     file = io.BytesIO()
     import_pillow("Image").fromarray(image.pixels()).save(file, "png")
     return file.getvalue()

@@ -18,20 +18,20 @@ from .content import Content
 from .textures import write_beside
 
 PLAIN_SIZE = (2048, 2048)
-"""Width and height of an image of ids where there is no image of colors."""
+"""Width and height of an image of ids if there is no image of colors."""
 
 
 def write_ids(file: IO[bytes], content: Content) -> None:
-    """Write an image of region ids in the layout of the texture, and a table of them beside it.
+    """Write an image of region ids in the layout of the texture, and a table of ids beside it.
 
-    The id of a region is its label plus 1, as red + 256 green + 65,536 blue; 0 is no region. If the
-    texture has several images, the ids of each are in an image of its own beside the first.
+    The id of a region is its label + 1, encoded as red + 256 green + 65,536 blue; 0 means no
+    region. If the texture has several images, further images of ids are written beside the first.
     """
     texture, labels = content.texture, content.labels
     if texture is None or labels is None:
         raise MeshError("an image of ids needs faces with labels and texture coordinates")
     if labels.max(initial=0) >= 2**24 - 1:
-        raise MeshError("an image of ids holds up to 16,777,215 regions")
+        raise MeshError("an image of ids can hold 16,777,215 regions at most")
     n_texels = np.zeros(int(labels.max(initial=-1)) + 1, np.int64)
     for number, (material, is_here, size) in enumerate(_layouts(texture)):
         ids = ids_in_layout(content.cells, texture, labels, is_here, material.wrap, size)
@@ -49,10 +49,7 @@ def write_ids(file: IO[bytes], content: Content) -> None:
 
 
 def _layouts(texture: Texture) -> Iterator[tuple[Material, Bools, tuple[int, int]]]:
-    """A material with each image, the faces that show it, and the size of the image.
-
-    Without images, all faces are in one layout.
-    """
+    """A material with each image, its faces, and the size of the image; one layout if no image."""
     if not texture.images:
         yield Material(), np.ones(len(texture.face_materials), np.bool_), PLAIN_SIZE
     for image in texture.images:

@@ -21,13 +21,13 @@ from ..io.textures import Texture
 def notes_on_texture(
     texture: Texture, endings: Collection[str], *, has_polygons: bool = False
 ) -> list[str]:
-    """Notes on parts of a texture that files with these endings do not hold."""
+    """Return notes on the parts of a texture that files with these endings cannot hold."""
     notes = []
     lacking = sorted({ending for ending in endings if ending in (".off", ".vtp")})
     if ".ply" in endings and has_polygons and not texture.is_of_ply:
         lacking.append(".ply of polygons")
     if lacking:
-        notes.append(f"no texture in {' and '.join(lacking)}, which cannot hold it")
+        notes.append(f"no texture in {' and '.join(lacking)}: the format cannot hold textures")
     for ending, format in ((".obj", "mtl"), (".glb", "gltf"), (".ply", "none")):
         others = [
             material.name for material in texture.materials
@@ -35,7 +35,7 @@ def notes_on_texture(
             and {*material.source.images} - {material.image}
         ]  # fmt: skip
         if ending in endings and others:
-            notes.append(f"of {counted(len(others), 'material')}, {ending} holds the color alone")
+            notes.append(f"{ending} holds only the color of {counted(len(others), 'material')}")
     if ".obj" in endings and any("mirror" in material.wrap for material in texture.materials):
         notes.append("OBJ cannot mirror images: they repeat")
     return notes
@@ -43,23 +43,23 @@ def notes_on_texture(
 
 @dataclass
 class Placer:
-    """Finds the names by which an output refers to images, and copies those of other folders."""
+    """Finds names of images for an output, and copies images from other folders."""
 
-    path: Path | None  # the output; None: standard output, beside which nothing is written
+    path: Path | None  # the output; None for standard output, beside which nothing is written
     names: dict[TextureImage, str | None] = field(default_factory=dict)
 
     def name_of(self, image: TextureImage) -> str | None:
-        """The name of an image in the output; None if it has none there.
+        """Return the name of an image in the output; None if there is none.
 
-        An image in the folder of the output, or below it, is referred to. Another is copied beside
-        the output. One that there is not keeps its name.
+        An image in the folder of the output, or below it, is not copied. Another image is copied
+        beside the output. A missing image keeps its name.
         """
         if image not in self.names:
             self.names[image] = self._placed(image)
         return self.names[image]
 
     def relative(self, path: Path) -> str | None:
-        """The path of a file in the folder of the output or below it, else None."""
+        """Return a path relative to the folder of the output; None if it is outside of it."""
         if self.path is None:
             return path.name
         folder, real = Path(os.path.realpath(self.path.parent)), Path(os.path.realpath(path))
@@ -89,12 +89,12 @@ def write_beside(path: Path, name: str, content: bytes) -> None:
 
 
 def _plain(name: str) -> str:
-    """A name of letters, digits, points and dashes."""
+    """Replace characters of a name other than letters, digits, points and dashes."""
     return re.sub(r"[^\w.-]+", "_", name).lstrip(".") or "image"
 
 
 def material_names(texture: Texture) -> list[str]:
-    """Names of materials for an OBJ file: those of its input as they are, others made unique."""
+    """Return names of materials for an OBJ file: names from MTL unchanged, others made unique."""
     names: list[str] = []
     for number, material in enumerate(texture.materials):
         name = material.name
@@ -107,10 +107,10 @@ def material_names(texture: Texture) -> list[str]:
 
 
 def library_lines(texture: Texture, path: Path | None) -> bytes:
-    """The lines ``mtllib`` of an OBJ file; MTL file and images are written beside it if needed."""
+    """Return the lines ``mtllib`` of an OBJ file; write MTL file and images beside it if needed."""
     placer = Placer(path)
     known = [placer.relative(library) for library in texture.libraries]
-    # Readers disagree about the folder of images in an MTL file of another folder than the OBJ.
+    # If the MTL file is in another folder than the OBJ file, readers look for images in either.
     if known and all(name is not None and "/" not in name for name in known):
         names = [name for name in known if name is not None]
     elif path is not None and texture.materials:
@@ -136,7 +136,7 @@ def _mtl_lines(texture: Texture, placer: Placer) -> Iterator[str]:
 
 
 def _with_names(text: str, images: tuple[TextureImage, ...], placer: Placer) -> str:
-    """Lines of a material with the names of images in place of their numbers."""
+    """Lines of a material, with names of images instead of their indices."""
     pieces = text.split("\0")
     for place in range(1, len(pieces), 2):
         image = images[int(pieces[place])]
@@ -147,9 +147,9 @@ def _with_names(text: str, images: tuple[TextureImage, ...], placer: Placer) -> 
 def ply_texture(
     texture: Texture, placer: Placer, *, has_triangles: bool
 ) -> tuple[list[str], dict[str, Array]]:
-    """Comments that name images for a PLY file, and properties of faces that it lacks.
+    """Return comments with names of images for a PLY file, and new properties of faces.
 
-    The texture of a PLY file is in its properties already. Others need triangles.
+    A texture from a PLY file is already in its properties. Other textures need triangles.
     """
     names = [(image, placer.name_of(image)) for image in texture.images]
     comments = [f"comment TextureFile {name}" for _, name in names if name is not None]
