@@ -126,7 +126,7 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
     for name, message in [
         ("a.sstk.json", ".sstk.json holds labels of triangles, but these are points"),
         ("a.vtp", "points are written as"),
-        ("a.segs.json", "labels[0] is -1; ids in .segs.json must be 0 and up"),
+        ("a.segs.json", "labels[0] is -1; ids in .segs.json must be 0 or more"),
     ]:
         status, _, err = run(*given, tmp_path / name)
         assert status == 1

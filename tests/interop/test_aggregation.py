@@ -114,7 +114,7 @@ def test_objects_from_elsewhere_are_not_replaced(scene):
         with pytest.raises(FileExistsError, match="holds objects from another program"):
             write()
         assert path.read_bytes() == before
-    with pytest.raises(ValueError, match="would replace the aggregation that it is made from"):
+    with pytest.raises(ValueError, match="would overwrite the input aggregation"):
         regroup_segments(path, new, path, force=True)
     own = scene / "own.aggregation.json"
     sf.write_mesh(own, mesh, labels)

@@ -230,7 +230,7 @@ def test_draco_metadata_is_skipped():
                           preserve_order=True, create_metadata=True,
                           generic_attributes={"x": np.zeros((5, 1), np.float32)})  # fmt: skip
     assert data[10] & 0x80
-    assert len(compression.decode_draco(data, 2, 5).corners) == 6
+    assert len(compression.decode_draco(data, 2, 5)[0]) == 6
     with pytest.raises(MeshError, match="but 3 of 5 are declared"):
         compression.decode_draco(data, 3, 5)
 

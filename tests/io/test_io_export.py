@@ -166,13 +166,15 @@ class TestSstk:
         assert sstk_hierarchy(document) == [[0, 1, 2, 3], {0: 0, 1: 0, 2: 1, 3: 1}, {0: 5, 1: 5}]
 
     def test_levels_that_are_not_nested_are_refused(self, tmp_path):
-        with pytest.raises(MeshError, match=r"region 4 of level 0 is in several regions of level 1"):
+        with pytest.raises(
+            MeshError, match=r"region 4 of level 0 is in several regions of level 1"
+        ):
             write_labels(tmp_path / "a.sstk.json", [[4, 4, 2], [0, 1, 1]])
 
     def test_only_triangles_have_one(self, house, tmp_path):
         for cells, what in (
             (house, r": label the triangles of PolygonMesh\.triangulate\(\)"),
-            (TETS, ", and these are tets"),
+            (TETS, ", but these are tets"),
         ):
             with pytest.raises(MeshError, match=f"holds labels of triangles{what}"):
                 write_mesh(tmp_path / "a.sstk.json", cells, [0, 1])

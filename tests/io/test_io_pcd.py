@@ -144,7 +144,7 @@ def test_padding_and_repeated_fields_are_left_out(cloud_of):
         "a": [9],
         "c": [4],
     }
-    assert attributes.left_out == ("field 'c', whose name is taken or is no word of ASCII",)
+    assert attributes.left_out == ("field 'c', whose name is taken or is not a word of ASCII",)
 
 
 def test_copies_that_overlap_are_unpacked(cloud_of):

@@ -247,7 +247,7 @@ def test_pairs_of_arrays_are_triangles_where_all_faces_are():
 def test_what_needs_triangles_says_so():
     triangles = PolygonMesh.of_faces(SQUARE, [[0, 1, 2], [0, 2, 3]])
     assert as_triangles(triangles).faces.tolist() == [[0, 1, 2], [0, 2, 3]]
-    with pytest.raises(MeshError, match=r"faces\[0\] has 6 corners, but this needs triangles"):
+    with pytest.raises(MeshError, match=r"faces\[0\] has 6 corners, but expected are triangles"):
         as_triangles(L_SHAPE)
 
 

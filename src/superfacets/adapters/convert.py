@@ -115,10 +115,10 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
     if isinstance(cells, (Mesh, PolygonMesh)):
         return cells
     if isinstance(cells, PointCloud):
-        raise MeshError("this needs a surface, but a point cloud has no faces")
+        raise MeshError("expected a surface, but a point cloud has no faces")
     if isinstance(cells, TetMesh):
-        raise MeshError("this needs a surface, but the mesh has tetrahedra: use TetMesh.boundary()")
-    raise MeshError(f"this needs a surface, but a {type(cells).__name__} has no faces")
+        raise MeshError("expected a surface, but the mesh has tetrahedra: use TetMesh.boundary()")
+    raise MeshError(f"expected a surface, but a {type(cells).__name__} has no faces")
 
 
 def as_tets(source: MeshLike) -> TetMesh:
@@ -126,7 +126,7 @@ def as_tets(source: MeshLike) -> TetMesh:
     cells = as_cells(source)
     if isinstance(cells, TetMesh):
         return cells
-    raise MeshError(f"this needs tetrahedra, but a {type(cells).__name__} has none")
+    raise MeshError(f"expected tetrahedra, but a {type(cells).__name__} has none")
 
 
 def _cells_of_foreign(source: Any) -> Cells:
@@ -156,7 +156,7 @@ def as_triangles(source: MeshLike) -> Mesh:
         return Mesh._of_new(mesh.vertices, mesh.indices.reshape(-1, 3))
     first = int(np.argmax(sizes != 3))
     raise MeshError(
-        f"faces[{first}] has {sizes[first]} corners, but this needs triangles: call"
+        f"faces[{first}] has {sizes[first]} corners, but expected are triangles: call"
         " PolygonMesh.triangulate() first"
     )
 

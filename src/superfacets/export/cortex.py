@@ -9,7 +9,7 @@ from typing import IO
 
 import numpy as np
 
-from .._types import Array, Bytes, Ints
+from .._types import Array, Bytes
 from ..pictures.colors import PALETTE
 
 _UNKNOWN = (25, 5, 25)
@@ -33,7 +33,7 @@ Encoding="GZipBase64Binary" Endian="LittleEndian" ExternalFileName="" ExternalFi
 """
 
 
-def write_cortex(file: IO[bytes], ending: str, labels: Ints, colors: Bytes | None = None) -> None:
+def write_cortex(file: IO[bytes], ending: str, labels: Array, colors: Bytes | None = None) -> None:
     """Write labels of vertices, -1 for vertices in no region, as ``.label.gii`` or ``.annot``.
 
     `colors`, (K, 3), are colors of the regions in ascending order of the labels; by default, the
@@ -46,7 +46,7 @@ def write_cortex(file: IO[bytes], ending: str, labels: Ints, colors: Bytes | Non
     write(file, labels, regions, colors)
 
 
-def _write_gifti(file: IO[bytes], labels: Ints, regions: Array, colors: Bytes) -> None:
+def _write_gifti(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
     """The key of a region is its label + 1; key 0, with the usual name ``???``, is no region."""
     row = '<Label Key="{}" Red="{:.6g}" Green="{:.6g}" Blue="{:.6g}" Alpha="{}">{}</Label>'
     rows = [row.format(0, 1, 1, 1, 0, "???")]
@@ -57,7 +57,7 @@ def _write_gifti(file: IO[bytes], labels: Ints, regions: Array, colors: Bytes) -
     file.write(_GIFTI.format(table="\n".join(rows), n=len(labels), data=data).encode("ascii"))
 
 
-def _write_annot(file: IO[bytes], labels: Ints, regions: Array, colors: Bytes) -> None:
+def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
     """Regions are the rows of the color table from 1 on; row 0, ``unknown``, is no region."""
     # Colors identify regions, so they must differ. Some readers do not allow gaps between rows.
     table = np.array([_UNKNOWN, *_distinct(colors)], np.int64)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..io.images import TextureImage, import_pillow, kind_of_image
-from ..io.textures import Material
+from ..io.textures import Material, with_textures
 
 
 class GltfMaterials:
@@ -28,9 +28,16 @@ class GltfMaterials:
         """Add a material, and return its index."""
         source = material.source
         if source is not None and source.format == "gltf":
-            document = self._with_textures(
-                json.loads(source.text), list(zip(source.images, source.samplers, strict=True))
-            )
+            pairs = list(zip(source.images, source.samplers, strict=True))
+
+            def reference(_: str, info: dict[str, Any]) -> dict[str, Any] | None:
+                image, sampler = pairs[info["index"]]
+                if image.problem is not None:
+                    return None
+                return {**info, "index": self._texture(image, sampler)}
+
+            document = with_textures(json.loads(source.text), reference)
+            self._find_extensions(document)
         else:
             document = self._plain(material)
         self.lists["materials"].append(document)
@@ -49,23 +56,15 @@ class GltfMaterials:
             }
         return {"name": material.name, "pbrMetallicRoughness": shading}
 
-    def _with_textures(self, value: Any, sources: list[tuple[TextureImage, str]]) -> Any:
-        """The JSON of a material, with indices of textures in this document."""
-        if isinstance(value, list):
-            return [self._with_textures(each, sources) for each in value]
-        if not isinstance(value, dict):
-            return value
-        kept: dict[str, Any] = {}
-        for key, each in value.items():
-            if key == "extensions" and isinstance(each, dict):
-                self.extensions |= {*each}
-            if key.endswith("Texture") and isinstance(each, dict) and "index" in each:
-                image, sampler = sources[each["index"]]
-                if image.problem is None:
-                    kept[key] = {**each, "index": self._texture(image, sampler)}
-            else:
-                kept[key] = self._with_textures(each, sources)
-        return kept
+    def _find_extensions(self, value: Any) -> None:
+        """Add the names of the extensions in a JSON value."""
+        nested = value if isinstance(value, list) else []
+        if isinstance(value, dict):
+            nested = list(value.values())
+            if isinstance(value.get("extensions"), dict):
+                self.extensions |= {*value["extensions"]}
+        for each in nested:
+            self._find_extensions(each)
 
     def _texture(self, image: TextureImage, sampler: str) -> int:
         key = image, sampler

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from .._types import Ints, Longs
 from .._validate import ranked_labels
 from ..cells.kinds import kind_of
+from ..cells.region_adjacency import region_graph
 from ..errors import MeshError
 from ..io.readers.labels import checked_labels
 from ..mesh.cells import Cells
@@ -62,14 +63,9 @@ class IdWriter:
         for ending in endings:
             if self.labels is None:
                 raise MeshError(f"there are no labels to write as {ending}")
-            if ending in VERTEX_OUTPUTS:
-                _check_all_in_regions(self.labels, ending)
+            _check_labels(self.labels, ending)
             if ending in GRAPH_OUTPUTS and self.labels.max() < 0:
                 raise MeshError("a graph needs a region, but all labels are -1")
-            if ending == ".pth":
-                check_torch()
-            if ending in CORTEX_OUTPUTS:
-                check_ids(self.labels)
             if ending == ".sstk.json":
                 _check_triangles(self.cells)
             if ending == ".aggregation.json":
@@ -80,22 +76,13 @@ class IdWriter:
         """Write a file with this ending; the name of the scene is taken from its path."""
         assert self.labels is not None
         if ending in GRAPH_OUTPUTS:
-            self._write_graph(file)
-            return
-        if ending in CORTEX_OUTPUTS:
+            ranks, _ = ranked_labels(self.labels)
+            write_arrays(file, region_graph(self.cells, ranks).to_pyg())
+        elif ending in CORTEX_OUTPUTS:
             self._write_cortex(file, ending)
-            return
-        labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self.labels
-        _write(file, ending, path, labels, self.options)
-
-    def _write_graph(self, file: IO[bytes]) -> None:
-        """Write the graph of the regions, in ascending order of labels."""
-        from ..cells.region_adjacency import region_graph
-
-        assert self.labels is not None
-        ranks, _ = ranked_labels(self.labels)
-        graph = region_graph(self.cells, ranks)
-        write_arrays(file, graph.to_pyg())
+        else:
+            labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self.labels
+            _write(file, ending, path, labels, self.options)
 
     def _write_cortex(self, file: IO[bytes], ending: str) -> None:
         """Write labels of vertices, in the colors of the regions."""
@@ -131,13 +118,7 @@ def write_given_labels(
         _check_nested(levels)
         return lambda file, ending, path: write_sstk(file, levels)
     checked = checked_labels(labels)
-    if ending in VERTEX_OUTPUTS:
-        _check_all_in_regions(checked, ending)
-    if ending == ".pth":
-        check_torch()
-    if ending in CORTEX_OUTPUTS:
-        check_ids(checked)
-        return lambda file, ending, path: write_cortex(file, ending, checked)
+    _check_labels(checked, ending)
     return lambda file, ending, path: _write(file, ending, path, checked, FormatOptions())
 
 
@@ -159,6 +140,8 @@ def _write(
         write_tensor(file, labels)
     elif ending in VERTEX_OUTPUTS:
         write_superpoints(file, labels, ending)
+    elif ending in CORTEX_OUTPUTS:
+        write_cortex(file, ending, labels)
     elif ending == ".npy":
         write_npy(file, labels)
     else:
@@ -175,10 +158,15 @@ def _check_triangles(cells: Cells) -> None:
         raise MeshError(f".sstk.json holds labels of triangles, but these are {kind.noun}s")
 
 
-def _check_all_in_regions(labels: Ints, ending: str) -> None:
-    if labels.min() < 0:
+def _check_labels(labels: Ints, ending: str) -> None:
+    """Raise an error if the format cannot hold the labels, or needs a package that is missing."""
+    if ending in VERTEX_OUTPUTS and labels.min() < 0:
         first = int(np.argmin(labels))
         raise MeshError(f"labels[{first}] is {labels[first]}; ids in {ending} must be 0 or more")
+    if ending == ".pth":
+        check_torch()
+    if ending in CORTEX_OUTPUTS:
+        check_ids(labels)
 
 
 def _check_nested(levels: Sequence[Ints]) -> None:

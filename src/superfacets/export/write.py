@@ -144,18 +144,17 @@ def write_mesh(
     if not force:
         check_truth_stays([path])
     cells = as_cells(mesh)
-    cell_labels = (
-        None
-        if labels is None
-        else checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
-    )
-    write: Callable[[IO[bytes], str, Path | None], None]
+    cell_labels = None if labels is None else _labels_of(cells, labels)
+    writer: IdWriter | CellWriter = CellWriter(cells, cell_labels, colors, attributes, options)
     if ending in DERIVED_OUTPUTS:
-        write = IdWriter(cells, cell_labels, options).checked([ending]).write
-    else:
-        write = CellWriter(cells, cell_labels, colors, attributes, options).checked([ending]).write
+        writer = IdWriter(cells, cell_labels, options)
+    writer = writer.checked([ending])
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        write(file, ending, path)
+        writer.write(file, ending, path)
+
+
+def _labels_of(cells: Cells, labels: npt.ArrayLike) -> Ints:
+    return checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
 
 
 def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -> None:
@@ -264,7 +263,7 @@ def write_regions(
     """
     cells = as_cells(mesh)
     ending = usual_ending(kind_of(cells).name) if ending is None else ending
-    cell_labels = checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+    cell_labels = _labels_of(cells, labels)
     order = np.argsort(cell_labels, kind="stable").astype(np.int32)
     order = order[np.searchsorted(cell_labels[order], 0) :]
     if not len(order):
@@ -311,17 +310,12 @@ def write_outputs(
     if not options.force:
         check_truth_stays(paths)
     cells = as_cells(mesh)
-    cell_labels = (
-        None
-        if labels is None
-        else checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
-    )
-    of_labels, of_cells = cell_labels, cells
+    cell_labels = None if labels is None else _labels_of(cells, labels)
+    ids = IdWriter(cells, cell_labels, options)
     if listed is not None:
-        of_labels = checked_labels(listed)
-        of_cells = cells if listed_mesh is None else as_cells(listed_mesh)
+        of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
+        ids = IdWriter(of_listed, checked_labels(listed), options)
     all_endings = {*endings, *streams}
-    ids = IdWriter(of_cells, of_labels, options)
     writers = _writers(all_endings, ids, CellWriter(cells, cell_labels, None, attributes, options))
     with atomic_outputs(paths) as temporaries:
         for temporary, ending, path in zip(temporaries, endings, paths, strict=True):

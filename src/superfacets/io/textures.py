@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,21 @@ class MaterialSource:
     text: str
     images: tuple[TextureImage, ...] = ()
     samplers: tuple[str, ...] = ()  # of glTF, as JSON, one per image
+
+
+def with_textures(value: Any, convert: Callable[[str, dict[str, Any]], Any]) -> Any:
+    """Copy the JSON of a glTF material with converted references to textures; None removes one."""
+    if isinstance(value, list):
+        return [with_textures(each, convert) for each in value]
+    if not isinstance(value, dict):
+        return value
+    kept: dict[str, Any] = {}
+    for key, each in value.items():
+        if not (key.endswith("Texture") and isinstance(each, dict) and "index" in each):
+            kept[key] = with_textures(each, convert)
+        elif (converted := convert(key, each)) is not None:
+            kept[key] = converted
+    return kept
 
 
 @dataclass(frozen=True, eq=False)

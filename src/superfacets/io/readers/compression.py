@@ -6,8 +6,6 @@ memory.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..._types import Array
@@ -36,16 +34,11 @@ def decode_meshopt(
     return np.ascontiguousarray(rows).view(np.uint8).reshape(-1).data
 
 
-@dataclass(frozen=True, eq=False)
-class DracoMesh:
-    """A mesh decoded by Draco."""
+def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, dict[int, Array]]:
+    """Decode a mesh to corners, (3F,) uint32, and attributes, (V, n), by id.
 
-    corners: Array  # (3F,) uint32
-    attributes: dict[int, Array]  # (V, n) by id
-
-
-def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> DracoMesh:
-    """Decode a mesh; a MeshError if its numbers of faces and vertices are not as declared."""
+    A MeshError if the numbers of faces and vertices are not as declared.
+    """
     library = import_extra("DracoPy", "reading glTF that is compressed by Draco", "compressed")
     _check_draco_size(content, n_faces, n_vertices)
     try:
@@ -56,7 +49,7 @@ def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> DracoMesh:
         raise MeshError(f"the Draco data is damaged: {shortened(str(error))}") from None
     if len(corners) != 3 * n_faces or any(len(rows) != n_vertices for rows in found.values()):
         raise MeshError("broken glTF: the mesh in the Draco data is not as declared")
-    return DracoMesh(corners, found)
+    return corners, found
 
 
 def _check_draco_size(content: bytes, n_faces: int, n_vertices: int) -> None:

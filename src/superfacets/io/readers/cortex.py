@@ -47,7 +47,8 @@ def _gifti_arrays(data: Content, *intents: str) -> list[Array | None]:
         found = [image.get_arrays_from_intent(f"NIFTI_INTENT_{intent}") for intent in intents]
         return [np.asarray(arrays[0].data) if arrays else None for arrays in found]
 
-    return _read("GIFTI", read)
+    found: list[Array | None] = _read("GIFTI", read)
+    return found
 
 
 def read_surface(data: Content) -> Arrays:

@@ -98,7 +98,7 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
-    """Position of the scanner (3,), or (N, 3) of each point's; None if a position is unknown."""
+    """Position of the scanner (3,), or (N, 3) for each point; None if a position is unknown."""
     found = [scan.frame for scan in scans if scan.frame is not None]
     # Merged clouds often have an identity pose; the origin is not the scanner then.
     if len(found) < len(scans) or np.array_equal(found, [_AT_REST] * len(scans)):

@@ -155,7 +155,7 @@ def _indices(item: dict[str, Any], key: str) -> list[Any]:
 
 def product(left: Floats, right: Floats) -> Floats:
     """Matrix product with a fixed order of additions, so that all machines round equally."""
-    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses the result
+    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
         result: Floats = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
     return result
 
@@ -233,11 +233,12 @@ def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
     n_corners = whole(gltf.item("accessors", primitive["indices"]), "count")
     gltf.take(BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * (n_corners // 3), f"meshes[{mesh}]")
     with named_errors(f"meshes[{mesh}]"):
-        found = decode_draco(bytes(view_content(gltf, view)), n_corners // 3, n_vertices)
-        _keep_rows(gltf, primitive["indices"], view, found.corners, of_any_type=True)
+        content = bytes(view_content(gltf, view))
+        corners, attributes = decode_draco(content, n_corners // 3, n_vertices)
+        _keep_rows(gltf, primitive["indices"], view, corners, of_any_type=True)
         for name in ids:
             if name in primitive["attributes"] and name.startswith(("POSITION", "TEXCOORD")):
-                rows = found.attributes.get(whole(ids, name))
+                rows = attributes.get(whole(ids, name))
                 _keep_rows(gltf, primitive["attributes"][name], view, rows)
 
 
@@ -304,7 +305,7 @@ def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
     """Transform a mesh; if the matrix mirrors, faces are reversed so that they face outward."""
     if np.array_equal(matrix, np.eye(4)):
         return positions, faces
-    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses the result
+    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
         moved = (positions[:, np.newaxis, :] * matrix[:3, :3]).sum(axis=2) + matrix[:3, 3]
     return moved, faces[:, [0, 2, 1]] if is_mirrored(matrix) else faces
 

@@ -22,7 +22,7 @@ from ..images import (
     kind_of_image,
     problems_of,
 )
-from ..textures import Material, MaterialSource, Texture
+from ..textures import Material, MaterialSource, Texture, with_textures
 from .gltf import (
     Scene,
     is_mirrored,
@@ -164,7 +164,7 @@ class _Reader:
         use = _use_of(info) if isinstance(info, dict) else _Use()
         source = _SourceReader(self, use)
         try:
-            text = json.dumps(source.rewritten(document))
+            text = json.dumps(with_textures(document, source.reference))
         except RecursionError:
             raise MeshError(f"broken glTF: materials[{index}] is nested too deeply") from None
         self.left_out += [f"{what} of material {name!r}" for what in source.left_out]
@@ -223,24 +223,8 @@ class _SourceReader:
     samplers: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
 
-    def rewritten(self, value: Any) -> Any:
-        """Return a JSON value with new indices of textures; textures in `left_out` are removed."""
-        if isinstance(value, list):
-            return [self.rewritten(each) for each in value]
-        if not isinstance(value, dict):
-            return value
-        kept: dict[str, Any] = {}
-        for key, each in value.items():
-            if key.endswith("Texture") and isinstance(each, dict) and "index" in each:
-                info = self._info(key, each)
-                if info is not None:
-                    kept[key] = info
-            else:
-                kept[key] = self.rewritten(each)
-        return kept
-
-    def _info(self, key: str, info: dict[str, Any]) -> dict[str, Any] | None:
-        """The reference to a texture; None if it uses other coordinates than the color texture."""
+    def reference(self, key: str, info: dict[str, Any]) -> dict[str, Any] | None:
+        """Rewrite a reference; None if it uses other coordinates than the color texture."""
         if _use_of(info) != self.use:
             self.left_out.append(f"{key}, which uses other coordinates than the color,")
             return None

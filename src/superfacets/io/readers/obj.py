@@ -1,4 +1,4 @@
-"""OBJ: the `v` and `f` lines, whatever objects, groups and materials they belong to."""
+"""OBJ: the `v` and `f` lines of all objects, groups and materials."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def read_pcd(data: Content) -> PcdPoints:
         if name == _PADDING:
             continue
         if name in columns or not is_word(name):
-            left_out.append(f"field {shown(name)}, whose name is taken or is no word of ASCII")
+            left_out.append(f"field {shown(name)}, whose name is taken or is not a word of ASCII")
             continue
         columns[name] = values
     columns = _with_positions(_with_colors(columns), left_out)

@@ -128,8 +128,9 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     Notes
     -----
     Time and memory are linear in the size of the file. Sizes that a header declares are compared
-    with the content of the file before memory is allocated. Compressed arrays of a VTK file may
-    have 100 times the size of the file, or 64 MB if that is more.
+    with the content of the file before memory is allocated, except for the cortex, whose files
+    nibabel reads. Compressed arrays of a VTK file may have 100 times the size of the file, or 64 MB
+    if that is more.
 
     Examples
     --------

@@ -6,9 +6,8 @@ import binascii
 import lzma
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any, Literal
-from xml.parsers import expat
+from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
 
@@ -28,6 +27,8 @@ NUMBER_TYPES = {
 
 _NONE = np.empty(0, np.uint8)
 """Empty array, which keeps the type of integers that are concatenated with it."""
+
+_UNNAMED = "without a name"
 
 _ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
 
@@ -59,90 +60,40 @@ def _open(data: Content) -> XmlFile:
     if not is_vtp(data):
         raise MeshError("not a VTP file: it does not begin with a VTKFile of type PolyData")
     file = XmlFile(data, "PolyData")
-    if any(piece.count("NumberOfStrips") for piece in file.pieces):
+    if any(_count(piece, "NumberOfStrips") for piece in file.pieces):
         raise MeshError("the VTP file holds triangle strips: save it with polygons")
     return file
 
 
-@dataclass(frozen=True, eq=False)
-class _Array:
-    attributes: dict[str, str]
-    texts: list[str] = field(default_factory=list)
-
-    @property
-    def name(self) -> str:
-        return self.attributes.get("Name", "without a name")
-
-
-@dataclass(frozen=True, eq=False)
-class _Piece:
-    """A piece: the attributes of its tag, and its arrays by section."""
-
-    attributes: dict[str, str]
-    sections: dict[str, list[_Array]] = field(default_factory=dict)
-
-    def count(self, name: str) -> int:
-        """Return a count from the tag; 0 if it is missing."""
-        return as_count(self.attributes.get(name, "0"), name)
+def _count(piece: Element, name: str) -> int:
+    """A count from the tag of a piece; 0 if it is missing."""
+    return as_count(piece.get(name, "0"), name)
 
 
 class XmlFile:
-    """A VTK XML file of one type, whose arrays are decoded on demand.
-
-    Document types, which define entities, are refused: VTK does not write them.
-    """
+    """A VTK XML file of one type, whose arrays are decoded on demand."""
 
     def __init__(self, data: Content, kind: str) -> None:
-        self.pieces: list[_Piece] = []
-        self._path: list[str] = []
-        self._attributes: dict[str, dict[str, str]] = {}
         self._left = most_bytes_of(len(data))
         self._appended = memoryview(b"")
         begin = data.find(b"<AppendedData")
-        if begin < 0:
-            self._parse(data[:])
-        else:
+        text = data[:]
+        if begin >= 0:
             tag_end = data.find(b">", begin) + 1
             body, end = data.find(b"_", tag_end), data.rfind(b"</AppendedData")
             if not 0 < tag_end <= body < end:
                 raise MeshError("the appended data has no end: the file may be truncated")
-            self._parse(data[:tag_end] + data[end:])
+            text = data[:tag_end] + data[end:]
             self._appended = memoryview(data[body + 1 : end])
-        found = self._attributes.get("VTKFile", {})
-        if found.get("type") != kind or kind not in self._attributes:
+        root = _parsed_xml(text)
+        if root.get("type") != kind or root.find(kind) is None:
             raise MeshError(f"the VTKFile is not of type {kind}")
-        self._order = _ORDERS.get(found.get("byte_order", ""))
-        self._header = np.dtype(NUMBER_TYPES.get(found.get("header_type", "UInt32"), "u4"))
-        self._compressor = found.get("compressor", "")
-
-    def _parse(self, text: bytes) -> None:
-        parser = expat.ParserCreate()
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = lambda _: self._path.pop()
-        parser.CharacterDataHandler = self._characters
-        parser.StartDoctypeDeclHandler = _refuse_doctype
-        parser.buffer_text = True
-        parser.buffer_size = 1 << 16
-        try:
-            parser.Parse(text, True)
-        except MeshError:
-            raise
-        except (expat.ExpatError, LookupError, ValueError) as error:  # also unknown encodings
-            raise MeshError(f"the XML is truncated or damaged: {error}") from None
-
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        depth = len(self._path)
-        if depth < 2:
-            self._attributes[tag] = attributes
-        elif tag == "Piece" and depth == 2:
-            self.pieces.append(_Piece(attributes))
-        elif tag == "DataArray" and depth == 4 and self._path[2] == "Piece":
-            self.pieces[-1].sections.setdefault(self._path[3], []).append(_Array(attributes))
-        self._path.append(tag)
-
-    def _characters(self, text: str) -> None:
-        if len(self._path) == 5 and self._path[2] == "Piece" and self._path[4] == "DataArray":
-            self.pieces[-1].sections[self._path[3]][-1].texts.append(text)
+        self.pieces = root.findall(f"{kind}/Piece")
+        self._order = _ORDERS.get(root.get("byte_order", ""))
+        self._header = np.dtype(NUMBER_TYPES.get(root.get("header_type", "UInt32"), "u4"))
+        self._compressor = root.get("compressor", "")
+        appended = root.find("AppendedData")
+        self._encoding = "" if appended is None else appended.get("encoding", "")
 
     def cells(self, section: str, count: str) -> tuple[Floats, Array, Array]:
         """Return vertices (V, 3), sizes and flat corners of the cells of all pieces."""
@@ -150,7 +101,7 @@ class XmlFile:
         n_points = 0
         for piece in self.pieces:
             points = self._points(piece)
-            ends = self._integers(piece, section, "offsets", piece.count(count))
+            ends = self._integers(piece, section, "offsets", _count(piece, count))
             sizes = sizes_between(ends, section)
             corners = self._integers(piece, section, "connectivity", int(sizes.sum()))
             parts.append((points, sizes, corners + n_points if n_points else corners))
@@ -161,7 +112,7 @@ class XmlFile:
     def kinds(self) -> Array:
         """Return VTK's type of each cell of all pieces."""
         found = [
-            self._integers(piece, "Cells", "types", piece.count("NumberOfCells"))
+            self._integers(piece, "Cells", "types", _count(piece, "NumberOfCells"))
             for piece in self.pieces
         ]
         return np.concatenate([_NONE, *found])
@@ -170,24 +121,24 @@ class XmlFile:
         """Return cell data of all pieces, without cells of `before`; None if a piece lacks it."""
         parts = []
         for piece in self.pieces:
-            n_before = sum(map(piece.count, before))
-            n_cells = n_before + piece.count(count)
+            n_before = sum(_count(piece, name) for name in before)
+            n_cells = n_before + _count(piece, count)
             values = self._array(piece, "CellData", name, n_cells) if n_cells else _NONE
             if values is None:
                 return None
             parts.append(values[n_before:])
         return np.concatenate(parts) if parts else None
 
-    def _points(self, piece: _Piece) -> Floats:
-        n_points = piece.count("NumberOfPoints")
-        array = next(iter(piece.sections.get("Points", [])), None)
+    def _points(self, piece: Element) -> Floats:
+        n_points = _count(piece, "NumberOfPoints")
+        array = piece.find("Points/DataArray")
         if not n_points:
             return np.empty((0, 3))
-        if array is None or array.attributes.get("NumberOfComponents") != "3":
+        if array is None or array.get("NumberOfComponents") != "3":
             raise MeshError("the Points of the file must have 3 components")
         return as_doubles(self._values(array, 3 * n_points)).reshape(-1, 3)
 
-    def _integers(self, piece: _Piece, section: str, name: str, n: int) -> Array:
+    def _integers(self, piece: Element, section: str, name: str, n: int) -> Array:
         """An array of `n` integers; a MeshError if it is missing."""
         found = self._array(piece, section, name, n) if n else _NONE
         if found is None:
@@ -196,16 +147,17 @@ class XmlFile:
             raise MeshError(f"the array {name} must hold integers")
         return found
 
-    def _array(self, piece: _Piece, section: str, name: str, n: int) -> Array | None:
+    def _array(self, piece: Element, section: str, name: str, n: int) -> Array | None:
         """The array of this name, with `n` values; None if there is none."""
-        array = next((one for one in piece.sections.get(section, []) if one.name == name), None)
+        arrays = piece.findall(f"{section}/DataArray")
+        array = next((one for one in arrays if one.get("Name", _UNNAMED) == name), None)
         if array is None:
             return None
-        if array.attributes.get("NumberOfComponents", "1") not in ("0", "1"):
+        if array.get("NumberOfComponents", "1") not in ("0", "1"):
             raise MeshError(f"the array {shown(name)} has more than one number per cell")
         return self._values(array, n)
 
-    def _values(self, array: _Array, n: int) -> Array:
+    def _values(self, array: Element, n: int) -> Array:
         """The `n` numbers of an array; a MeshError names the array if it has another size."""
         try:
             self._left -= 8 * n
@@ -213,16 +165,16 @@ class XmlFile:
                 raise MeshError(f"{counted(n, 'number')} are too many for a file of this size")
             return self._decoded(array, n)
         except MeshError as error:
-            raise MeshError(f"the array {shown(array.name)}: {error}") from None
+            raise MeshError(f"the array {shown(array.get('Name', _UNNAMED))}: {error}") from None
 
-    def _decoded(self, array: _Array, n: int) -> Array:
-        word = array.attributes.get("type", "")
+    def _decoded(self, array: Element, n: int) -> Array:
+        word = array.get("type", "")
         if word not in NUMBER_TYPES:
             raise MeshError(f"expected a type such as Float64, got {shown(word)}")
         stored = np.dtype(NUMBER_TYPES[word])
-        form = array.attributes.get("format", "ascii")
+        form = array.get("format", "ascii")
         if form == "ascii":
-            values = _parsed("".join(array.texts).encode(), stored)
+            values = _parsed((array.text or "").encode(), stored)
             if len(values) != n:
                 n_found = len(values)
                 raise MeshError(
@@ -230,12 +182,12 @@ class XmlFile:
                 )
             return values
         if form == "binary":
-            data: Any = "".join("".join(array.texts).split()).encode()
+            data: Any = "".join((array.text or "").split()).encode()
             is_base64 = True
         elif form == "appended":
-            offset = as_count(array.attributes.get("offset", ""), "offsets of appended data")
+            offset = as_count(array.get("offset", ""), "offsets of appended data")
             data = self._appended[offset:]
-            is_base64 = self._attributes.get("AppendedData", {}).get("encoding") != "raw"
+            is_base64 = self._encoding != "raw"
         else:
             raise MeshError(f"expected the format ascii, binary or appended, got {shown(form)}")
         if self._order is None:
@@ -305,8 +257,15 @@ def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
     return found
 
 
-def _refuse_doctype(*_: object) -> None:
-    raise MeshError("the XML declares a document type, which files of VTK do not have")
+def _parsed_xml(text: bytes) -> Element:
+    """Parse a VTKFile; document types, which define entities, are refused."""
+    if b"<!DOCTYPE" in text:
+        raise MeshError("the XML declares a document type, which files of VTK do not have")
+    try:
+        root = fromstring(text)
+    except (ParseError, LookupError, ValueError) as error:  # also unknown encodings
+        raise MeshError(f"the XML is truncated or damaged: {error}") from None
+    return root if root.tag == "VTKFile" else Element("")
 
 
 def _parsed(text: bytes, stored: np.dtype[Any]) -> Array:
