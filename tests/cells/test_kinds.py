@@ -110,7 +110,7 @@ def test_labels_of_pixels_are_written_and_pixels_are_not(image, tmp_path):
         superfacets.vertex_labels(image, labels)
     with pytest.raises(MeshError, match="pixels cannot be split"):
         superfacets.submesh(image, labels, 1)
-    with pytest.raises(MeshError, match="needs a surface, but a Image has no faces"):
+    with pytest.raises(MeshError, match="expected a surface, but a Image has no faces"):
         superfacets.border_lines(image, labels)
     with pytest.raises(MeshError, match="info does not support pixels"):
         superfacets.mesh_info(image)

@@ -126,7 +126,7 @@ class TestScanNet:
 
     def test_labels_are_checked_before_a_file_is_made(self, square, tmp_path):
         for name in ("a.segs.json", "a.bin", "a_sp_label.npy"):
-            with pytest.raises(MeshError, match=rf"labels\[1\] is -1; ids in {name[1:]} are 0"):
+            with pytest.raises(MeshError, match=rf"labels\[1\] is -1; ids in {name[1:]} must be 0"):
                 write_mesh(tmp_path / name, square, [0, -1])
             with pytest.raises(MeshError, match=r"labels\[1\] is -1"):
                 write_labels(tmp_path / name, [0, -1])

@@ -88,12 +88,11 @@ def _put_on_meshio(target: Any, results: Results) -> None:
         target.cell_data[name] = stored
 
 
-def _put_on_tensor_mesh(target: Any, results: Results) -> None:
-    _put_tensors(target.vertex if results.on_points else target.triangle, results)
-
-
-def _put_tensors(attributes: Any, results: Results) -> None:
+def _put_on_open3d(target: Any, results: Results) -> None:
     """Add tensors to a map of tensors, with the class and the device of its first tensor."""
+    attributes = getattr(target, "point", None)
+    if attributes is None:
+        attributes = target.vertex if results.on_points else target.triangle
     old = next(iter(dict(attributes.items()).values()))
 
     def tensor(array: Array) -> Any:
@@ -134,8 +133,8 @@ def _has(target: Any, names: tuple[str, ...]) -> bool:
 
 _LIBRARIES: tuple[tuple[tuple[str, ...], Callable[[Any, Results], None]], ...] = (
     (("cell_data", "n_cells"), _put_on_pyvista),
-    (("vertex", "triangle"), _put_on_tensor_mesh),
-    (("point.positions",), lambda target, results: _put_tensors(target.point, results)),
+    (("vertex", "triangle"), _put_on_open3d),
+    (("point.positions",), _put_on_open3d),
     (("face_attributes", "vertex_attributes"), _put_on_trimesh),
     (("vertices", "metadata", "colors"), _put_on_trimesh_cloud),
 )

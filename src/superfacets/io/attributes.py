@@ -15,16 +15,8 @@ from .._types import Array
 from .._validate import owned, refuse_mask
 from .textures import Texture
 
-PLY_TYPES = {
-    "i1": "char",
-    "u1": "uchar",
-    "i2": "short",
-    "u2": "ushort",
-    "i4": "int",
-    "u4": "uint",
-    "f4": "float",
-    "f8": "double",
-}
+PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint",
+             "f4": "float", "f8": "double"}  # fmt: skip
 """PLY's name of each property type, by numpy's type code."""
 
 

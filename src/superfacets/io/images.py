@@ -26,14 +26,8 @@ MAX_PIXELS_PER_BYTE = 1032
 """Largest allowed number of pixels per byte of the file, for images of more than
 `ALWAYS_ALLOWED_PIXELS`: the highest compression that deflate, as in PNG, reaches."""
 
-_PLUGINS = {
-    "png": "Png",
-    "jpeg": "Jpeg",
-    "webp": "WebP",
-    "bmp": "Bmp",
-    "tiff": "Tiff",
-    "tga": "Tga",
-}
+_PLUGINS = {"png": "Png", "jpeg": "Jpeg", "webp": "WebP", "bmp": "Bmp", "tiff": "Tiff",
+            "tga": "Tga"}  # fmt: skip
 """Names of Pillow's readers. `PIL.Image.open` would refuse more than 179 million pixels."""
 
 _MAGIC = {

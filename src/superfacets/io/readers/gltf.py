@@ -37,19 +37,6 @@ TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 
-def read_gltf(
-    data: Content, folder: Path | None, placement: Floats | None = None
-) -> TriangleArrays:
-    """Return vertices and faces of the default scene of a .gltf or .glb file in `folder`.
-
-    Copies of meshes are ordered by the index of the mesh in the file, then by the order of the
-    nodes in the scene. Each copy is moved by the matrix of its node. Primitives of one mesh that
-    use the same positions share vertices. Lines and points are skipped. If `folder` is None,
-    buffers in other files are refused. `placement` is a matrix that moves the whole scene.
-    """
-    return read_scene(open_scene(data, folder, placement))
-
-
 @dataclass(frozen=True, eq=False)
 class Scene:
     """A glTF document, and the meshes of its default scene, by index in the file."""
@@ -59,14 +46,23 @@ class Scene:
 
 
 def open_scene(data: Content, folder: Path | None, placement: Floats | None = None) -> Scene:
-    """Parse a file, and find the nodes of its default scene."""
+    """Parse a .gltf or .glb file in `folder`, and find the meshes of its default scene.
+
+    If `folder` is None, buffers in other files are refused. `placement` is a matrix that moves the
+    whole scene.
+    """
     gltf = open_gltf(data, folder)
     start = np.eye(4) if placement is None else placement
     return Scene(gltf, sorted(_visit_nodes(gltf, start), key=lambda visit: visit[0]))
 
 
 def read_scene(scene: Scene) -> TriangleArrays:
-    """Return vertices and faces of a scene; see `read_gltf`."""
+    """Return vertices and faces of a scene.
+
+    Copies of meshes are ordered by the index of the mesh in the file, then by the order of the
+    nodes in the scene. Each copy is moved by the matrix of its node. Primitives of one mesh that
+    use the same positions share vertices. Lines and points are skipped.
+    """
     gltf, visits = scene.gltf, scene.visits
     shown = sorted({index for index, _ in visits})
     sizes = {index: _mesh_size(gltf, index) for index in shown}

@@ -13,7 +13,7 @@ import numpy as np
 from ..._types import Array, Floats, Ints
 from ...errors import MeshError
 from ..attributes import MeshAttributes
-from ..guards import Content, TriangleArrays, as_doubles, most_bytes_of
+from ..guards import as_doubles, most_bytes_of
 from ..images import (
     ENDING_OF_IMAGE,
     UNKNOWN,
@@ -26,10 +26,8 @@ from ..textures import Material, MaterialSource, Texture, with_textures
 from .gltf import (
     Scene,
     is_mirrored,
-    open_scene,
     positions_of,
     read_corners,
-    read_scene,
     triangle_primitives,
 )
 from .gltf_file import Gltf, decoded, numbers, read_accessor, view_content, whole
@@ -40,21 +38,14 @@ _TRANSFORM = "KHR_texture_transform"
 _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
-def read_gltf_with_attributes(
-    data: Content, folder: Path | None, placement: Floats | None = None
-) -> tuple[TriangleArrays, MeshAttributes]:
-    """Return vertices and faces of a scene, and its texture; images are in `folder` or below it.
-
-    If the texture is damaged, the mesh is read without it.
-    """
-    scene = open_scene(data, folder, placement)
-    arrays = read_scene(scene)
+def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:
+    """Return the texture of a scene, unless it is damaged; images are in `folder` or below it."""
     reader = _Reader(scene.gltf, folder)
     try:
         texture = reader.texture(scene)
     except MeshError as error:
-        return arrays, MeshAttributes(left_out=(f"texture: {error}",))
-    return arrays, MeshAttributes(left_out=(*reader.left_out,), texture=texture)
+        return MeshAttributes(left_out=(f"texture: {error}",))
+    return MeshAttributes(left_out=(*reader.left_out,), texture=texture)
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read
 from .b3dm import Placement, open_model
 from .clouds import CLOUD_READERS, holds_cloud
 from .cortex import SURFACE_ENDINGS, TRIANGLES, read_gifti, read_surface
-from .gltf import read_gltf
-from .gltf_texture import read_gltf_with_attributes
+from .gltf import open_scene, read_scene
+from .gltf_texture import read_texture
 from .obj import read_obj
 from .obj_texture import read_obj_with_attributes
 from .off import MAGIC as OFF_MAGIC
@@ -326,9 +326,11 @@ def _parse_gltf(
     data: Content, folder: Path | None, *, keep: bool, placement: Placement | None
 ) -> tuple[AnyMesh, MeshAttributes | None]:
     model = open_model(data, placement)
+    scene = open_scene(model.gltf, folder, model.matrix)
+    arrays = read_scene(scene)
     if not keep:
-        return _mesh_of(read_gltf(model.gltf, folder, model.matrix)), None
-    arrays, attributes = read_gltf_with_attributes(model.gltf, folder, model.matrix)
+        return _mesh_of(arrays), None
+    attributes = read_texture(scene, folder)
     if model.comments:
         attributes = replace(attributes, comments=model.comments)
     return _mesh_of(arrays), attributes
