@@ -180,18 +180,11 @@ class CellWriter:
         texture = None if self.attributes is None else self.attributes.texture
         # Viewers multiply colors and texture, so a GLB with a texture gets no colors.
         is_plain = ending in COLORLESS_OUTPUTS or (ending == ".glb" and texture is not None)
+        colors = self.given_colors if is_plain else self._colors
         content = Content(
-            self.cells,
-            ending,
-            self.labels,
-            self.given_colors if is_plain else self._colors,
-            self.attributes,
-            of_vertices,
-            options.classes,
-            options.label_name,
-            options.ascii,
-            path,
-        )
+            self.cells, ending, self.labels, colors, self.attributes, of_vertices,
+            options.classes, options.label_name, options.ascii, path,
+        )  # fmt: skip
         WRITERS[kind_of(self.cells).name][ending](file, content)
 
     @cached_property

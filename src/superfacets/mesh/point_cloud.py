@@ -9,13 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Floats, Singles
-from .._validate import (
-    checked_colors,
-    checked_normals,
-    checked_points,
-    checked_viewpoints,
-    freeze,
-)
+from .._validate import checked_colors, checked_normals, checked_points, checked_viewpoints, freeze
 from .cells import Cells
 
 

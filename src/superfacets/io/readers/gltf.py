@@ -11,14 +11,7 @@ import numpy as np
 from ..._types import Array, Floats
 from ..._validate import MAX_CELLS
 from ...errors import MeshError
-from ..guards import (
-    MAX_GROWTH,
-    Content,
-    TriangleArrays,
-    as_doubles,
-    most_bytes_of,
-    named_errors,
-)
+from ..guards import MAX_GROWTH, Content, TriangleArrays, as_doubles, most_bytes_of, named_errors
 from .compression import DRACO, decode_draco
 from .gltf_file import (
     COMPONENTS,

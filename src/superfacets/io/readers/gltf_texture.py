@@ -23,13 +23,7 @@ from ..images import (
     problems_of,
 )
 from ..textures import Material, MaterialSource, Texture, with_textures
-from .gltf import (
-    Scene,
-    is_mirrored,
-    positions_of,
-    read_corners,
-    triangle_primitives,
-)
+from .gltf import Scene, is_mirrored, positions_of, read_corners, triangle_primitives
 from .gltf_file import Gltf, decoded, numbers, read_accessor, view_content, whole
 
 WRAP_OF_CODE = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
