@@ -17,6 +17,7 @@ from ..guards import Content, counted, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .cortex import annot_labels, gifti_labels
 from .npy import npy_array, npy_header
+from .parts import has_region_parts, obj_labels, stl_labels
 from .ply import has_ply_labels, read_ply_labels
 from .tets import TET_ENDINGS, tet_labels
 from .text import shown, split_lines
@@ -48,6 +49,9 @@ def read_labels(
         - ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer), with the extra ``cortex``: a label of
           each vertex, which is its key or row in the table of colors minus 1. The first entry of
           the table means no region, and becomes -1.
+        - ``.stl`` (text) and ``.obj``: parts, which are solids, groups or objects. ``region_17`` is
+          label 17 if all parts have such names; otherwise parts are numbered in the order of the
+          file.
     n_faces : int, optional
         Number of cells; if given, the file must have this number of labels.
     name : str, default "label"
@@ -93,9 +97,11 @@ def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
     """Whether the file of a mesh or a cloud also holds labels with this name."""
     path = Path(path)
     ending = path.suffix.lower()
-    if ending not in _FINDERS and ending != ".ply":
+    if ending not in _FINDERS and ending not in (".ply", ".stl", ".obj"):
         return False
     data = read_content(path)
+    if ending in (".stl", ".obj"):
+        return has_region_parts(data)
     with named_errors(path):
         if ending == ".ply":  # the header suffices
             return has_ply_labels(data, name)
@@ -170,6 +176,8 @@ _READERS: dict[str, Callable[[Content, str], Array]] = {
     ".ply": read_ply_labels,
     ".seg": _read_text,
     ".txt": _read_text,
+    ".stl": lambda data, name: stl_labels(data),
+    ".obj": lambda data, name: obj_labels(data),
     **{ending: partial(_read_found, ending=ending) for ending in _FINDERS},
     ".label.gii": lambda data, name: gifti_labels(data),
     ".annot": lambda data, name: annot_labels(data),
