@@ -15,7 +15,7 @@ from ..io.atomic import StrPath
 from ..io.readers.b3dm import Placement
 from ..io.readers.read import CELL_ENDINGS
 from ..io.readers.tets import TET_ENDINGS
-from ..io.readers.tileset import read_tileset, tileset_at
+from ..io.readers.tileset import Tile, read_tileset, tileset_at
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
 """Endings of files that are found in folders. ``.csv``, ``.txt`` and ``.npy`` are excluded, because
@@ -41,10 +41,10 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
     """Return the files given by `inputs`, without duplicates, as `batch` describes them.
 
     A tileset of 3D Tiles (a ``.json`` file, or a folder with a ``tileset.json``) stands for its
-    models. Links to folders are not followed. Empty lines of a list (``@LIST``) and lines that
-    begin with ``#`` are ignored. An OSError if a folder or a list cannot be read, or nothing is
-    found; a ValueError if no input is given, or two files have the same relative path; a MeshError
-    if a tileset is damaged.
+    models; a tileset that cannot be read is returned itself, and its job fails. Links to folders
+    are not followed. Empty lines of a list (``@LIST``) and lines that begin with ``#`` are ignored.
+    An OSError if a folder or a list cannot be read, or nothing is found; a ValueError if no input
+    is given, or two files have the same relative path.
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     found: dict[str, Source] = {}
@@ -126,17 +126,35 @@ def _below(folder: Path) -> Iterator[Source]:
 
 
 def _shown_by(path: Path, above: str) -> Iterator[Source]:
-    """The models of a tileset; their names begin with `above`."""
+    """The models of a tileset, or its file if it cannot be read; names begin with `above`."""
     file = tileset_at(path)
     assert file is not None
+    try:
+        tiles = _models_of(file)
+    except (MeshError, OSError):  # the job of the file raises the error again
+        yield Source(str(file), above + file.name)
+        return
+    for tile in tiles:
+        yield Source(str(file.parent / tile.name), above + tile.name, tile.placement)
+
+
+def refuse_tileset(file: Path) -> None:
+    """Raise the error of a tileset that `find_sources` could not read; nothing for other files."""
+    if file.suffix.lower() == ".json":
+        _models_of(file)
+
+
+def _models_of(file: Path) -> tuple[Tile, ...]:
+    """Return the models of a tileset; a MeshError if it is damaged or shows a model twice."""
+    tiles = read_tileset(file).tiles
     seen = set()
-    for tile in read_tileset(file).tiles:
+    for tile in tiles:
         if tile.path in seen:
             raise MeshError(
                 f"{file}: {tile.name} is shown twice: use segment --tiled, which joins all models"
             )
         seen.add(tile.path)
-        yield Source(str(file.parent / tile.name), above + tile.name, tile.placement)
+    return tiles
 
 
 def _fail(error: OSError) -> None:
