@@ -157,7 +157,7 @@ def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
         assert f"colors               {said}\n" in output
     table = np.column_stack([points, np.full(6, 7.0), np.arange(6)])
     np.savetxt("far.csv", table, delimiter=",", header="x,y,z,flat,steep", comments="")
-    assert "far.csv: the same everywhere: flat\n" in run("info", "far.csv")
+    assert "far.csv: properties with the same value everywhere: flat\n" in run("info", "far.csv")
 
 
 @pytest.mark.parametrize(

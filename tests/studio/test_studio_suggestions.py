@@ -182,7 +182,7 @@ def test_groups_of_no_cells_suggest_nothing(document, groups):
 
 @pytest.mark.parametrize("text", [b"[]", b"null", b'{"segGroups": 5}', b'{"segGroups": [5]}'])
 def test_json_of_another_shape_is_refused_in_plain_words(document, groups, text):
-    with pytest.raises(MeshError, match="not where this format has it"):
+    with pytest.raises(MeshError, match="does not have the structure of this format"):
         read_import(groups | {"lifted.aggregation.json": text}, document.cells, ())
 
 
