@@ -331,11 +331,11 @@ def test_a_single_face_has_no_neighbor_to_go_to(serve, open_tab, tmp_path):
     _cells_of_all_kinds(tmp_path)
     tab = open_tab(serve(tmp_path / "one.ply", 6).address)
     tab.press("b", "ArrowUp", "ArrowUp")
-    assert tab.status == "No triangle lies that way."
+    assert tab.status == "No triangle is in this direction."
     tab.press("h", "Escape", "h")
     assert "No region" in tab.status
     tab.press("b", "n", "h", "ArrowUp")
-    assert tab.status == "Nothing is seen."
+    assert tab.status == "No cell is visible."
 
 
 def test_arrow_keys_go_from_face_to_face_where_one_looks(studio):

@@ -173,7 +173,7 @@ def merge(tab, path, folder, expected):
     assert "theirs.studio.jsonl" in tab.locator("#comparison p").text_content()
     tab.locator("#canvas").focus()
     tab.press("d", "t")
-    tab.wait_for_status("Theirs is taken")
+    tab.wait_for_status("Their labels are taken")
     paint = np.array(tab.evaluate("[...studio.desk.session.paints.of]"))
     np.testing.assert_array_equal((paint & 0xFFFF) * 1000 + (paint >> 16), theirs)
     assert tab.page.get_by_role("button", name="Next difference").is_disabled()
