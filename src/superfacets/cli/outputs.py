@@ -337,5 +337,5 @@ def check_mask(mask: Path | None, endings: Iterable[str]) -> None:
     refusing = sorted({*endings} & {*VERTEX_OUTPUTS})
     if mask is not None and refusing:
         raise click.UsageError(
-            f"{refusing[0]} files have no id for cells that --mask leaves out: leave out one of the two"
+            f"{refusing[0]} files have no id for cells that --mask leaves out: use another format"
         )

@@ -58,7 +58,7 @@ def test_painted_regions_have_the_color_of_their_class_through_undo_and_reload(s
     assert not tab.classes()[tab.labels() == last[0]].any()
     assert np.abs(tab.hue_at(*last[1:]) - hue(colors[2])).max() > 0.05
     tab.press("Control+Shift+Z")
-    tab.wait_for_status("again")
+    tab.wait_for_status("Redone")
     np.testing.assert_allclose(tab.hue_at(*last[1:]), hue(colors[2]), atol=0.03)
 
     painted = tab.classes()
@@ -245,7 +245,7 @@ def test_an_export_is_what_was_painted_and_is_read_back(studio):
     tab.locator("#import").set_input_files(
         {"name": "back.npy", "mimeType": "", "buffer": download.value.path().read_bytes()}
     )
-    tab.wait_for_status("Read")
+    tab.wait_for_status("Imported")
     np.testing.assert_array_equal(tab.classes(), written)
 
 

@@ -124,7 +124,7 @@ def test_two_chairs_of_one_class_become_two_objects(room, serve, open_tab, tmp_p
     tab.wait_for_status("Undone")
     assert (server.instances() == 0).any()
     tab.press("Control+Shift+Z")
-    tab.wait_for_status("again")
+    tab.wait_for_status("Redone")
     server.kill()
     server.start()
     tab.page.reload()
