@@ -128,7 +128,7 @@ def test_nothing_is_lost_when_the_server_is_killed_while_one_paints(command):
     tab.press("2")
     tab.click(*b)
     tab.until(
-        "document.querySelector('#banner:not([hidden])')?.textContent.includes('1 stroke waits')"
+        "document.querySelector('#banner:not([hidden])')?.textContent.includes('1 unsaved stroke')"
     )
     tab.click(*c)
     tab.locator("#undo").click()
@@ -150,7 +150,7 @@ def test_strokes_that_wait_survive_the_page_too(command):
     server.kill()
     tab.click(x, y)
     tab.until(
-        "document.querySelector('#banner:not([hidden])')?.textContent.includes('1 stroke waits')"
+        "document.querySelector('#banner:not([hidden])')?.textContent.includes('1 unsaved stroke')"
     )
     tab.page.on("dialog", lambda dialog: dialog.accept())
     tab.page.goto("about:blank")
