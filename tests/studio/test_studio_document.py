@@ -242,3 +242,13 @@ def test_undo_keeps_little_memory_for_large_strokes():
     before, after = change.before, change.after
     assert before.cells is after.cells
     assert len(after.cells) + len(before.values) + len(after.values) < 10_000
+
+
+def test_new_work_is_neither_reviewed_nor_changed(document):
+    assert document.state.review_marks == {}
+    document.paint(cells(1), 1)
+    assert document.state.review_marks == {}
+    document.review(True)
+    assert document.state.review_marks == {"reviewed": True}
+    document.paint(cells(2), 1)
+    assert document.state.review_marks == {"reviewed": True, "changed_since_review": True}

@@ -51,7 +51,7 @@ def objects_of(document: Document, instances: Ints) -> list[Object]:
     """The objects that these cells or vertices have, by class and number."""
     stuff = stuff_of(document.class_list)
     found = []
-    for instance in np.unique(instances[instances > 0]).tolist():
+    for instance in np.setdiff1d(instances, 0).tolist():
         class_id, object_id = divmod(instance, INSTANCES)
         label, name = document.name_of(class_id), document.name_of(class_id, object_id)
         found.append(Object(class_id, object_id, label, name, class_id in stuff))
