@@ -11,8 +11,8 @@ from numpy.testing import assert_array_equal
 from superfacets import read_attributes, read_labels, read_mesh, write_labels, write_mesh
 
 NO_LABELS = (
-    "superfacets: error: a.ply: there are no labels to {} (none called label): give a file of LABELS,"
-    " or --labels-named\n"
+    "superfacets: error: a.ply: there are no labels to {} (none called label): give a file of"
+    " LABELS, or --labels-named\n"
 )
 
 
