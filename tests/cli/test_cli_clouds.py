@@ -185,6 +185,6 @@ def test_commands_refuse_a_height_grid(folder, command):
 
 def test_attributes_of_large_files_are_not_read_for_info(run, monkeypatch):
     Path("far.csv").write_text("x,y,z,flat\n0,0,0,1\n1,0,0,1\n")
-    assert "the same everywhere" in run("info", "far.csv")[2]
+    assert "the same value everywhere" in run("info", "far.csv")[2]
     monkeypatch.setattr("superfacets.cli.info.MAX_BYTES_OF_ATTRIBUTES", 10)
-    assert "the same everywhere" not in run("info", "far.csv")[2]
+    assert "the same value everywhere" not in run("info", "far.csv")[2]

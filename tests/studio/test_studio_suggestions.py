@@ -233,5 +233,5 @@ def test_lifted_objects_come_with_their_scores(tmp_path, sheet, document):
     for scores, error in (([1], "1 scores for 2 regions"), ([2, 0], "from 0 to 1")):
         with pytest.raises(ValueError, match=error):
             write_mesh(tmp_path / "o.aggregation.json", mesh, labels, scores=scores)
-    with pytest.raises(ValueError, match=r"scores is for \.aggregation"):
+    with pytest.raises(ValueError, match=r"scores is only for \.aggregation"):
         write_mesh(tmp_path / "o.ply", mesh, labels, scores=[1, 1])
