@@ -511,12 +511,9 @@ def test_the_command_balances_and_writes_solids(tmp_path):
     for wrong, message in [
         (("--balance", "2"), "0.0<=x<=1.0"),
         (("-n", "20", "--max-measure", "0.01"), "at least"),
-        (
-            ("--cells-per-region", "64", "-n", "20"),
-            "cells_per_region sets the number",
-        ),
-        (("--tiled", "--balance", "1"), "--balance does not go with --tiled"),
-        (("--tiled", "--cells-per-region", "64"), "--cells-per-region does not go with --tiled"),
+        (("--cells-per-region", "64", "-n", "20"), "cells_per_region sets the number"),
+        (("--tiled", "--balance", "1"), "--tiled does not support --balance"),
+        (("--tiled", "--cells-per-region", "64"), "--tiled does not support --cells-per-region"),
     ]:
         failed = run(*wrong, "-o", str(tmp_path / "wrong.npy"))
         assert failed.exit_code != 0
@@ -531,7 +528,7 @@ def test_the_command_tells_of_pieces(tmp_path):
     arguments = ["segment", str(tmp_path / "star.obj"), "--cells-per-region", "2"]
     done = CliRunner().invoke(commands, [*arguments, "-o", str(tmp_path / "star.npy")])
     assert done.exit_code == 0
-    assert "1 piece of regions apart from the rest" in done.output
+    assert "regions have 1 separate piece not connected" in done.output
 
 
 def test_batches_take_balance_and_refuse_arrays(tmp_path):

@@ -13,7 +13,7 @@ from local_workers import worker_processes
 
 import superfacets as sf
 from superfacets._memory import usable_memory
-from superfacets.batches import batching
+from superfacets.batches import batching, jobs
 from superfacets.batches.jobs import run_job
 from superfacets.workers import calls
 
@@ -233,3 +233,12 @@ def test_dask_is_needed_for_a_scheduler_alone(scans, tmp_path, monkeypatch):
     assert sf.batch(scans, tmp_path / "out", workers=2, **OPTIONS).n_done == 4
     with pytest.raises(sf.MissingExtraError, match=r"a Dask scheduler needs .*\[batch\]"):
         sf.batch(scans, tmp_path / "other", scheduler="tcp://127.0.0.1:1", **OPTIONS)
+
+
+def test_the_estimated_memory_grows_with_the_file_and_its_cells(tmp_path):
+    for ending, n_cells in ((".ply", 100), (".stl", 36), (".unknown", 150)):
+        path = tmp_path / f"a{ending}"
+        path.write_bytes(bytes(1800))
+        assert jobs.cells_of(str(path)) == n_cells
+        assert jobs.memory_of(str(path)) == jobs.BASE + 3 * 1800 + 200 * n_cells
+    assert jobs.memory_of(str(tmp_path / "missing.ply")) == jobs.BASE

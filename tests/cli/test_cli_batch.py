@@ -30,7 +30,7 @@ def test_a_file_is_done_with_the_options_of_segment(run, sheet, out):
     assert np.array_equal(np.load(out / "sheet.superfacets.npy"), np.load(out / "labels.npy"))
     status, printed, _ = run("batch", sheet, "-o", out, "-n", 7, "--to", "npy,seg", "--paper")
     assert status == 0
-    assert printed.startswith("0 files done, 1 were there; 0 cells in ")
+    assert printed.startswith("0 files done, 1 done before; 0 cells in ")
 
 
 def test_failures_are_lines_and_a_status(run, sheet, out):
@@ -46,7 +46,7 @@ def test_failures_are_lines_and_a_status(run, sheet, out):
     status, _, err = run("batch", sheet, "-o", out, "-q")
     assert (status, err) == (
         1,
-        "superfacets: error: 1 of 1 file failed, before this: --retry-failed tries again\n",
+        "superfacets: error: 1 of 1 file failed in an earlier run: --retry-failed tries again\n",
     )
     assert len(run("batch", sheet, "-o", out, "--retry-failed")[2].splitlines()) == 2
     sheet.unlink()

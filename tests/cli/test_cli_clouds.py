@@ -158,7 +158,7 @@ def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
         assert f"colors               {said}\n" in output
     table = np.column_stack([points, np.full(6, 7.0), np.arange(6)])
     np.savetxt("far.csv", table, delimiter=",", header="x,y,z,flat,steep", comments="")
-    assert "far.csv: the same everywhere: flat\n" in run("info", "far.csv")
+    assert "far.csv: properties with the same value everywhere: flat\n" in run("info", "far.csv")
 
 
 @pytest.mark.parametrize(
@@ -185,6 +185,6 @@ def test_commands_refuse_a_height_grid(folder, command):
 
 def test_attributes_of_large_files_are_not_read_for_info(run, monkeypatch):
     Path("far.csv").write_text("x,y,z,flat\n0,0,0,1\n1,0,0,1\n")
-    assert "the same everywhere" in run("info", "far.csv")[2]
+    assert "the same value everywhere" in run("info", "far.csv")[2]
     monkeypatch.setattr("superfacets.cli.info.MAX_BYTES_OF_ATTRIBUTES", 10)
-    assert "the same everywhere" not in run("info", "far.csv")[2]
+    assert "the same value everywhere" not in run("info", "far.csv")[2]

@@ -64,7 +64,7 @@ def test_parts_that_barriers_keep_from_joining_are_told(run, tmp_path):
     assert status == 0
     assert err.splitlines() == [
         "superfacets: note: 1 more region than asked for, for parts between barriers that got no"
-        " seed and may join no other",
+        " seed and cannot join a neighbor",
         "superfacets: note: 1 island without a seed joined the nearest region",
     ]
 
@@ -130,7 +130,7 @@ def test_outputs_that_cannot_hold_the_labels_are_refused_before_the_work(run, sh
     for name in ("x.segs.json", "x.bin", "x_sp_label.npy"):
         status, _, err = run("segment", "none.ply", "--mask", "none.npy", "-o", halves / name)
         assert status == 2
-        assert "are 0 and up, and cells left out by --mask have none" in err
+        assert "files have no id for cells that --mask leaves out" in err
 
 
 def test_clouds_have_no_labels_of_vertices(run, tmp_path, monkeypatch):
@@ -145,7 +145,7 @@ def test_clouds_have_no_labels_of_vertices(run, tmp_path, monkeypatch):
 def test_masks_and_barriers_are_not_replaced(run, sheet, halves):
     for option in ("--mask", "--barriers"):
         status, _, err = run("segment", sheet, option, halves / "low.npy", "-o", halves / "low.npy")
-        assert (status, "the output would take the place of the input" in err) == (2, True)
+        assert (status, "the output would replace the input" in err) == (2, True)
 
 
 def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
@@ -175,7 +175,7 @@ def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
     ("more", "message"),
     [
         (["--barriers", "m.npy"], "give --barriers or --barrier-angle, not both"),
-        (["--tiled"], "--barrier-angle does not go with --tiled"),
+        (["--tiled"], "--tiled does not support --barrier-angle"),
         (["--barrier-angle", 0], "0.0 is not in the range"),
     ],
 )

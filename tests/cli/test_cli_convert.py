@@ -11,8 +11,8 @@ from numpy.testing import assert_array_equal
 from superfacets import read_attributes, read_labels, read_mesh, write_labels, write_mesh
 
 NO_LABELS = (
-    "superfacets: error: a.ply: there are no labels to {} (none called label): name a file of them,"
-    " or --labels-named\n"
+    "superfacets: error: a.ply: there are no labels to {} (none called label): give a file of"
+    " LABELS, or --labels-named\n"
 )
 
 
@@ -125,10 +125,10 @@ def test_what_cannot_be_meant_is_refused(run, folder):
             ["a.ply", "--split", "b", "--to", "ply", "--to", "obj"],
             "have one format: give --to once",
         ),
-        (["a.ply", "a.npy", "-o", "a.npy"], "a.npy: the output would take the place of the input"),
-        (["a.ply", "a.npy", "-o", "a.ply"], "a.ply: the output would take the place of the input"),
+        (["a.ply", "a.npy", "-o", "a.npy"], "a.npy: the output would replace the input"),
+        (["a.ply", "a.npy", "-o", "a.ply"], "a.ply: the output would replace the input"),
         (["a.ply", "-o", "b.tri"], "expected the ending .ply, .vtp"),
-        (["a.ply", "a.npy", "-o", "b.npy", "--to", "seg"], "--to says nothing where -o names"),
+        (["a.ply", "a.npy", "-o", "b.npy", "--to", "seg"], "--to has no effect: the endings"),
     ):
         status, _, err = run("convert", *arguments)
         assert status == 2
@@ -190,8 +190,8 @@ def test_regions_without_a_vertex_are_a_note(run, folder):
     status, _, err = run("convert", "cube.ply", "b.npy", "-o", "b.segs.json", "-o", "b.bin")
     assert status == 0
     assert err == (
-        "superfacets: note: .bin and .segs.json lack 4 regions, for which no vertex could be"
-        " spared\n"
+        "superfacets: note: .bin and .segs.json lack 4 regions, for which no vertex was"
+        " left\n"
         "superfacets: note: labels are renumbered without gaps in .bin; .segs.json keeps 0, 1, 2,"
         " ...\n"
     )

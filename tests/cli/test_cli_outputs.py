@@ -57,15 +57,15 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
     ("arguments", "message"),
     [
         (["a.ply", "b.ply", "-o", "x.npy"], "x.npy is one file for 2 inputs: give -o a folder"),
-        (["a.ply", "b.ply", "-o", "-"], "standard output (-o -) cannot hold the results of 2"),
+        (["a.ply", "b.ply", "-o", "-"], "-o - writes one result, but there are 2 inputs"),
         (["a.ply", "-"], "standard input (-) has to be the only input"),
         (["-", "-o", "results/"], "standard input has no name: give -o a file, not a folder"),
         (["a.ply", "a.ply"], "a file is given twice"),
         (["a.ply", "./a.ply"], "a file is given twice"),
         (["a.ply", "a.off"], "a.ply and a.off would both be written to a.superfacets.ply"),
         (["a.ply", "-o", "x.npy", "-o", "./x.npy"], "x.npy: the same output is given twice"),
-        (["a.ply", "-o", "b/", "-o", "c/"], "-o takes one folder"),
-        (["a.ply", "-o", "-", "-o", "-"], "-o takes one folder, and - once"),
+        (["a.ply", "-o", "b/", "-o", "c/"], "-o takes at most one folder"),
+        (["a.ply", "-o", "-", "-o", "-"], "-o takes at most one folder, and at most one -"),
         (["a.ply", "-o", "results"], "got none (a folder is written as results/)"),
         (
             ["a.ply", "-o", "b.tri"],
@@ -78,7 +78,7 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
             ".aggregation.json, .npz, got .tri (see",
         ),
         (["a.ply", "-o", ""], "'' is not a file"),
-        (["a.ply", "-o", "x.npy", "--to", "npy"], "--to says nothing where -o names files"),
+        (["a.ply", "-o", "x.npy", "--to", "npy"], "--to has no effect: the endings of the files"),
         (["-", "--to", "npy", "--to", "txt"], "standard output holds one format"),
         (["a.ply", "--to", "npy", "--to", "npy"], "--to names a format twice"),
         (["a.ply", "--to", "tri"], "Invalid value for '--to'"),
@@ -99,7 +99,7 @@ def test_an_output_never_replaces_an_input(run, folder):
     run("segment", "a.ply")
     status, _, err = run("segment", "b.ply", "a.ply", "a.superfacets.ply")
     assert status == 2
-    assert "a.superfacets.ply: the output would take the place of the input" in err
+    assert "a.superfacets.ply: the output would replace the input" in err
     Path("link.npy").hardlink_to("b.ply")
     assert run("segment", "b.ply", "-o", "link.npy")[0] == 2
     assert not Path("b.superfacets.ply").exists()

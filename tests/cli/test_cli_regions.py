@@ -146,7 +146,7 @@ def test_no_input_is_replaced(run, fold, monkeypatch):
     ]:
         status, _, err = run("regions", *given)
         assert status == 2
-        assert "the output would take the place of the input" in err
+        assert "the output would replace the input" in err
     assert {path.name: path.read_bytes() for path in fold.iterdir()} == before
 
 

@@ -201,8 +201,7 @@ def test_seeds_that_do_not_give_the_number_asked_for_are_a_note(run, sheet, init
 
 def test_connect_without_paper_is_a_note(run, sheet):
     assert run("segment", sheet, "-n", 20, "--connect")[2] == (
-        "superfacets: note: --connect has nothing to do: only --paper gives regions in several"
-        " pieces\n"
+        "superfacets: note: --connect has no effect: only --paper gives regions in several pieces\n"
     )
     assert run("segment", sheet, "-n", 20, "--islands", "nearest", "--connect")[2] == ""
 
@@ -232,7 +231,7 @@ def test_options_of_other_tools_are_told_what_is_meant(run, sheet, name, meant):
 
 
 def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
-    note = "superfacets: note: the radius makes one region of all: -r is a fraction of the mesh's"
+    note = "superfacets: note: the radius gives a single region: -r is a fraction of the mesh's"
     assert run("segment", sheet, "-r", 5)[2] == f"{note} diagonal\n"
     assert run("segment", sheet, "-n", 1)[2] == ""
     write_mesh(tmp_path / "islands.ply", shapes.two_islands())
@@ -265,8 +264,8 @@ def test_ascii_writes_text(run, sheet):
         (["--threads", 0], "Invalid value for '--threads'"),
         (["--smoother"], "No such option"),
         (["--paper", "--weights", "stk02"], "--paper has weights of its own: leave --weights out"),
-        (["--paper", "--parts"], "--paper and --parts are two methods: give one of them"),
-        (["--paper", "--relocate"], "leave --relocate out"),
+        (["--paper", "--parts"], "give --paper or --parts, not both"),
+        (["--paper", "--relocate"], "--relocate is not part of the paper"),
         (
             ["--parts", "--weights", "creases"],
             "--parts has weights of its own: leave --weights out",
@@ -301,7 +300,7 @@ def test_the_input_is_never_overwritten(run, sheet):
     before = sheet.read_bytes()
     status, _, err = run("segment", sheet, "-o", sheet)
     assert status == 2
-    assert "the output would take the place of the input" in err
+    assert "the output would replace the input" in err
     assert sheet.read_bytes() == before
 
 
@@ -446,7 +445,7 @@ def test_a_labeled_mesh_keeps_what_the_input_held(run, colored):
     status, _, err = run("segment", colored, "-n", 5, "-o", output)
     assert status == 0
     assert err.splitlines() == [
-        "superfacets: note: not kept of the input: element edge",
+        "superfacets: note: not kept from the input: element edge",
         "superfacets: note: replaced by properties of the labels: face property label, face"
         " property quality, face property red, face property green, face property blue, face"
         " property alpha",

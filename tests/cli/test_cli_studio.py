@@ -66,7 +66,7 @@ def test_a_port_in_use_is_an_error(run, sheet, served):
         port = other.getsockname()[1]
         status, out, err = run("studio", sheet, "--port", port)
     assert (status, out, served) == (1, "", [])
-    assert f"port {port} is in use: leave --port out, or name another" in err
+    assert f"port {port} is in use: name another --port, or none" in err
 
 
 def test_a_port_that_may_not_be_opened_is_an_error(monkeypatch):
@@ -95,7 +95,7 @@ def test_a_torn_work_file_is_noted(run, sheet, served):
     status, _, err = run("studio", sheet, "--no-browser")
     assert status == 0
     assert "note:" in err
-    assert "was cut off" in err
+    assert "was removed" in err
     served[1][0].close()
 
 

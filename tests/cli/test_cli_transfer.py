@@ -93,7 +93,7 @@ def test_no_input_is_replaced(run, folder):
     for name in ("coarse.ply", "labels.npy", "fine.ply"):
         status, _, err = run("transfer", "coarse.ply", "labels.npy", "fine.ply", "-o", name)
         assert status == 2
-        assert f"{name}: the output would take the place of the input" in err
+        assert f"{name}: the output would replace the input" in err
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 

@@ -41,7 +41,7 @@ def test_labels_in_the_file_are_taken_and_their_lack_is_noted(run, tmp_path):
     write_mesh(mesh, strip(2))
     status, _, err = run("view", mesh, "--html", page)
     assert status == 0
-    assert "holds no labels: --labels names a file of them" in err
+    assert "holds no labels: give a file with --labels" in err
 
 
 @pytest.mark.parametrize(("title", "shown"), [("a\ud800", "a?"), ("\udcff", "?")])
@@ -78,7 +78,7 @@ def test_features_have_different_names(run, sheet, tmp_path):
 @pytest.mark.parametrize(
     ("option", "name", "content", "message"),
     [
-        ("--labels", "l.npz", b"PK damaged", "holds no levels as superfacets levels writes them"),
+        ("--labels", "l.npz", b"PK damaged", "is not a .npz of superfacets levels, or is damaged"),
         ("--labels", "l.npz", None, "l.npz: no such file"),
         ("--labels", "l.txt", b"1\n2\n", "there are 2 labels"),
         ("--feature", "f.txt", b"1\nx\n", "f.txt: could not convert"),

@@ -205,9 +205,7 @@ def test_an_input_that_changed_under_the_work_is_refused(document):
     size = work.stat().st_size
     other = document.path.with_name("other.ply")
     write_mesh(other, shapes.bumpy_sheet(20))
-    with pytest.raises(
-        JournalError, match=r"sheet\.ply, not other\.ply, is the file that the work"
-    ):
+    with pytest.raises(JournalError, match=r"the work is about sheet\.ply, not about other\.ply"):
         Document.open(other, work)
     assert work.stat().st_size == size
     write_mesh(document.path, shapes.bumpy_sheet(24))  # the old one
@@ -244,3 +242,13 @@ def test_undo_keeps_little_memory_for_large_strokes():
     before, after = change.before, change.after
     assert before.cells is after.cells
     assert len(after.cells) + len(before.values) + len(after.values) < 10_000
+
+
+def test_new_work_is_neither_reviewed_nor_changed(document):
+    assert document.state.review_marks == {}
+    document.paint(cells(1), 1)
+    assert document.state.review_marks == {}
+    document.review(True)
+    assert document.state.review_marks == {"reviewed": True}
+    document.paint(cells(2), 1)
+    assert document.state.review_marks == {"reviewed": True, "changed_since_review": True}

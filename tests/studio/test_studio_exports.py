@@ -198,7 +198,7 @@ def test_a_cell_gets_what_most_of_its_corners_have():
         ({"a.segs.json": b'{"segIndices":[1]}'}, "it has 1 labels, but there are 4 vertices"),
         (
             {"a.sstk.json": b'{"segmentation":[{"index":[1]}]}'},
-            "it has 1 labels, and the mesh 2 cells",
+            "it has 1 labels, but the mesh has 2 cells",
         ),
         (
             {"a.seg": b"0\n1\n", "a.aggregation.json": b'{"segGroups":[{"label":"x"}]}'},

@@ -173,8 +173,14 @@ def test_one_bad_mesh_stops_no_other(serve, folder):
     ("work", "message"),
     [
         (b"words\n", "line 1 of the work file is damaged"),
-        (_coded({"format": "superfacets studio", "n_cells": 9, "done": 1e999}), "how far the work"),
-        (_coded({"format": "superfacets studio", "n_cells": "9", "done": 0}), "how far the work"),
+        (
+            _coded({"format": "superfacets studio", "n_cells": 9, "done": 1e999}),
+            "its progress or number of cells is missing",
+        ),
+        (
+            _coded({"format": "superfacets studio", "n_cells": "9", "done": 0}),
+            "its progress or number of cells is missing",
+        ),
         (None, "is not a regular file"),
     ],
 )

@@ -181,7 +181,7 @@ def test_a_file_that_can_not_be_mended_is_not_written_to_any_more(document, monk
     with pytest.raises(JournalError, match="Input/output error"):
         document.paint(cells(1), 1)
     monkeypatch.undo()
-    with pytest.raises(JournalError, match="cannot be written any more"):
+    with pytest.raises(JournalError, match="can no longer be written"):
         document.paint(cells(1), 1)
     assert document.history.seq == 0
 
@@ -192,13 +192,15 @@ def test_a_work_file_that_is_taken_away_or_changed_is_noticed(document):
     with pytest.raises(JournalError, match="the work file is gone"):
         document.paint(cells(1), 1)
     path.write_text("")
-    with pytest.raises(JournalError, match="changed by something else: start the studio again"):
+    with pytest.raises(
+        JournalError, match="another program changed the work file: start the studio again"
+    ):
         document.paint(cells(1), 1)
     moved.replace(path)
     document.paint(cells(1), 1)
     with path.open("ab") as file:
         file.write(b"x")
-    with pytest.raises(JournalError, match="changed by something else"):
+    with pytest.raises(JournalError, match="another program changed the work file"):
         document.paint(cells(2), 1)
 
 

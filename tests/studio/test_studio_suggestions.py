@@ -182,7 +182,7 @@ def test_groups_of_no_cells_suggest_nothing(document, groups):
 
 @pytest.mark.parametrize("text", [b"[]", b"null", b'{"segGroups": 5}', b'{"segGroups": [5]}'])
 def test_json_of_another_shape_is_refused_in_plain_words(document, groups, text):
-    with pytest.raises(MeshError, match="not where this format has it"):
+    with pytest.raises(MeshError, match="does not have the structure of this format"):
         read_import(groups | {"lifted.aggregation.json": text}, document.cells, ())
 
 
@@ -233,5 +233,5 @@ def test_lifted_objects_come_with_their_scores(tmp_path, sheet, document):
     for scores, error in (([1], "1 scores for 2 regions"), ([2, 0], "from 0 to 1")):
         with pytest.raises(ValueError, match=error):
             write_mesh(tmp_path / "o.aggregation.json", mesh, labels, scores=scores)
-    with pytest.raises(ValueError, match=r"scores is for \.aggregation"):
+    with pytest.raises(ValueError, match=r"scores is only for \.aggregation"):
         write_mesh(tmp_path / "o.ply", mesh, labels, scores=[1, 1])

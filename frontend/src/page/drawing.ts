@@ -33,7 +33,7 @@ export class Drawing {
   shareOfTexture: () => number = () => 0;
   readonly texture: TexturePaint;
   readonly nEdges: number;
-  /** Width of borders in CSS pixels; `pixels` is the number of them per unit of length. */
+  /** Width of borders in CSS pixels; `pixels` is the number of CSS pixels per unit of length. */
   lineWidth: (pixels: number, height: number) => number = () => 1;
   isCoarse = false;
   frameMs: number | undefined;
@@ -78,19 +78,19 @@ export class Drawing {
     return this.surface.nCorners;
   }
 
-  /** Show a texture, too. */
+  /** Add a texture. */
   async setTexture(shape: Shape, facts: TextureFacts, arrays: Arrays): Promise<void> {
     await this.texture.show(shape, facts, arrays);
     this.request();
   }
 
-  /** The region of each cell: borders lie between regions. */
+  /** Set the region of each cell; borders are drawn between regions. */
   setRegions(labels: Numbers): void {
     this.stats.sentBytes += this.regions.fill("r32", labels);
     this.request();
   }
 
-  /** The group of each cell, the color of each group (three bytes), and of ungrouped cells. */
+  /** Set the group of each cell, the color of each group (three bytes), and of ungrouped cells. */
   setGroups(groups: Numbers, colors: Numbers, missing: Rgb): void {
     const texels = new Uint8Array((colors.length / 3) * 4).fill(255);
     for (let i = 0; i < colors.length / 3; i++) texels.set(colors.subarray(3 * i, 3 * i + 3), 4 * i);
@@ -172,7 +172,7 @@ export class Drawing {
     this.gpu.drawNumbers(6 * this.nEdges);
   }
 
-  /** Draw the cell number at each pixel, unless it is known for this view. */
+  /** Draw the cell number at each pixel, unless the last picture is of the same view. */
   private drawCells(size: Size): void {
     const view = [size.width, size.height, ...Object.values(this.camera.eye)].join();
     if (view === this.cellsView) return;

@@ -35,7 +35,7 @@ function fail(message: string): void {
 
 window.addEventListener("load", async () => {
   const { dataset } = document.documentElement;
-  part("canvas").addEventListener("webglcontextlost", () => fail("the graphics card was lost; load the page again"));
+  part("canvas").addEventListener("webglcontextlost", () => fail("the graphics card does not answer; reload the page"));
   try {
     window.superfacets = await open();
     dataset.state = "ready";

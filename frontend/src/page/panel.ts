@@ -1,7 +1,7 @@
 // Controls of the page, its legend, and the tip beside the pointer.
 
 import type { Arrays, Numbers } from "../shared/arrays";
-import { part } from "../shared/dom";
+import { counted, onClick, part } from "../shared/dom";
 import { type Place, putTip } from "../shared/picking";
 import { NONE, shapeOf } from "../shared/shape";
 import { Blend } from "../shared/texture";
@@ -19,12 +19,10 @@ function shortNumber(value: number): string {
 
 const cssColor = (colors: Numbers, i: number): string => `rgb(${colors.subarray(3 * i, 3 * i + 3).join()})`;
 
-const counted = (n: number, noun: string): string => `${n.toLocaleString("en")} ${noun}${n === 1 ? "" : "s"}`;
-
 export class Panel {
   readonly content: Content;
   readonly drawing: Drawing;
-  readonly textured: Promise<void>; // until the texture is shown
+  readonly textured: Promise<void>; // resolves when the texture is shown
   private coloring: Coloring;
   level = 0;
   private readonly list = part<HTMLSelectElement>("coloring");
@@ -72,8 +70,8 @@ export class Panel {
     checkbox.addEventListener("change", () => this.setBorders(checkbox.checked));
     this.drawing.shareOfTexture = () => this.blend.share;
     this.blend.begin(!!this.facts.texture, content.levels.length ? 0.5 : 1);
-    part("reset").addEventListener("click", () => this.drawing.camera.home());
-    part("theme").addEventListener("click", () => {
+    onClick("reset", () => this.drawing.camera.home());
+    onClick("theme", () => {
       const { dataset } = document.documentElement;
       const isDark = matchMedia("(prefers-color-scheme: dark)").matches;
       dataset.theme = (dataset.theme ?? (isDark ? "dark" : "light")) === "dark" ? "light" : "dark";

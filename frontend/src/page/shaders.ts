@@ -25,7 +25,7 @@ flat in uint cell;
 out vec4 found;
 void main() { found = codeOf(cell); }`;
 
-// Borders are rectangles on the screen; degenerate if both sides are in one region.
+// Borders are rectangles on the screen, or degenerate triangles if both sides are in one region.
 export const BORDER = `${HEAD}${EYE}
 uniform usampler2D edges;  // two vertices, two adjacent cells
 uniform usampler2D regions;

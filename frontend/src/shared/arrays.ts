@@ -17,7 +17,7 @@ export interface Entry {
   coding: "plain" | "planes" | "difference" | "newest";
 }
 
-/** The arrays by name, row by row. Offsets count from `start`; plain arrays are views of `buffer`. */
+/** The arrays by name, row by row. Offsets begin at `start`; plain arrays are views of `buffer`. */
 export function decodeArrays(buffer: ArrayBuffer, start: number, entries: Entry[]): Arrays {
   const arrays: Arrays = {};
   for (const entry of entries) {
@@ -57,7 +57,7 @@ function joinPlanes(
   }
 }
 
-/** Code 0 is the lowest new number, code k the number k below that. */
+/** Code 0 means the lowest number not used before; code k means the number k below it. */
 function numbersOfCodes(words: Uint8Array | Uint16Array | Uint32Array): void {
   let next = 0;
   for (let i = 0; i < words.length; i++) {

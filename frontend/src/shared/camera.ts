@@ -7,7 +7,7 @@ const SLOPE = Math.tan((10 * Math.PI) / 180); // half the picture's height at di
 const MARGIN = 0.94; // share of the picture that a mesh may fill at first
 const NEAREST = 1e-3; // distance of the eye from its target, in sizes of the mesh
 const FARTHEST = 50;
-const LEAST_NEAR = 0.02; // least distance of the near plane, relative to the target
+const LEAST_NEAR = 0.02; // least distance of the near plane, as a fraction of the target's distance
 const STEEP = 1.2; // largest elevation after a flight, in radians
 const FLIGHT_MS = 300;
 
@@ -141,7 +141,7 @@ export class Camera {
     this.changed();
   }
 
-  /** Zoom in (factor > 1) around the fixed point (x, y), in heights from the middle. */
+  /** Zoom in (factor > 1) around the fixed point (x, y), in picture heights from the middle. */
   zoomBy(factor: number, x = 0, y = 0): void {
     this.pan(-x, -y);
     this.setDistance(this.distance / factor);

@@ -16,10 +16,23 @@ export function make<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
-/** Enable a control or not; its tip says what it does, or why it does nothing. */
+/** A new button with a tooltip. */
+export function button(text: string, title: string, run: () => void): HTMLButtonElement {
+  const made = make("button", { type: "button", title }, text);
+  made.addEventListener("click", run);
+  return made;
+}
+
+export const onClick = (id: string, run: () => void): void => part(id).addEventListener("click", run);
+
+/** Enable or disable a control; its tooltip says what it does, or why it is disabled. */
 export function allow(control: HTMLButtonElement | HTMLInputElement, isAllowed: boolean, tip: string, reason: string): void {
   control.disabled = !isAllowed;
   control.title = isAllowed ? tip : reason;
 }
+
+/** A number with its noun, in the plural if needed. */
+export const counted = (n: number, noun: string, nouns = `${noun}s`): string =>
+  `${n.toLocaleString("en")} ${n === 1 ? noun : nouns}`;
 
 export const percent = (share: number): string => `${(100 * share).toFixed(share < 0.1 ? 1 : 0)} %`;

@@ -224,7 +224,7 @@ export class Table implements Lookup, Held {
   }
 }
 
-/** An image that shaders read, row 0 at the top, and its halvings. */
+/** An image that shaders read, row 0 at the top, with mipmaps. */
 export class Picture implements Lookup, Held {
   readonly unit: number;
   bytes = 0;

@@ -84,7 +84,7 @@ export class Surface {
 }
 
 interface Corners {
-  vertices: Uint32Array; // number; triangle whose first corner it is
+  vertices: Uint32Array; // per vertex: its number, and the triangle whose first corner it is
   corners: Uint32Array; // indices into `vertices`, three per triangle
 }
 
@@ -95,9 +95,9 @@ function points(nVertices: number): Corners {
 }
 
 /**
- * Reorders corners so that the first corner of each triangle is the first corner of no other: its
- * number then tells the cell. Otherwise corners are shared, so that a vertex is computed once for
- * several triangles. A vertex is duplicated if a triangle has no free corner.
+ * Reorders corners so that the first corner of each triangle is the first corner of no other
+ * triangle, and identifies the cell. All other corners share vertices, so that a vertex is computed
+ * once for several triangles. A vertex is duplicated if a triangle has no free corner.
  */
 function sharedCorners(triangles: Uint32Array, nVertices: number): Corners {
   const n = triangles.length / 3;

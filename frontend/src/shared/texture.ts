@@ -4,7 +4,7 @@ import type { Arrays } from "./arrays";
 import { type Gpu, Picture, Table, type Values } from "./gl";
 import type { Shape } from "./shape";
 
-/** Left, top, width and height in the image (no width: none), ways to repeat, and color. */
+/** Left, top, width and height in the image (width 0: no image), ways to repeat, and color. */
 type Tile = [number, number, number, number, number, number, number, number, number];
 
 /** Description of a texture, written by superfacets.pictures.page.texture. */
@@ -14,14 +14,14 @@ export interface TextureFacts {
   tiles: Tile[];
 }
 
-/** Color of the texture at a place of a triangle, seen by the eye. For fragments, behind EYE. */
+/** Color of the texture at a place of a triangle. For fragment shaders, after EYE. */
 export const TEXTURE = `
 uniform bool has_texture;
 uniform usampler2D texture_corners;  // per triangle: vertices, tile
 uniform usampler2D texture_pairs;  // per triangle: two texels with bits of u, v of the corners
 uniform usampler2D texture_tiles;  // per tile: rectangle; ways to repeat; color
 uniform sampler2D texture_image;
-const float LEVELS = 5.0;  // halvings at which images of an atlas stay apart
+const float LEVELS = 5.0;  // mipmap levels at which images of an atlas stay separate
 int along(int i, int size, uint wrap) {
   if (wrap == 1u) return clamp(i, 0, size - 1);
   int period = wrap == 0u ? size : 2 * size;
@@ -93,7 +93,7 @@ export class Blend {
     this.set(hasTexture ? share : 0);
   }
 
-  /** The texture alone or, if that is shown, none of it. */
+  /** Show the texture alone or, if it is shown alone, no texture. */
   toggle(): void {
     if (!this.row.hidden) this.set(this.share === 1 ? 0 : 1);
   }
@@ -116,7 +116,7 @@ export class TexturePaint {
     return this.corners.bytes + this.pairs.bytes + this.tiles.bytes + this.image.bytes;
   }
 
-  /** Remove the texture of the mesh before. */
+  /** Remove the texture of the previous mesh. */
   clear(): void {
     this.isShown = false;
   }

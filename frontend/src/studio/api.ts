@@ -87,7 +87,7 @@ const MAGIC = "SFSTUDIO";
 export function readPacket<Header>(buffer: ArrayBuffer): { header: Header; arrays: Arrays } {
   const textOf = (start: number, length: number): string =>
     new TextDecoder().decode(new Uint8Array(buffer, start, length));
-  if (textOf(0, MAGIC.length) !== MAGIC) throw new Error("the server sent something else than a mesh");
+  if (textOf(0, MAGIC.length) !== MAGIC) throw new Error("the server sent an answer of another format");
   const start = MAGIC.length + 4;
   const length = new DataView(buffer).getUint32(MAGIC.length, true);
   const header = JSON.parse(textOf(start, length)) as Header & { arrays: Entry[] };

@@ -1,10 +1,11 @@
-// The keyboard's cursor on single cells: arrow keys go from one to the next.
+// The keyboard's cursor on single cells: arrow keys go from cell to cell.
 
 import { NONE } from "../shared/shape";
 import { dot, lengthOf, minus, normalized, plus, scaled, type Vector } from "../shared/vectors";
 import { MARK_CURSOR } from "./celltable";
 import type { Desk } from "./desk";
 import type { Mesh } from "./mesh";
+import { putCircle } from "./picker";
 
 const LEAST_COSINE = 0.25; // least cosine between an arrow key's direction and a neighbor's
 const MARGIN = 0.1; // margin of the picture that the cursor must not enter
@@ -41,7 +42,7 @@ export class CellCursor {
     const isFirst = this.cell < 0 || this.desk.isHidden(this.cell);
     const next = isFirst ? this.start() : this.next(x, y);
     if (next >= 0) this.go(next, isFirst);
-    else this.desk.say(isFirst ? "Nothing is seen." : `No ${this.mesh.oneCell} lies that way.`);
+    else this.desk.say(isFirst ? "No cell is visible." : `No ${this.mesh.oneCell} is in this direction.`);
   }
 
   private go(cell: number, isFirst: boolean): void {
@@ -143,10 +144,6 @@ export class CellCursor {
   }
 
   private showRing(): void {
-    const place = this.cell < 0 ? null : this.desk.picker.placeOf(this.cell);
-    this.ring.toggleAttribute("hidden", place === null);
-    if (!place) return;
-    this.ring.setAttribute("cx", String(place.x));
-    this.ring.setAttribute("cy", String(place.y));
+    putCircle(this.ring, this.cell < 0 ? null : this.desk.picker.placeOf(this.cell));
   }
 }

@@ -1,10 +1,11 @@
 // The clip box: sections along the axes, and handles on its faces.
 
-import { part } from "../shared/dom";
+import { onClick, part } from "../shared/dom";
 import { placeOf } from "../shared/picking";
 import type { Vector } from "../shared/vectors";
 import type { Desk } from "./desk";
 import type { Box } from "./drawing";
+import { putCircle } from "./picker";
 
 const NAMES = ["x", "y", "z"];
 const LEAST = 0.02; // least thickness of the box, relative to the mesh
@@ -33,7 +34,7 @@ export class ClipBox {
     });
     for (const face of FACES) this.addHandle(face);
     drawing.afterDraw.push(() => this.showHandles());
-    part("clip").addEventListener("click", () => this.toggle());
+    onClick("clip", () => this.toggle());
   }
 
   private get box(): Box {
@@ -59,7 +60,7 @@ export class ClipBox {
     part("overlay").append(handle);
   }
 
-  /** Show the handles of the box; without them, everything is shown. */
+  /** Show or remove the clip box and its handles. */
   toggle(): void {
     this.hasHandles = !this.hasHandles;
     this.set(this.hasHandles ? this.box : null);
@@ -122,14 +123,11 @@ export class ClipBox {
 
   private showHandles(): void {
     this.handles.forEach((handle, i) => {
-      const place = this.hasHandles ? this.desk.picker.placeIn(this.middleOf(FACES[i])) : null;
-      handle.toggleAttribute("hidden", place === null);
-      handle.setAttribute("cx", String(place?.x ?? -99));
-      handle.setAttribute("cy", String(place?.y ?? -99));
+      putCircle(handle, this.hasHandles ? this.desk.picker.placeIn(this.middleOf(FACES[i])) : null);
     });
   }
 
-  /** Move a face to where the pointer is along its axis in the picture. */
+  /** Move a face along its axis to the place nearest to the pointer in the picture. */
   private drag(face: Face, event: PointerEvent): void {
     const { drawing, picker } = this.desk;
     const from = this.middleOf(face);

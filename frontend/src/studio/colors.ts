@@ -11,10 +11,10 @@ export function parseColor(text: string): Rgb {
 
 export const cssColor = (color: Rgb): string => `rgb(${color.join()})`;
 
-/** Objects of a class in turn: how much of white, or of black, their color has. */
+/** For successive objects of a class: share of white (above 0) or black (below 0) in their color. */
 export const VARIANTS = [0, 0.5, -0.4, 0.28, -0.22];
 
-/** Color of an object: its class's, lighter or darker; as in shaders.ts. */
+/** Color of an object: the color of its class, lighter or darker, as in shaders.ts. */
 export function variant(color: Rgb, object: number): Rgb {
   if (object < 2) return color;
   const shift = VARIANTS[(object - 1) % VARIANTS.length];
@@ -25,8 +25,8 @@ export function variant(color: Rgb, object: number): Rgb {
 }
 
 /** Gives each region the least used color of the palette that no neighbor has, if there is any. */
-// Greedy in the order of labels, so that a split, whose new region comes last, leaves nearly all colors
-// as they were. Python's region_colors tells colors apart better, but a split can change most of them.
+// Greedy in the order of labels: after a split, whose new region comes last, nearly all colors stay.
+// Python's region_colors chooses better distinguished colors, but a split can change most of them.
 export function regionColors(neighbors: Neighbors, count: number, palette: Rgb[]): Rgb[] {
   const chosen = new Int8Array(count).fill(-1);
   const uses = new Uint32Array(palette.length);

@@ -102,11 +102,11 @@ export class Desk {
     this.say(`${this.paintName(this.currentPaint)} is new: strokes paint it.`);
   }
 
-  /** All cells of an object get the current one. */
+  /** Give all cells of an object the current object. */
   mergeObject(paint: number): void {
     const { session, currentPaint } = this;
-    if (!paint || paint === currentPaint) return this.say("No other object is there.");
-    if (classOf(paint) !== classOf(currentPaint)) return this.say("Only objects of one class are merged.");
+    if (!paint || paint === currentPaint) return this.say("No other object is under the pointer.");
+    if (classOf(paint) !== classOf(currentPaint)) return this.say("Only objects of the same class can be merged.");
     const name = this.paintName(paint);
     session.paint(session.paints.cellsOf(classOf(paint), objectOf(paint)), currentPaint);
     this.say(`${name} is a part of ${this.paintName(currentPaint)} now.`);
@@ -129,7 +129,7 @@ export class Desk {
     this.say(`${name} deleted: ${cells.length.toLocaleString("en")} ${mesh.cellName} have no object now (Ctrl+Z undoes).`);
   }
 
-  /** Make each piece of an object but the largest an object. */
+  /** Make each piece of an object, except the largest, a new object. */
   async splitObject(paint: number): Promise<void> {
     const { session } = this;
     const [id, object] = [classOf(paint), objectOf(paint)];
@@ -146,7 +146,7 @@ export class Desk {
     this.session.events.emit("message", line);
   }
 
-  /** Say that nothing is in view, unless all cells are hidden, which was said. */
+  /** Say that nothing is in view, unless all cells are hidden: another message has said that. */
   private sayIfEmpty(): void {
     const { drawing, session } = this;
     if (!session.paints) return;
@@ -155,7 +155,7 @@ export class Desk {
     else if (part("status").textContent === EMPTY) this.say("");
   }
 
-  /** Give the keys to the mesh, on which a key has chosen something; buttons and fields keep them. */
+  /** Move the focus to the mesh, where a key has chosen something, unless a button or field has it. */
   takeFocus(): void {
     if (!document.activeElement?.matches("a, button, select, [type=text]")) this.drawing.canvas.focus();
   }
@@ -170,7 +170,7 @@ export class Desk {
     this.events.emit("hover", cell);
   }
 
-  /** The region that keys act on: the one under the pointer, or else under the cursor. */
+  /** The region that keys act on: under the pointer, or else under the cursor. */
   get activeRegion(): number {
     const hovered = this.regionOf(this.hoveredCell);
     return hovered >= 0 ? hovered : this.cursor;
@@ -259,7 +259,7 @@ export class Desk {
     this.sayPainted(list, paint, replaced);
   }
 
-  /** Count regions by the other class or object that they lose to a paint. */
+  /** Count regions that lose their main class or object to another paint, by the lost paint. */
   noteReplaced(regions: Iterable<number>, paint: number, replaced: Map<number, number>): void {
     const { session: { paints, regions: all, isLocked } } = this;
     if (isLocked || !paint) return;
@@ -269,7 +269,7 @@ export class Desk {
     }
   }
 
-  /** Announce the class and object that regions, or cells, have now, and what these were before. */
+  /** Announce the new class and object of regions or cells, and those that they had before. */
   sayPainted(what: readonly number[] | string, paint: number, replaced: ReadonlyMap<number, number> = new Map()): void {
     const name = typeof what === "string" ? what : nameOf(what);
     if (!paint) return this.say(`${name}: class removed.`);
@@ -277,7 +277,7 @@ export class Desk {
     const names = was.length > MAX_NAMED ? `${was.length} other classes or objects` : was.join(", ");
     const count = [...replaced.values()].reduce((sum, n) => sum + n, 0);
     const which = typeof what !== "string" && what.length === 1 ? "It was" : `${count} of them ${count === 1 ? "was" : "were"}`;
-    this.say(`${name}: ${this.paintName(paint)}.${count ? ` ${which} ${names}; K: paint only what is unlabeled.` : ""}`);
+    this.say(`${name}: ${this.paintName(paint)}.${count ? ` ${which} ${names}; K: paint only unlabeled cells.` : ""}`);
   }
 
   /** Go to the largest region that is mostly unlabeled. */
@@ -374,7 +374,7 @@ export class Desk {
     this.isolate(this.session.paints.cellsOf(classOf(paint), objectOf(paint)), this.paintName(paint));
   }
 
-  /** Hide all cells of a class; 0: those that have none. */
+  /** Hide all cells of a class; class 0 means cells without a class. */
   hideClass(id: number): void {
     this.hide(this.session.paints.cellsOf(id), id ? this.className(id) : "Everything unlabeled");
   }

@@ -22,19 +22,18 @@ export interface Box {
 
 const REFINE_MS = 160; // pause after which the picture is drawn antialiased
 const MAX_FINE_PIXELS = 9_000_000;
-// Slower views are not antialiased, which takes four times as long: too slow without a graphics
-// card.
+// Views that take longer than this are not antialiased: antialiasing takes four times as long.
 const SLOW_MS = 80;
 const MAX_CLASSES = 65536;
-const BANDS = 16; // of the picture, in which cells are looked for
+const BANDS = 16; // number of bands of the picture in which cells are searched
 
 export class Drawing {
   readonly camera = new Camera(() => this.changeView());
   readonly cells: CellTable;
   readonly afterDraw: (() => void)[] = [];
   readonly onView: (() => void)[] = []; // run when the view changes
-  readonly afterView: (() => void)[] = []; // run when it has changed, and stays for a while
-  clip: Box | null = null; // what is outside is not drawn
+  readonly afterView: (() => void)[] = []; // run when a changed view has stayed the same for a while
+  clip: Box | null = null; // nothing outside this box is drawn
   hidesBacks = false; // triangles seen from behind are not drawn
   readonly blend = new Blend(part("texture-row"), part<HTMLInputElement>("texture"), () => this.redraw());
   private readonly gpu: Gpu;
@@ -45,8 +44,8 @@ export class Drawing {
   private readonly regions: Table; // the region of each cell
   private readonly regionColors: Table; // color of each region; alpha is 255 if it is selected
   private readonly classColors: Table;
-  private readonly suggestions: Table; // place of the suggestion of each cell in their list, from 1; 0: none
-  private readonly suggestionColors: Table; // color of each by its place; alpha is 255 if it is chosen
+  private readonly suggestions: Table; // place in the list of the suggestion of each cell, from 1; 0: none
+  private readonly suggestionColors: Table; // color of each suggestion; alpha is 255 if it is chosen
   private hasSuggestions = false;
   private readonly frames: [Frame, Frame]; // framebuffers of the first pass, by stride
   private frame: Frame | null = null; // frame of the latest first pass
@@ -57,7 +56,7 @@ export class Drawing {
   private cursor = NONE;
   private hasBorders = true;
   private isStale = false; // the first pass is out of date
-  private isViewNew = false; // `afterView` is still to run
+  private isViewNew = false; // `afterView` must still run
   private scheduled = 0;
   private refining = 0;
   private viewMs = 0; // milliseconds of a first pass for this mesh; 0: not measured
@@ -74,7 +73,7 @@ export class Drawing {
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault(); // otherwise the browser never restores the context
-      failed("The graphics card was lost.");
+      failed("The graphics card does not answer.");
     });
     canvas.addEventListener("webglcontextrestored", () => this.restore());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
@@ -157,7 +156,7 @@ export class Drawing {
     this.redraw();
   }
 
-  /** Suggested objects, hatched where nothing is painted; no cells: none. */
+  /** Set the suggested objects, which are hatched where nothing is painted; empty for none. */
   setSuggestions(owners: Uint32Array): void {
     this.hasSuggestions = owners.length > 0;
     this.suggestions.fill("r32", owners);
@@ -223,7 +222,7 @@ export class Drawing {
     this.refine();
   }
 
-  /** No cell is in view. Reads the picture in bands from the middle, and only one where something is seen. */
+  /** Whether no cell is in view. Reads bands of the picture, from the middle, until one has a cell. */
   get isEmpty(): boolean {
     if (this.isStale || !this.frame) this.draw(1);
     const { frame, gpu } = this;
@@ -237,7 +236,7 @@ export class Drawing {
     return bands.sort((a, b) => Math.abs(a - BANDS / 2) - Math.abs(b - BANDS / 2)).every(isBare);
   }
 
-  /** Draw antialiased, unless the view is slow (`always`: then too) or the canvas very large. */
+  /** Draw antialiased, unless the canvas is very large, or the view is slow and not `always`. */
   refine(always = false): void {
     const { width, height } = this.canvas;
     if (!this.hasSize || !this.mesh || !this.frame) return;
@@ -258,10 +257,7 @@ export class Drawing {
     return performance.now() - start;
   }
 
-  /**
-   * Draw now, with `samples` x `samples` samples per pixel, or `stride` x `stride` if that is
-   * fewer.
-   */
+  /** Draw now, with `samples` x `samples` samples per pixel, but at most `stride` x `stride`. */
   draw(samples: number): void {
     if (!this.hasSize || !this.mesh || !this.classColors.bytes) return;
     const { gl } = this.gpu;
@@ -298,7 +294,7 @@ export class Drawing {
     return frame;
   }
 
-  /** Cells seen in a rectangle (in CSS pixels; by default the canvas), rows from below; NONE where none is. */
+  /** Cells seen in a rectangle (in CSS pixels; by default the canvas), rows from below, or NONE. */
   cellsSeen(
     left = 0, top = 0, width = this.canvas.clientWidth, height = this.canvas.clientHeight,
   ): Seen {

@@ -8,15 +8,15 @@ import type { Suggestions } from "./panels/suggestions";
 import { savedText } from "./notices";
 import { SCHEMES } from "./pointer";
 import type { Views } from "./views";
-import { make, part } from "../shared/dom";
+import { make, onClick, part } from "../shared/dom";
 
 interface Key {
   names: string[]; // names of keys, as returned by `nameOf`
   shown?: string;
   what: string;
   run: () => void;
-  onCanvas?: boolean; // only while the mesh, or nothing, has the focus
-  paints?: boolean; // paints what is chosen on the mesh
+  onCanvas?: boolean; // works only while the mesh, or nothing, has the focus
+  paints?: boolean; // paints the chosen region or cell of the mesh
 }
 
 const ARROWS: [string, number, number][] = [["Left", -1, 0], ["Right", 1, 0], ["Up", 0, -1], ["Down", 0, 1]];
@@ -63,8 +63,8 @@ export class Keys {
         { names: ["y"], what: "keep mine in the region", run: () => comparison.settle("mine") },
       ],
       Files: [
-        { names: ["Ctrl+s"], what: "show when the work was saved: each stroke is", run: () => this.saySaved() },
-        { names: [], shown: "Reviewed", what: "the box below “Labeled” marks the work; later changes show there", run: () => undefined },
+        { names: ["Ctrl+s"], what: "show when the work was saved", run: () => this.saySaved() },
+        { names: [], shown: "Reviewed", what: "the box below “Labeled” marks the work as reviewed, and tells later changes", run: () => undefined },
         { names: ["PageDown"], what: "next file", run: () => goToFile(1) },
         { names: ["PageUp"], what: "previous file", run: () => goToFile(-1) },
       ],
@@ -72,7 +72,7 @@ export class Keys {
     for (const key of Object.values(this.groups).flat()) {
       for (const name of key.names) this.table.set(name, key);
     }
-    part("help-button").addEventListener("click", () => this.openHelp());
+    onClick("help-button", () => this.openHelp());
     window.addEventListener("keydown", (event) => this.pressed(event));
     returnFocus(desk.drawing.canvas);
   }
@@ -111,7 +111,7 @@ export class Keys {
         names: [`Shift+${name}`], shown: axis ? "" : "Shift+X, Y, Z", what: "cut at the middle; again: the other half; again: whole",
         run: () => clip.cycle(axis),
       })),
-      { names: ["c"], what: "clip box, whose sides are dragged", run: () => clip.toggle() },
+      { names: ["c"], what: "clip box with sides to drag", run: () => clip.toggle() },
       { names: [".", ">"], shown: ". and ,", what: "move the last section", run: () => clip.nudge(1) },
       { names: [",", "<"], shown: "", what: "", run: () => clip.nudge(-1) },
     ];
@@ -150,8 +150,8 @@ export class Keys {
     return [
       { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions; clear the selection", run: () => this.leave() },
       { names: ["b"], what: "brush single cells", run: () => modes.choose("brush") },
-      { names: [], shown: "B, then arrows", what: "from cell to cell; Enter paints it, Delete removes its class", run: () => undefined },
-      { names: ["l"], what: "lasso; again: of single cells", run: () => modes.nextLasso() },
+      { names: [], shown: "B, then arrows", what: "go from cell to cell; Enter paints the cell, Delete removes its class", run: () => undefined },
+      { names: ["l"], what: "lasso; again: lasso of single cells", run: () => modes.nextLasso() },
       { names: ["x"], what: "split a region by strokes", run: () => modes.choose("split") },
       { names: ["?"], what: "this help", run: () => this.openHelp() },
     ];
@@ -201,10 +201,10 @@ export class Keys {
     return target === this.desk.drawing.canvas || (key !== "Enter" && this.desk.hoveredCell >= 0);
   }
 
-  /** A key that paints was meant for something else than the mesh. */
+  /** Explain why a key does not paint, unless it is Enter on a button or link. */
   private refuse({ target, key }: KeyboardEvent): void {
     if (key === "Enter" && (target as Element).matches("a, button")) return;
-    this.desk.say("Nothing is painted: click on the mesh, or press N, before keys that paint.");
+    this.desk.say("Nothing was painted: click on the mesh or press N first.");
   }
 
   private openHelp(): void {
@@ -224,7 +224,7 @@ export class Keys {
   }
 }
 
-/** After the pointer has opened a list and something is chosen, keys go to the mesh. */
+/** Move the focus to the mesh after the pointer has opened a list, and an entry is chosen. */
 function returnFocus(canvas: HTMLCanvasElement): void {
   let pressed: EventTarget | null = null;
   window.addEventListener("pointerdown", ({ target }) => (pressed = target));
@@ -240,7 +240,7 @@ function nameOf(event: KeyboardEvent): string {
   if (event.ctrlKey || event.metaKey) parts.push("Ctrl");
   if (event.altKey) parts.push("Alt");
   if (event.shiftKey && !isSign) parts.push("Shift");
-  const digit = event.altKey ? /^Digit(\d)$/.exec(event.code)?.[1] : undefined; // Alt types signs on a Mac
+  const digit = event.altKey ? /^Digit(\d)$/.exec(event.code)?.[1] : undefined; // on a Mac, Alt changes the character
   parts.push(digit ?? (event.key.length === 1 ? event.key.toLowerCase() : event.key));
   return parts.join("+");
 }

@@ -119,7 +119,7 @@ export class Regions {
   }
 }
 
-/** The paint of a class and an object of it, as the server has it. */
+/** The paint of a class and an object of it, as the server stores it. */
 export const paintOf = (id: number, object: number): number => (id && ((object << 16) | id)) >>> 0;
 
 export const classOf = (paint: number): number => paint & 0xffff;
@@ -183,14 +183,14 @@ export class Paints {
     return Uint32Array.from(found);
   }
 
-  /** Total area of those of the given cells that have no class. */
+  /** Total area of the given cells that have no class. */
   bareArea(cells: Uint32Array): number {
     let sum = 0;
     for (const cell of cells) if (this.of[cell] === 0) sum += this.areas[cell];
     return sum;
   }
 
-  /** The paint that covers the largest area of the given cells; some paints do not count. */
+  /** The paint that covers the largest area of the given cells, except `ignored` paints. */
   mainPaint(cells: Uint32Array, ignored: readonly number[] = []): number {
     const sums = new Map<number, number>();
     for (const cell of cells) addTo(sums, this.of[cell], this.areas[cell]);

@@ -10,7 +10,7 @@ import { Keys } from "./keys";
 import { Modes } from "./modes";
 import { classOf, objectOf } from "./labeling";
 import { showNotices } from "./notices";
-import { part } from "../shared/dom";
+import { onClick, part } from "../shared/dom";
 import type { Place } from "../shared/picking";
 import { ClassesPanel } from "./panels/classes";
 import { Comparison } from "./panels/comparison";
@@ -59,7 +59,7 @@ async function start(): Promise<void> {
   part("loading").hidden = true;
 }
 
-/** Controls of which the server knows nothing. */
+/** Connect the controls that do not involve the server. */
 function watchTools(desk: Desk): void {
   const tolerance = part<HTMLInputElement>("tolerance");
   const show = (): void => {
@@ -75,12 +75,12 @@ function watchTools(desk: Desk): void {
 
 const WELCOMED = "superfacets welcome";
 
-/** A few lines on the first visit. */
+/** Show an introduction on the first visit. */
 function welcome(): void {
   part("welcome").hidden = remembered(WELCOMED) !== null;
-  part("welcome-close").addEventListener("click", () => {
+  onClick("welcome-close", () => {
     part("welcome").hidden = true;
-    part("canvas").focus(); // keys pressed at once would be lost with the focus of a hidden button
+    part("canvas").focus(); // otherwise the hidden button loses the focus, and keys do nothing
     remember(WELCOMED, "seen");
   });
 }

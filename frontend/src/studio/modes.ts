@@ -4,7 +4,7 @@ import { CellCursor } from "./cellcursor";
 import { cssColor, parseColor, variant } from "./colors";
 import type { Desk } from "./desk";
 import { classOf, objectOf } from "./labeling";
-import { make, part } from "../shared/dom";
+import { button, part } from "../shared/dom";
 import { CellBrush, Lasso, RegionBrush, Splitter, type Tool } from "./tools";
 
 type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
@@ -12,7 +12,7 @@ type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
 const BUTTONS: [ModeName, string, string][] = [
   ["paint", "Paint", "Paint whole regions (V)"],
   ["brush", "Brush", "Paint single cells (B)"],
-  ["lasso", "Lasso", "Paint what is inside a drawn line (L; again: single cells)"],
+  ["lasso", "Lasso", "Paint the regions inside a drawn line (L; L again: single cells)"],
   ["split", "Split", "Cut a region in two (X)"],
 ];
 
@@ -32,11 +32,7 @@ export class Modes {
       "lasso-cells": new Lasso(desk, line, true),
       split: new Splitter(desk),
     };
-    for (const [name, text, tip] of BUTTONS) {
-      const button = make("button", { type: "button", title: tip }, text);
-      button.addEventListener("click", () => this.choose(name));
-      this.buttons.set(name, button);
-    }
+    for (const [name, text, tip] of BUTTONS) this.buttons.set(name, button(text, tip, () => this.choose(name)));
     part("modes").append(...this.buttons.values());
     desk.events.on("paint", () => this.showPaint());
     desk.session.events.on("state", () => this.showPaint());
@@ -67,7 +63,7 @@ export class Modes {
     const ofSuggestions = "A accepts a suggestion, R rejects it, J goes to the next · ";
     part("hint").textContent = `${nSuggested ? ofSuggestions : ""}${this.tool.hint}`;
     const shown = this.current === "lasso-cells" ? "lasso" : this.current;
-    for (const [name, button] of this.buttons) button.ariaPressed = String(name === shown);
+    for (const [name, one] of this.buttons) one.ariaPressed = String(name === shown);
   }
 
   private showPaint(): void {

@@ -1,4 +1,4 @@
-// Names of classes and objects, and of steps that are undone or done again.
+// Names of classes and objects, and of steps that are undone or redone.
 
 import type { State } from "./contract";
 import { classOf, objectOf, paintOf, type Regions } from "./labeling";
@@ -12,13 +12,13 @@ export interface Side {
   paint: Uint32Array;
 }
 
-// Names of steps by kind.
+/** Names of steps by kind. */
 const STEPS: Record<string, string> = {
   paint: "stroke", split: "split of a region", segment: "new regions", classes: "list of classes",
-  objects: "name of an object", review: "mark of review", suggest: "import of suggestions", settle: "suggestion",
+  objects: "name of an object", review: "review mark", suggest: "import of suggestions", settle: "suggestion",
 };
-const TOLD = new Set(["paint", "classes", "objects"]); // kinds of steps whose changes say all
-const MAX_TOLD = 2; // changes of lists that are told of a step
+const TOLD = new Set(["paint", "classes", "objects"]); // kinds of steps whose changes describe them completely
+const MAX_TOLD = 2; // most changes of lists in the description of a step
 
 export const classNameIn = ({ classes }: Lists, id: number): string =>
   classes.find((entry) => entry.id === id)?.name ?? "no class";
@@ -63,7 +63,7 @@ function paintChanges({ regions, mesh }: { regions: Regions; mesh: Mesh }, cells
   return [now.paint[0] ? `${what} ${paintNameIn(now.lists, now.paint[0])}` : `class removed from ${what}`];
 }
 
-/** What a step of a kind did that led from one side to the other. */
+/** Description of a step of a kind, which led from the first state to the second. */
 export function stepName(
   open: { regions: Regions; mesh: Mesh }, kind: string, cells: Uint32Array, [old, now]: [Side, Side],
 ): string {

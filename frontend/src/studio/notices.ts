@@ -1,6 +1,6 @@
 // Messages, errors, and a banner while the server does not answer.
 
-import { part } from "../shared/dom";
+import { counted, part } from "../shared/dom";
 import type { Session } from "./session";
 
 export function showNotices(session: Session): void {
@@ -31,7 +31,7 @@ export function showNotices(session: Session): void {
   events.on("file", (mesh) => {
     part("file-name").textContent = session.state.input.name;
     document.title = `${session.state.input.name} – Superfacets studio`;
-    part("file-facts").textContent = `${mesh.nCells.toLocaleString("en")} ${mesh.nCells === 1 ? mesh.oneCell : mesh.cellName}`;
+    part("file-facts").textContent = counted(mesh.nCells, mesh.oneCell, mesh.cellName);
     if (session.state.notes.length) events.emit("message", session.state.notes.join(" "));
   });
   window.addEventListener("beforeunload", (event) => {
@@ -39,7 +39,7 @@ export function showNotices(session: Session): void {
   });
 }
 
-/** How far the work is saved. */
+/** Whether the work is saved, and when it was saved last. */
 export function savedText({ nWaiting, savedAt }: Session): string {
   if (nWaiting) return "Saving …";
   return savedAt ? `Saved ${savedAt.toLocaleTimeString("en-GB")}` : "All saved";
@@ -47,7 +47,6 @@ export function savedText({ nWaiting, savedAt }: Session): string {
 
 function showWaiting({ online, nWaiting }: Session): void {
   if (online) return;
-  const kept = nWaiting === 0 ? "Everything is saved."
-    : `${nWaiting} ${nWaiting === 1 ? "stroke waits" : "strokes wait"} to be saved, and will be when it is back.`;
+  const kept = nWaiting ? `${counted(nWaiting, "unsaved stroke")} will be saved when it is back.` : "Everything is saved.";
   part("banner").textContent = `The server does not answer. ${kept} You can go on painting; everything else waits.`;
 }

@@ -54,6 +54,13 @@ export class Picker {
   }
 }
 
+/** Move a circle of the overlay to a place, or hide it. */
+export function putCircle(circle: SVGCircleElement, place: Place | null): void {
+  circle.toggleAttribute("hidden", place === null);
+  circle.setAttribute("cx", String(place?.x ?? -99));
+  circle.setAttribute("cy", String(place?.y ?? -99));
+}
+
 /** Neighbors of a cell, and cells within a distance of a place. */
 class Surroundings {
   private readonly corners: Groups | null; // triangle corners at each vertex; null for a cloud
@@ -103,7 +110,7 @@ class Surroundings {
     return this.corners ? this.cellsAt(vertices, this.corners) : new Set(vertices);
   }
 
-  /** Cells that share a vertex with this one, itself included; for a cloud, the points nearby. */
+  /** A cell, and the cells that share a vertex with it; for a cloud, the points nearby. */
   around(cell: number): Set<number> {
     const { mesh, corners } = this;
     const { triangles, facts } = mesh.shape;

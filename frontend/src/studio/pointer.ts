@@ -69,7 +69,7 @@ const TAP = 8; // pixels that a finger may move in a tap
 export class Pointer {
   private drag: Drag | null = null;
   private last: Place = { x: 0, y: 0 };
-  private started: Place | null = null; // where a finger came down that has not moved enough to paint
+  private started: Place | null = null; // start of a touch that has not moved far enough to paint
   private readonly fingers = new Map<number, Place>();
   private readonly canvas: HTMLCanvasElement;
   private readonly tip = part("tip");
@@ -139,7 +139,7 @@ export class Pointer {
     if (cell < 0) return;
     const paint = desk.session.paints.of[cell];
     desk.choose(classOf(paint), objectOf(paint));
-    desk.say(paint ? `${desk.paintName(paint)} is chosen.` : "No class is there: strokes erase.");
+    desk.say(paint ? `${desk.paintName(paint)} is chosen.` : "The cell has no class: strokes erase.");
   }
 
   /** Events come faster than frames: only the latest event before each frame counts. */
@@ -189,7 +189,7 @@ export class Pointer {
     else this.desk.hover(this.desk.picker.cellAt(place));
   }
 
-  /** A single finger paints from where it came down. */
+  /** Begin the stroke of a single finger at the start of its touch. */
   private beginTap(): void {
     if (this.started) this.modes.tool.begin(this.started, false);
     this.started = null;

@@ -1,4 +1,4 @@
-// What the browser remembers between visits, where its storage is switched on.
+// Texts that the browser stores between visits, if its storage is enabled.
 
 export function remembered(key: string): string | null {
   try {
@@ -8,7 +8,7 @@ export function remembered(key: string): string | null {
   }
 }
 
-/** Remember a text, or forget it (null); false if the storage is full or switched off. */
+/** Store a text, or remove it (null); false if the storage is full or disabled. */
 export function remember(key: string, text: string | null): boolean {
   try {
     if (text === null) localStorage.removeItem(key);

@@ -15,7 +15,7 @@ import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "./suggested";
 interface Kinds {
   file: Mesh;
   regions: Regions;
-  cells: Uint32Array | null; // cells whose paint changed; null: any cell's may have
+  cells: Uint32Array | null; // cells whose paint changed; null: possibly all cells
   classes: ClassEntry[];
   state: State;
   segmenting: SegmentLine | null; // null: no segmentation is running
@@ -29,10 +29,10 @@ interface Kinds {
 /** A class; the server gives it a color if it has none. */
 export type ClassDraft = Omit<ClassEntry, "color"> & { color?: string };
 
-/** Message for an answer of a server other than the one that sent this page. */
+/** Message about an answer that comes from another server than this page. */
 function strangerLine(error: unknown): string {
   if (error instanceof ServerError && error.status === 403) {
-    return "The server was started again: open the address that it printed. Strokes that wait are kept.";
+    return "The server was restarted: open the address that it printed. Unsaved strokes are kept.";
   }
   return error instanceof Error ? error.message : String(error);
 }
@@ -48,7 +48,7 @@ export function newStroke(): string {
 
 const RETRY_MS = 1000;
 const BEAT_MS = 5000;
-// The next preview aborts the running one if previews take longer than this, and else waits for it.
+// If previews take longer than this, the next preview aborts the running one; otherwise it waits.
 const SHORT_SECONDS = 0.4;
 
 export class Session {
@@ -69,7 +69,7 @@ export class Session {
   private wanted: { parameters: Partial<Parameters>; preview: boolean } | null = null;
   private lastSeconds = 0;
   private steps: Promise<unknown> = Promise.resolve(); // see `alone`
-  private nSteps = 0; // number of steps under way
+  private nSteps = 0; // number of running or waiting steps
 
   constructor(private readonly api: Api) {
     setInterval(() => void this.beat(), BEAT_MS);
@@ -90,8 +90,8 @@ export class Session {
   }
 
   /**
-   * Run work on the whole state, one piece of work at a time. Strokes are sent before or after it,
-   * because an answer that overtakes another would leave wrong classes on the page.
+   * Run a step on the whole state, one step at a time. Strokes are sent before or after the step,
+   * because answers in another order would leave wrong classes on the page.
    */
   private alone<T>(work: () => Promise<T>): Promise<T> {
     this.nSteps++;
@@ -220,7 +220,7 @@ export class Session {
   }
 
   redo(): Promise<void> {
-    return this.step("redo", "Done again");
+    return this.step("redo", "Redone");
   }
 
   private async step(what: "undo" | "redo", done: string): Promise<void> {
@@ -277,7 +277,7 @@ export class Session {
     return this.attempt(async () => this.takeEffect(await this.post<Effect>("settle", { accept, reject })));
   }
 
-  /** Segment with these parameters. Of several waiting previews only the newest is computed. */
+  /** Segment with these parameters; only the newest of several waiting previews is computed. */
   segment(parameters: Partial<Parameters>, preview: boolean): void {
     this.wanted = { parameters, preview };
     if (!this.segmentation) this.segmenting = this.segmentWanted();
@@ -342,7 +342,7 @@ export class Session {
     return regions;
   }
 
-  /** Edit the list of classes: the newest, after the steps that are under way. */
+  /** Edit the newest list of classes, after all running steps. */
   async setClasses(edit: (classes: ClassEntry[]) => ClassDraft[]): Promise<void> {
     const isDone = await this.attempt(async () => {
       await this.post<unknown>("classes", { classes: edit(this.state.classes) });
@@ -375,10 +375,10 @@ export class Session {
   async importFrom(files: { name: string; data: string }[], asSuggestions: boolean): Promise<void> {
     if (!(await this.change("import", { files, as_suggestions: asSuggestions }))) return;
     const count = this.suggested.entries.length;
-    this.events.emit("message", asSuggestions ? `Read: ${count} suggested objects. J goes to the first.` : "Read and painted.");
+    this.events.emit("message", asSuggestions ? `Imported: ${count} suggested objects. J goes to the first.` : "Imported and painted.");
   }
 
-  /** Compare with another work file, or with the one given last; null if the server refuses. */
+  /** Compare with another work file, or with the last one given; null if the server refuses. */
   async compare(files?: { name: string; data: string }[]): Promise<CompareReply | null> {
     return this.compared("compare", files ? { files } : {});
   }
@@ -392,7 +392,7 @@ export class Session {
     let reply: CompareReply | null = null;
     await this.attempt(async () => {
       reply = await this.post<CompareReply>(what, body);
-      if (what === "accept") await this.readAnew();
+      if (what === "accept") await this.reloadAll();
     });
     return reply;
   }
@@ -401,11 +401,11 @@ export class Session {
   async change(what: string, body: unknown): Promise<boolean> {
     return this.attempt(async () => {
       await this.post<unknown>(what, body);
-      await this.readAnew();
+      await this.reloadAll();
     });
   }
 
-  private async readAnew(): Promise<void> {
+  private async reloadAll(): Promise<void> {
     await this.loadPaint();
     await this.reload();
   }
@@ -425,7 +425,7 @@ export class Session {
   /** A stroke was refused: show the server's classes again. */
   private async refused(error: ServerError): Promise<void> {
     this.report(error);
-    await this.attempt(() => this.readAnew());
+    await this.attempt(() => this.reloadAll());
   }
 
   private lose(): void {
@@ -437,7 +437,7 @@ export class Session {
   private async tryAgain(): Promise<void> {
     try {
       const state = await this.api.get<State>(`${this.path}/state`);
-      if (state.input.n_cells !== this.mesh.nCells) throw new Error("another file is served now");
+      if (state.input.n_cells !== this.mesh.nCells) throw new Error("the server has opened another file");
       await this.alone(async () => {
         if (this.nWaiting) throw new ServerGone();
         await this.loadPaint();
@@ -453,13 +453,13 @@ export class Session {
     }
   }
 
-  /** Check regularly that the server answers and that nobody else has painted. */
+  /** Check that the server answers, and whether another page has painted. */
   private async beat(): Promise<void> {
     if (!this.online || !this.state || !this.isIdle || document.hidden) return;
     try {
       await this.alone(async () => {
         const { seq } = await this.api.get<Progress>(`${this.path}/state`);
-        if (seq !== this.state.seq) await this.readAnew();
+        if (seq !== this.state.seq) await this.reloadAll();
       });
     } catch (error) {
       if (error instanceof ServerGone) this.lose();

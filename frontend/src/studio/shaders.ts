@@ -17,7 +17,7 @@ uniform vec3 clip_high;
 layout(location = 0) out vec4 code;
 layout(location = 1) out vec4 brightness;  // and color of the texture
 void main() {
-  vec3 texture_color = has_texture ? textureColor(triangle, at) : vec3(0.0);  // before any pixel is left out: it needs neighbors
+  vec3 texture_color = has_texture ? textureColor(triangle, at) : vec3(0.0);  // before any discard: derivatives need neighboring pixels
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
   if (hides_backs && !gl_FrontFacing) discard;
   if (is_clipped) {
@@ -44,7 +44,7 @@ uniform usampler2D regions;  // the region of each cell
 uniform usampler2D cells;
 uniform sampler2D region_colors;  // color of each region; alpha is 1 if it is selected
 uniform sampler2D class_colors;
-uniform usampler2D suggestions;  // place of each cell's suggestion in their list, from 1; 0: none
+uniform usampler2D suggestions;  // place in the list of each cell's suggestion, from 1; 0: none
 uniform sampler2D suggestion_colors;  // alpha is 1 for the chosen one
 uniform bool has_suggestions;
 uniform int stride;  // pixels of the first pass per pixel of this one, along each side

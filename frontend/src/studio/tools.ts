@@ -49,7 +49,7 @@ export abstract class Tool {
 const TURN = 0.15; // angle in radians by which an arrow key turns the view
 const STEP = 6; // pixels between the places of a stroke at which cells are looked up
 
-/** A tool whose strokes have one paint each; `touched` holds what the stroke has painted. */
+/** A tool whose strokes have one paint each; `touched` holds the painted regions or cells. */
 abstract class Brush extends Tool {
   protected paint = 0;
   protected stroke = "";
@@ -79,7 +79,7 @@ abstract class Brush extends Tool {
   }
 }
 
-/** Paints regions that the pointer goes over. */
+/** Paints the regions under the pointer. */
 export class RegionBrush extends Brush {
   readonly name = "Paint regions";
   readonly hint = "Drag paints · Shift removes · Ctrl-click picks class and object · O new object · ? help";
@@ -171,7 +171,7 @@ export class CellBrush extends Brush {
 export class Lasso extends Tool {
   readonly name: string;
   override readonly turnsBeside = false;
-  readonly hint = "Draw a line around what to paint · Shift removes · L: regions or cells · Esc leaves";
+  readonly hint = "Draw a line around the part to paint · Shift removes · L: regions or cells · Esc leaves";
   private places: Place[] = [];
   private paint = 0;
 
@@ -294,7 +294,7 @@ export class Splitter extends Tool {
     this.last = place;
     const region = this.desk.regionOf(this.desk.picker.cellAt(place));
     if (region >= 0 && region !== this.region && !this.blue.size !== !this.red.size) {
-      this.desk.say("Both strokes have to be in one region.");
+      this.desk.say("Both strokes must be in the same region.");
     }
     if (this.region < 0) this.region = region;
     this.touch(place);
@@ -336,7 +336,7 @@ export class Splitter extends Tool {
     });
   }
 
-  /** Strokes for keyboard users: two cells that are nearly the farthest apart. */
+  /** Choose strokes for keyboard users: two cells that are about as far apart as possible. */
   private takeEnds(region: number): void {
     if (region < 0) return;
     const cells = this.desk.session.regions.cellsOf(region);

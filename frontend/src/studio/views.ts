@@ -1,6 +1,6 @@
 // Buttons and keys for usual views.
 
-import { make, part } from "../shared/dom";
+import { button, onClick, part } from "../shared/dom";
 import { NONE } from "../shared/shape";
 import { dot, minus, plus } from "../shared/vectors";
 import type { Desk } from "./desk";
@@ -29,21 +29,19 @@ export class Views {
     ];
     const buttons = this.usual.map(({ name, key, what, run }) => {
       const title = `${what[0].toUpperCase()}${what.slice(1)} (${key.length === 1 ? key.toUpperCase() : key})`;
-      const button = make("button", { type: "button", title }, name);
-      button.addEventListener("click", run);
-      return button;
+      return button(name, title, run);
     });
     part("views").prepend(...buttons);
-    part("inside").addEventListener("click", () => this.toggleBacks());
+    onClick("inside", () => this.toggleBacks());
   }
 
-  /** Draw what is seen from behind, or not. */
+  /** Hide or show surfaces that are seen from behind. */
   private toggleBacks(): void {
     const { drawing } = this.desk;
     drawing.hidesBacks = !drawing.hidesBacks;
     part("inside").ariaPressed = String(drawing.hidesBacks);
     drawing.changeView();
-    this.desk.say(drawing.hidesBacks ? "What is seen from behind is hidden; W shows it." : "Everything is shown from both sides.");
+    this.desk.say(drawing.hidesBacks ? "Surfaces seen from behind are hidden; W shows them." : "Surfaces are shown from both sides.");
   }
 
   /** Whether many visible cells are back-facing, such as the walls of a room seen from outside. */
@@ -58,7 +56,7 @@ export class Views {
   keys(): { names: string[]; what: string; onCanvas: boolean; run: () => void }[] {
     return [
       ...this.usual.map(({ key, what, run }) => ({ names: [key], what, onCanvas: key === "Home", run })),
-      { names: ["w"], what: "see inside: hide what is seen from behind, as walls", onCanvas: false, run: () => this.toggleBacks() },
+      { names: ["w"], what: "see inside: hide surfaces seen from behind, such as walls", onCanvas: false, run: () => this.toggleBacks() },
     ];
   }
 }

@@ -4,5 +4,5 @@
   is imported when the command is called.
 - `inputs`, `outputs`: the files of a command line. `options`, `segment_options`: shared options.
 - `progress`: bars. `report`: notes and results. `failures`: errors as lines and exit statuses.
-- `interrupts`: signals, and work that they can end.
+- `interrupts`: signals, and work that a signal can end.
 """

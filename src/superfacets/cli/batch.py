@@ -37,12 +37,12 @@ def _formats(
            "Folder for the results and the manifest; folders in it mirror the folders of IN.",
            required=True),
     option("--to --format formats LIST", None,
-           "Formats of the results, as npy,ply.  [default: ply; vtu of tetrahedra]",
+           "Formats of the results, such as npy,ply.  [default: ply; vtu for tetrahedra]",
            multiple=True, callback=_formats),
     option("--workers", COUNT, "Worker processes on this machine.  [default: one per core]"),
     option("--scheduler ADDRESS", None,
-           "Address of a Dask scheduler, as tcp://10.0.0.1:8786."),
-    option("--retry-failed", FLAG, "Try files again that failed before."),
+           "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."),
+    option("--retry-failed", FLAG, "Also try files that failed in an earlier run."),
     segment_options,
     file_options,
     quiet_option,
@@ -57,9 +57,9 @@ def batch_command(
     """Segment thousands of files on all cores, or on a cluster.
 
     IN are files, folders, tilesets (tileset.json), patterns in quotes ("scans/**/*.ply"), or @LIST,
-    a text file with a path per line. DIR/manifest.jsonl gets a line per file. A second start
-    segments only files without a valid result. If a file fails, the others are still processed, and
-    the exit status is 1.
+    a text file with a path per line. DIR/manifest.jsonl gets a line per file. A second run segments
+    only files without a valid result. If a file fails, the others are still processed, and the exit
+    status is 1.
     """
     arguments = options_of(**given).arguments
     tried: list[str] = []
@@ -84,7 +84,7 @@ def batch_command(
     if result.n_failed:
         failed = f"{result.n_failed} of {counted(len(result.records), 'file')} failed"
         if not tried:
-            failed += ", before this: --retry-failed tries again"
+            failed += " in an earlier run: --retry-failed tries again"
         print_error(failed)
         ctx.exit(EXIT_DATA)
 
@@ -106,7 +106,7 @@ def _facts(result: BatchResult, output: Path) -> dict[str, Any]:
 def _summary(result: BatchResult) -> str:
     """The batch in one line."""
     pace = result.n_cells / result.seconds
-    kept = f", {result.n_kept} were there" if result.n_kept else ""
+    kept = f", {result.n_kept} done before" if result.n_kept else ""
     return (
         f"{counted(result.n_done, 'file')} done{kept}; {counted(result.n_cells, 'cell')} in"
         f" {result.seconds:.1f} s, {pace:,.0f} cells/s"

@@ -23,23 +23,11 @@ from ..io.attributes import MeshAttributes
 from ..io.readers.b3dm import Placement
 from ..io.readers.pieces import holds_files
 from ..mesh.cells import Cells
+from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_notes
 from .inputs import labels_beside, load_cells_and_attributes
 from .interrupts import run_in_background
-from .options import (
-    FILE,
-    FOLDER,
-    ascii_option,
-    drop_attributes_option,
-    force_option,
-    format_option,
-    json_option,
-    label_options,
-    labels_named_option,
-    option,
-    options,
-    quiet_option,
-)
+from .options import FILE, option, options
 from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
 from .report import notes_on_numbers, notes_on_written
 
@@ -51,19 +39,19 @@ from .report import notes_on_numbers, notes_on_written
     output_option(
         "Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
         " for standard output."),
-    option("--split folder DIR", FOLDER,
+    option("--split folder DIR", opts.FOLDER,
            "Write each region to a file of its own in this folder: DIR/region_17.ply."),
     to_option("Format of outputs whose name has no known ending"),
     option("--segments FILE", FILE,
-           "Old .segs.json, if IN is an .aggregation.json.  [default: the file that it names]"),
-    labels_named_option,
-    format_option("IN"),
-    ascii_option,
-    label_options,
-    drop_attributes_option("input"),
-    force_option,
-    quiet_option,
-    json_option(),
+           "Old .segs.json, if IN is an .aggregation.json.  [default: the file that IN names]"),
+    opts.labels_named_option,
+    opts.format_option("IN"),
+    opts.ascii_option,
+    opts.label_options,
+    opts.drop_attributes_option("input"),
+    opts.force_option,
+    opts.quiet_option,
+    opts.json_option(),
 )  # fmt: skip
 @click.pass_context
 def convert_command(
@@ -74,18 +62,18 @@ def convert_command(
 ) -> None:  # fmt: skip
     """Write meshes with their labels in other formats.
 
-    Without a file of LABELS, the labels in IN are written if there are any. Of a FOLDER, all meshes
-    and point clouds are converted, to the folder that -o names; of a tileset.json, all models in
-    their places. If IN is an .aggregation.json, LABELS are new segments (.segs.json), and its
-    objects are written as groups of these; a table shows the vertices that each object loses and
-    gains.
+    Without LABELS, the labels in IN are written, if IN has any. If IN is a FOLDER, all its meshes
+    and point clouds are converted, to the folder that -o names. If IN is a tileset.json, all its
+    models are converted, each in its place. If IN is an .aggregation.json, LABELS are new segments
+    (.segs.json), and the objects of IN are written as groups of the new segments; a table shows how
+    many vertices each object loses and gains.
     """
     if mesh.name.endswith(GROUPS):
         chosen = {"segments": segments, "force": force}
         _regroup(mesh, labels, outputs, chosen, is_quiet=is_quiet, as_json=as_json)
         return
     if segments is not None:
-        raise click.UsageError("--segments goes with an .aggregation.json only")
+        raise click.UsageError("--segments needs an .aggregation.json as IN")
     sources = _sources_of(mesh, labels, folder)
     jobs, ending = _plan(sources, labels, outputs, folder, formats, ascii=ascii)
     form = FormatOptions.checked(
@@ -106,7 +94,7 @@ def _regroup(
     groups: Path, labels: Path | None, outputs: tuple[str, ...], chosen: dict[str, Any], *,
     is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Write an aggregation for other segments, and a table of what objects lost."""
+    """Write an aggregation for other segments; print how many vertices objects lose and gain."""
     if labels is None or len(outputs) != 1:
         raise click.UsageError("an .aggregation.json needs new segments (.segs.json) and one -o")
     objects = regroup_segments(groups, labels, outputs[0], **chosen)
@@ -131,7 +119,7 @@ class _Run:
     format: str | None  # of the input
     form: FormatOptions
     folder: Path | None  # for files of regions
-    ending: str | None  # of these
+    ending: str | None  # of files of regions
     keeps_attributes: bool
     is_quiet: bool
     as_json: bool
@@ -144,7 +132,7 @@ class _Run:
             task = "write" if self.folder is None else "split it by"
             raise MeshError(
                 f"{job.input}: there are no labels to {task} (none called {self.labels_named}):"
-                " name a file of them, or --labels-named"
+                " give a file of LABELS, or --labels-named"
             )
         n_lost = job.write(cells, labels, attributes=attributes, options=self.form)
         parts: list[str] = []
@@ -154,7 +142,7 @@ class _Run:
             )
             parts = [str(path) for path in paths]
         if not self.is_quiet:
-            replaces = self.labels is not None  # otherwise the labels are in the input itself
+            replaces = self.labels is not None  # else the labels are in the input itself
             print_notes(
                 notes_on_written(cells, attributes, job.endings, n_lost, are_replaced=replaces)
                 + notes_on_numbers(labels, job.endings, n_lost)
@@ -177,7 +165,7 @@ class _Run:
         cells, attributes = load_cells_and_attributes(
             job.input, self.format, keep=keep, placement=self.placements[job.input]
         )
-        if self.labels is None and self.format is not None:  # they are found by the ending of IN
+        if self.labels is None and self.format is not None:  # labels are found by the ending of IN
             return cells, None, attributes
         path = Path(job.input)
         return cells, labels_beside(path, self.labels, cells, self.labels_named), attributes

@@ -43,11 +43,11 @@ def cut_command(
 ) -> None:
     """Cut a mesh along smooth borders of its regions.
 
-    Borders of regions run in zigzag along edges; here they become smooth curves across faces,
-    which are cut there. Borders in creases stay, and closed meshes stay closed.
+    Borders of regions run in zigzag along edges. This command replaces them by smooth curves, and
+    cuts faces along these curves. Borders in creases stay, and closed meshes stay closed.
     """
     if n_segments is not None and labels is not None:
-        raise click.UsageError("--labels names regions already: leave out -n")
+        raise click.UsageError("give -n or --labels, not both")
     run = OneRun(mesh, [] if labels is None else [labels], given)
 
     def compute() -> tuple[BorderCut, Ints]:

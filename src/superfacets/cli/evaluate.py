@@ -20,7 +20,7 @@ from .options import FILE, NOT_NEGATIVE, json_option, labels_named_option, optio
 @click.argument("more", nargs=-1, type=FILE, metavar="[--gt SEG...]")
 @options(
     option("--gt truths SEG...", FILE,
-           "Ground truth: labels too, one or more files (say, seg/1/*.seg).", multiple=True),
+           "Ground truth: one or more files of labels, such as seg/1/*.seg.", multiple=True),
     option("--tolerance", NOT_NEGATIVE,
            "How far apart borders may be to count as one, as a fraction of the mesh's diagonal.",
            default=DEFAULT_TOLERANCE),
@@ -33,8 +33,8 @@ def evaluate_command(
 ) -> None:  # fmt: skip
     """Print how good labels are.
 
-    LABELS of the mesh IN are compared with ground truth, if there is any. Both are read from .npy,
-    .seg, .txt or labeled .ply or .vtp files.
+    LABELS of the mesh IN are compared with ground truth, if --gt is given. All labels are read from
+    .npy, .seg, .txt or labeled .ply or .vtp files.
     """
     from ..metrics import evaluate
 

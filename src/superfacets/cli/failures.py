@@ -1,4 +1,4 @@
-"""Failures of files and of the machine, as one line and an exit status."""
+"""Failures of files and of the machine: one line on stderr, and an exit status."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ def message_of(error: BaseException) -> str:
 def count_failures(
     names: Sequence[str],
     do: Callable[[int], object],
-    failed: Callable[[int, str], object] = lambda place, message: None,
+    failed: Callable[[int, str], object] = lambda _, message: None,
 ) -> int:
-    """Do something for each of several inputs; return how many failed. Each failure is printed.
+    """Call `do` with the index of each input; print each failure, and return their number.
 
-    `do` and `failed` take the place of an input. The ValueError of a single input is raised: it is
-    about a parameter, and means a wrong command line. So is a BrokenPipeError: click then ends the
-    process silently, as other programs in a pipe.
+    `failed` is called with the index and the message of a failed input. The ValueError of a single
+    input is raised: it is about a parameter, and means a wrong command line. A BrokenPipeError is
+    raised, too: click then ends the process silently, as other programs in a pipe end.
     """
     n_failed = 0
     is_one_of_many = len(names) > 1
-    for place, name in enumerate(names):
+    for index, name in enumerate(names):
         try:
-            do(place)
+            do(index)
         except BrokenPipeError:
             raise
         except (*FAILURES, ValueError) as error:
@@ -48,7 +48,7 @@ def count_failures(
             if is_one_of_many and name not in message:
                 message = f"{name}: {message}"
             print_error(message)
-            failed(place, message)
+            failed(index, message)
             n_failed += 1
     if n_failed and is_one_of_many:
         print_error(f"{n_failed} of {len(names)} files failed")

@@ -39,8 +39,8 @@ def info_command(
     """
     check_inputs(inputs)
 
-    def tell(place: int) -> None:
-        text = inputs[place]
+    def tell(index: int) -> None:
+        text = inputs[index]
         info, attributes = run_in_background(lambda: _read(text, format))
         slivers = info.sliver_share if isinstance(info, MeshInfo) else 0.0
         note = sliver_note(slivers, "try segment --subdivide")
@@ -48,7 +48,8 @@ def info_command(
             print_note(f"{name_of(text)}: {note}")
         constant = _constant_properties(attributes)
         if constant:
-            print_note(f"{name_of(text)}: the same everywhere: {', '.join(constant)}")
+            names = ", ".join(constant)
+            print_note(f"{name_of(text)}: properties with the same value everywhere: {names}")
         if as_json:
             click.echo(json.dumps({"file": text, **dataclasses.asdict(info)}))
             return
@@ -69,7 +70,7 @@ def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None]:
 
 
 def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
-    """Names of properties that have a single value, so that no border follows them."""
+    """Names of properties with a single value, which no border can follow."""
     if attributes is None:
         return []
     stored = {**attributes.vertex, **attributes.face}
@@ -83,7 +84,7 @@ def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
 
 
 def _coordinate(value: float, diagonal: float) -> str:
-    """A coordinate, to a millionth of the diagonal: far from the origin it has more digits."""
+    """A coordinate, to a millionth of the diagonal, which takes more digits far from the origin."""
     if not 1e-4 < diagonal < 1e12:
         return f"{value:g}"
     n_digits = max(0, 6 - math.floor(math.log10(diagonal)))
@@ -94,51 +95,30 @@ def _rows_of(info: Info) -> list[tuple[str, str]]:
     low, high = (
         " ".join(_coordinate(value, info.diagonal) for value in corner) for corner in info.bounds
     )
-    box = f"{low} to {high}"
+    facts = dataclasses.asdict(info)
+    rows = [(_name_of(name), str(n)) for name, n in facts.items() if name.startswith("n_")]
     if isinstance(info, CloudInfo):
-        return [
-            ("points", str(info.n_points)),
-            ("distinct positions", str(info.n_positions)),
-            ("components", str(info.n_components)),
-            ("isolated points", str(info.n_isolated)),
-            ("normals", _normals_of(info)),
-            ("colors", _colors_of(info)),
-            ("bounding box", box),
-            ("diagonal", f"{info.diagonal:g}"),
-            ("spacing", f"{info.spacing:g}"),
-            ("area", f"{info.area:g}"),
-        ]
-    if isinstance(info, TetInfo):
-        return [
-            ("tetrahedra", str(info.n_tets)),
-            ("vertices", str(info.n_vertices)),
-            ("distinct positions", str(info.n_positions)),
-            ("components", str(info.n_components)),
-            ("triangles", str(info.n_triangles)),
-            ("boundary triangles", str(info.n_boundary_triangles)),
-            ("non-manifold", str(info.n_nonmanifold_triangles)),
-            ("flat tetrahedra", str(info.n_flat_tets)),
-            ("turned tetrahedra", str(info.n_turned_tets)),
-            ("bounding box", box),
-            ("diagonal", f"{info.diagonal:g}"),
-            ("volume", f"{info.volume:g}"),
-        ]
-    return [
-        ("faces", str(info.n_faces)),
-        ("vertices", str(info.n_vertices)),
-        ("distinct positions", str(info.n_positions)),
-        ("components", str(info.n_components)),
-        ("edges", str(info.n_edges)),
-        ("boundary edges", str(info.n_boundary_edges)),
-        ("non-manifold edges", str(info.n_nonmanifold_edges)),
-        ("inconsistent edges", str(info.n_inconsistent_edges)),
-        ("degenerate faces", str(info.n_degenerate_faces)),
-        ("inside out", "yes" if info.is_inside_out else "no"),
-        ("slivers", f"{info.sliver_share:.0%} of the area, for {DEFAULT_N_SEGMENTS} regions"),
-        ("bounding box", box),
-        ("diagonal", f"{info.diagonal:g}"),
-        ("area", f"{info.area:g}"),
-    ]
+        rows += [("normals", _normals_of(info)), ("colors", _colors_of(info))]
+    if isinstance(info, MeshInfo):
+        slivers = f"{info.sliver_share:.0%} of the area, for {DEFAULT_N_SEGMENTS} regions"
+        rows += [("inside out", "yes" if info.is_inside_out else "no"), ("slivers", slivers)]
+    sizes = ("diagonal", "spacing", "area", "volume")
+    lengths = [(name, f"{facts[name]:g}") for name in sizes if name in facts]
+    return [*rows, ("bounding box", f"{low} to {high}"), *lengths]
+
+
+_NAMES = {
+    "n_positions": "distinct positions",
+    "n_isolated": "isolated points",
+    "n_nonmanifold_edges": "non-manifold edges",
+    "n_nonmanifold_triangles": "non-manifold",
+}
+"""Names of counts that differ from the words of their field."""
+
+
+def _name_of(count: str) -> str:
+    """The name of a count in a row: ``n_flat_tets`` are flat tetrahedra."""
+    return _NAMES.get(count, count[2:].replace("_", " ").replace("tets", "tetrahedra"))
 
 
 def _colors_of(info: CloudInfo) -> str:

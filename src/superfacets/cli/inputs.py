@@ -107,17 +107,18 @@ def read_values(path: Path) -> Array:
 
 constraint_options = options(
     option("--mask FILE", FILE,
-           "Leave faces or points out where this .npy, .seg or .txt, or the labels in a .ply or"
-           " another file that holds more, are 0 (or False): they get label -1."),
+           "Leave out faces or points whose value in this file of labels is 0 (or False): they get"
+           " label -1."),
     option("--barriers FILE", FILE,
-           "One whole number per face or point, as a file of labels. No region has two of them."),
+           "A file of labels: one whole number per face or point. No region contains two different"
+           " numbers."),
 )  # fmt: skip
 """Adds the options ``--mask`` and ``--barriers`` to a command."""
 
 barrier_angle_option = option(
     "--barrier-angle DEG", Real(0.0, 180.0, min_open=True),
-    "No region extends across an edge that bends by this angle or more, convex or concave. With -n"
-    " 1 and 30: one region per face of a CAD part.",
+    "No region extends across an edge that bends by this angle or more, convex or concave. With"
+    " -n 1 and an angle of 30, each face of a CAD part becomes one region.",
 )  # fmt: skip
 
 

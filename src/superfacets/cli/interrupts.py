@@ -41,15 +41,10 @@ def while_importing() -> Iterator[None]:
 
     A KeyboardInterrupt raised during an import may be lost there, or change the exit status.
     """
-    if (
-        threading.current_thread() is not threading.main_thread()
-    ):  # only the main thread may set handlers
+    if threading.current_thread() is not threading.main_thread():  # which alone may set handlers
         yield
         return
-    raising = (
-        signal.default_int_handler,
-        _interrupt,
-    )  # other handlers, set by the parent process, are kept
+    raising = (signal.default_int_handler, _interrupt)  # other handlers are kept
     heard = {
         number: handler
         for number in (signal.SIGINT, *_ENDING)
@@ -79,8 +74,8 @@ def _ignore(*_: object) -> None:
 def soon_ended() -> Iterator[None]:
     """Let a signal end the process if the block has not ended within `GRACE` seconds.
 
-    Python handles signals only between two of its instructions. An instruction that reads from a
-    dead network drive, or computes in the core, may take forever.
+    Python handles signals only between two of its instructions. An instruction may take forever
+    when it reads from a dead network drive, or computes in the core.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -116,6 +111,7 @@ def _end(*_: object) -> NoReturn:
 T = TypeVar("T")
 
 _NAME = "superfacets-work"
+"""Name of the threads of `run_in_background`."""
 
 SECONDS_BETWEEN_TICKS = 0.1
 """Seconds between two calls of `tick`: short enough for a moving bar and a quick interrupt."""

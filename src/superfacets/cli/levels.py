@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
@@ -28,24 +27,19 @@ from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..nesting import hierarchy
 from ..regions.hierarchy import Hierarchy
+from . import options as opts
 from .failures import print_notes
 from .inputs import check_inputs, constraint_options, constraints_of, load_cells_and_attributes
 from .interrupts import run_in_background
-from .options import (
-    FILE,
-    INPUT,
-    STANDARD_STREAM,
-    drop_attributes_option,
-    format_option,
-    json_option,
-    labels_named_option,
-    numbers,
-    option,
-    options,
-    quiet_option,
-    threads_option,
+from .options import FILE, numbers, option, options
+from .outputs import (
+    TO_IS_UNUSED,
+    Job,
+    check_files,
+    check_mask,
+    check_terminal,
+    output_option,
 )
-from .outputs import Job, check_files, check_mask, check_terminal, output_option
 from .report import notes_on_written
 
 ARRAYS = ".npz"
@@ -54,7 +48,7 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")
 
 
 @click.command("levels")
-@click.argument("input", metavar="IN", type=INPUT)
+@click.argument("input", metavar="IN", type=opts.INPUT)
 @options(
     option("-n --n-segments counts K,K...", None,
            "Number of regions on each level, say 2000,500,100.", callback=numbers, required=True),
@@ -75,12 +69,12 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")
            " color, normals, height (z), or a property of the faces, points or vertices in IN; may"
            " be given several times.", multiple=True),
     constraint_options,
-    drop_attributes_option("IN"),
-    labels_named_option,
-    threads_option,
-    format_option("IN", of_stream=True),
-    quiet_option,
-    json_option(),
+    opts.drop_attributes_option("IN"),
+    opts.labels_named_option,
+    opts.threads_option,
+    opts.format_option("IN", of_stream=True),
+    opts.quiet_option,
+    opts.json_option(),
 )  # fmt: skip
 def levels_command(
     input: str, counts: tuple[int, ...], outputs: tuple[str, ...], format_of_stream: str | None,
@@ -95,13 +89,15 @@ def levels_command(
     """
     check_inputs((input,))
     if labels is not None and mask is not None:
-        raise click.UsageError("--labels are -1 where cells are left out: leave --mask out")
-    plan = _planned(outputs, format_of_stream, counts)
-    job = Job(input, plan.paths, plan.stream)
+        raise click.UsageError("--labels leaves out cells of label -1 already: leave --mask out")
+    stream = _checked_stream(outputs, format_of_stream)
+    named = [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
+    paths = [path for output in named for path in _paths_of_levels(output, counts)]
+    job = Job(input, tuple(paths), stream)
     check_mask(mask, job.endings)
     also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
     check_files([job], also_read)
-    checked_targets(plan.paths)
+    checked_targets(paths)
     keeps = job.holds_attributes and not drop_attributes
 
     def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy]:
@@ -121,7 +117,14 @@ def levels_command(
         return cells, attributes if keeps else None, nested
 
     cells, attributes, nested = run_in_background(compute)
-    _write(plan, cells, attributes, nested)
+    with atomic_outputs(paths) as temporaries:
+        writers = _writers(named, cells, attributes, nested)
+        for temporary, write in zip(temporaries, writers, strict=True):
+            with temporary.open("wb") as file:
+                write(file)
+        if stream is not None:
+            _write_all(sys.stdout.buffer, stream, nested)
+            sys.stdout.buffer.flush()
     if not is_quiet:
         print_notes(notes_on_written(cells, attributes, job.endings, 0))
     facts = {
@@ -133,73 +136,37 @@ def levels_command(
     job.report(facts, text, kind_of(cells).noun, as_json=as_json, is_quiet=is_quiet)
 
 
-@dataclass(frozen=True)
-class _Plan:
-    """The files to write."""
-
-    files: tuple[tuple[Path, str, tuple[Path, ...]], ...]
-    """For each output: its path as given, its ending, and the files to write. These are one file of
-    all levels, or one file per level."""
-    stream: str | None
-    """Ending of the output on standard output, if there is one."""
-
-    @property
-    def paths(self) -> tuple[Path, ...]:
-        """All files."""
-        return tuple(path for _, _, paths in self.files for path in paths)
+def _checked_stream(outputs: tuple[str, ...], format: str | None) -> str | None:
+    """Ending of the output on standard output; None if there is none."""
+    if outputs.count(opts.STANDARD_STREAM) > 1:
+        raise click.UsageError("-o takes at most one -")
+    if opts.STANDARD_STREAM not in outputs:
+        if format is not None:
+            raise click.UsageError(TO_IS_UNUSED)
+        return None
+    stream = f".{format or 'npz'}"
+    check_terminal(stream, ascii=False)
+    return stream
 
 
-def _planned(
-    outputs: tuple[str, ...], format_of_stream: str | None, counts: tuple[int, ...]
-) -> _Plan:
-    """The files to write for the outputs as given; a usage error if these are wrong."""
-    has_stream = STANDARD_STREAM in outputs
-    if outputs.count(STANDARD_STREAM) > 1:
-        raise click.UsageError("-o takes - once")
-    if format_of_stream is not None and not has_stream:
-        raise click.UsageError("--to says nothing where -o names files: their endings do")
-    stream = f".{format_of_stream or 'npz'}" if has_stream else None
-    if stream is not None:
-        check_terminal(stream, ascii=False)
-    files = []
-    for output in (Path(text) for text in outputs if text != STANDARD_STREAM):
-        ending = _ending_of(output)
-        files.append((output, ending, _paths_of_levels(output, ending, counts)))
-    return _Plan(tuple(files), stream)
-
-
-def _ending_of(output: Path) -> str:
+def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
+    """The file of all levels; or one per level, finest first, named by its number of regions."""
     try:
-        return known_ending(output, OUTPUT_ENDINGS)
+        ending = known_ending(output, OUTPUT_ENDINGS)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
-
-
-def _paths_of_levels(output: Path, ending: str, counts: tuple[int, ...]) -> tuple[Path, ...]:
-    """The file of all levels; or one per level, finest first, named by its number of regions."""
     if ending in ALL_LEVELS:
-        return (output,)
+        return [output]
     stem, given = output.name[: -len(ending)], output.name[-len(ending) :]
-    return tuple(output.with_name(f"{stem}.{n}{given}") for n in sorted(counts, reverse=True))
-
-
-def _write(plan: _Plan, cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy) -> None:
-    """Write all files, or none."""
-    writers = _writers(plan, cells, attributes, nested)
-    with atomic_outputs(plan.paths) as temporaries:
-        for temporary, write in zip(temporaries, writers, strict=True):
-            with temporary.open("wb") as file:
-                write(file)
-        if plan.stream is not None:
-            _write_all(sys.stdout.buffer, plan.stream, nested)
-            sys.stdout.buffer.flush()
+    return [output.with_name(f"{stem}.{n}{given}") for n in sorted(counts, reverse=True)]
 
 
 def _writers(
-    plan: _Plan, cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
+    outputs: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
 ) -> Iterator[Callable[[IO[bytes]], None]]:
     """Yield a function for each file, which writes it."""
-    for output, ending, _ in plan.files:
+    for output in outputs:
+        ending = known_ending(output, OUTPUT_ENDINGS)
         if ending in ALL_LEVELS:
             yield partial(_write_all, ending=ending, nested=nested)
             continue

@@ -36,14 +36,14 @@ from .outputs import OneRun, one_output_options
 @click.argument("cameras", metavar="CAMERAS", type=FILE)
 @options(
     option("--consistent-ids is_consistent", FLAG,
-           "Ids of masks mean the same in all images, as ids of classes do: they become the labels."
-           "  [default: masks that share regions become objects, numbered from 0]"),
+           "The id of a mask means the same in all images, as the id of a class does, and becomes"
+           " the label.  [default: masks that share regions become objects, numbered from 0]"),
     option("--agreement", Real(0, 1, min_open=True),
-           "Without --consistent-ids: the chance that two points of an object that an image sees in"
-           " masks are in the same mask. More gives more and smaller objects.", default=0.5),
+           "Without --consistent-ids: probability that two points of an object that are in masks of"
+           " an image are in the same mask. A higher value gives more and smaller objects.",
+           default=0.5),
     option("--overlap", get_args(Overlap),
-           "The mask that counts where masks of an image overlap: of parts, or of wholes.",
-           default="smallest"),
+           "The mask that counts where masks of an image overlap.", default="smallest"),
     option("--intrinsics", FILE,
            "A text file with fx fy cx cy, or a matrix of 3 or 4 rows, if CAMERAS is a folder of"
            " poses."),
@@ -57,11 +57,11 @@ def lift_command(
 ) -> None:  # fmt: skip
     """Label regions of a mesh by masks of images.
 
-    LABELS are the regions: a file as segment writes it; a labeled IN may be given twice. MASKS is a
-    folder with a .png, .npy or folder of .png for each image, named as the image is. CAMERAS is a
-    COLMAP model, a transforms.json, or a folder of poses (a .txt of 4 x 4 numbers, camera to world,
-    for each image). Lenses without distortion only. Each region gets the label of the masks that
-    show most of its visible area.
+    LABELS are the regions, in a file that segment writes; a labeled IN may be given twice. MASKS is
+    a folder with a .png, .npy or folder of .png for each image, with the name of the image. CAMERAS
+    is a COLMAP model, a transforms.json, or a folder of poses (a .txt of 4 x 4 numbers, camera to
+    world, for each image). Lenses must have no distortion. Each region gets the label of the masks
+    that show most of its visible area.
     """
     run = OneRun(source, (labels, cameras), given)
     notes: list[str] = []
@@ -93,7 +93,7 @@ def _lifted(
     cells: Cells, regions: Ints, ids: dict[str, Ints], views: list[PinholeCamera],
     notes: list[str], **options: Any,
 ) -> LiftedLabels:  # fmt: skip
-    """Lift the masks that have a camera; adds notes on masks that do not count."""
+    """Lift the masks that have a camera; adds notes on masks that are left out."""
     stems = [Path(view.name).stem for view in views]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ViewWarning)
@@ -106,7 +106,7 @@ def _lifted(
 
 
 def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
-    """Print counts and shares of the area, and files."""
+    """Print counts, shares of the area, and files."""
     areas = measures_of(cells, 1)
     total = positive_total(areas)
     seen = float(areas[result.seen].sum()) / total

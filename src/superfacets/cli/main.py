@@ -60,8 +60,8 @@ def main() -> NoReturn:
     hear_signals()
     try:
         if sys.argv[1:2] == ["batch"] and _NO_WORKERS.isdisjoint(map(_option_of, sys.argv)):
-            with contextlib.suppress(OSError):  # workers are then started later
-                prepare()  # workers then import packages while the command does
+            with contextlib.suppress(OSError):  # else workers start later
+                prepare()  # workers import packages at the same time as the command
         status = commands.main(standalone_mode=False)
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx else _command_path()
@@ -116,7 +116,7 @@ def commands(ctx: click.Context) -> None:
 
 
 def _text_of(error: click.UsageError) -> str:
-    """The message; on an option of another tool it says what is meant here."""
+    """The message; for an option of another tool, it names the option of this command."""
     if not isinstance(error, click.NoSuchOption):
         return error.format_message()
     from ..pipeline import OTHER_NAMES

@@ -71,7 +71,7 @@ class Real(click.FloatRange):
 
 
 class GroupedCommand(click.Command):
-    """A command whose help lists options in groups; options of no group come last."""
+    """A command whose help lists options in groups; options without a group come last."""
 
     groups: Mapping[str, tuple[str, ...]] = {}
     """Names of parameters in each group, by title."""
@@ -152,7 +152,7 @@ def format_option(what: str, *, name: str = "--format", of_stream: bool = False)
 
 def drop_attributes_option(what: str, listed: str = "") -> Decorator:
     """Add the option that drops all data of an input except the mesh."""
-    text = f"Do not carry over what a .ply {what} stores besides its mesh{listed}."
+    text = f"Drop all data of a .ply {what} except its mesh{listed}."
     return option("--drop-attributes", FLAG, text)
 
 
@@ -164,7 +164,7 @@ def json_option(what: str = "the facts as JSON") -> Decorator:
 def numbers(
     ctx: click.Context, parameter: click.Parameter, text: str | None
 ) -> tuple[int, ...] | None:
-    """Callback of options: integers >= 1 from a comma-separated list, ascending."""
+    """Callback of options: integers of 1 or more from a comma-separated list, ascending."""
     if text is None:
         return None
     wanted = [number.strip() for number in text.split(",")]
@@ -175,27 +175,26 @@ def numbers(
 
 
 ascii_option = option("--ascii", FLAG, "Write .ply and .vtp files as text.")
-quiet_option = option("-q --quiet is_quiet", FLAG, "Print nothing but errors.")
+quiet_option = option("-q --quiet is_quiet", FLAG, "Print only errors.")
 threads_option = option("--threads n_threads", COUNT, "Threads to use.  [default: one per core]")
 force_option = option(
     "--force", FLAG,
-    "Replace ground truth: an .aggregation.json from elsewhere, or a .segs.json that one refers"
-    " to.",
+    "Replace ground truth: an .aggregation.json of another tool, or the .segs.json that it names.",
 )  # fmt: skip
 labels_named_option = option(
     "--labels-named NAME", None,
-    "Name of the labels in files that hold more, as .ply, .vtp, .vtu, .csv and .las do.",
+    "Name of the labels in files that hold other data, too: .ply, .vtp, .vtu, .csv and .las.",
     default="label",
 )  # fmt: skip
 label_options = options(
     option("--label-name", None,
-           "Name of the array of labels in .vtp, .vtu and .vtk files; dental tools want Label.",
+           "Name of the array of labels in .vtp, .vtu and .vtk files; dental tools expect Label.",
            default="label"),
-    option("--vertex-labels", FLAG, "Store labels of the vertices, too, in .ply files."),
+    option("--vertex-labels", FLAG, "Also store labels of the vertices in .ply files."),
 )  # fmt: skip
 camera_options = options(
     option("--up", ("auto", "x", "y", "z"),
-           "Axis that points up; a guess between y and z by default.", default="auto"),
-    option("--azimuth", Real(), "Degrees around.", default=30.0),
+           "Axis that points up; auto guesses y or z.", default="auto"),
+    option("--azimuth", Real(), "Degrees around the axis that points up.", default=30.0),
     option("--elevation", Real(-90, 90), "Degrees above the horizon.", default=15.0),
 )  # fmt: skip

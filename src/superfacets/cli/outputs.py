@@ -22,25 +22,17 @@ from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
 from ..mesh.cells import Cells
+from . import options as opts
 from .failures import print_note, print_notes
 from .inputs import name_of
-from .options import (
-    INPUT,
-    STANDARD_STREAM,
-    Decorator,
-    ascii_option,
-    force_option,
-    json_option,
-    labels_named_option,
-    option,
-    options,
-    quiet_option,
-    threads_option,
-)
+from .options import option, options
 from .report import notes_on_numbers, notes_on_written
 
 OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
 """Values of ``--to``."""
+
+TO_IS_UNUSED = "--to has no effect: the endings of the files that -o names set the formats"
+"""Message on ``--to`` if all outputs have names."""
 
 TEXT_OUTPUTS = frozenset(
     (".obj", ".off", ".csv", ".seg", ".txt", ".segs.json", ".sstk.json", ".aggregation.json")
@@ -53,12 +45,12 @@ ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk", ".pcd"))
 """Endings of files that ``--ascii`` writes as text."""
 
 
-def output_option(help: str, *, required: bool = False) -> Decorator:
-    """Add the option ``-o`` for the outputs, whose values are for `plan_jobs`."""
-    return option("-o --output outputs OUT", INPUT, help, multiple=True, required=required)
+def output_option(help: str, *, required: bool = False) -> opts.Decorator:
+    """Add the option ``-o``, whose values are the `outputs` of `plan_jobs`."""
+    return option("-o --output outputs OUT", opts.INPUT, help, multiple=True, required=required)
 
 
-def to_option(about: str = "Output format when -o is a folder or omitted") -> Decorator:
+def to_option(about: str = "Output format when -o is a folder or omitted") -> opts.Decorator:
     """Add the option ``--to`` for the formats of outputs without a name."""
     text = (
         f"{about}: {', '.join(OUTPUT_FORMATS)}; may be given several times.  [default: ply; vtu for"
@@ -67,7 +59,7 @@ def to_option(about: str = "Output format when -o is a folder or omitted") -> De
     return option("--to formats FORMAT", OUTPUT_FORMATS, text, multiple=True)
 
 
-def one_output_options(what: str, name: str) -> Decorator:
+def one_output_options(what: str, name: str) -> opts.Decorator:
     """Add the options of a command that writes one input with its labels, for `OneRun`."""
     return options(
         output_option(
@@ -76,12 +68,12 @@ def one_output_options(what: str, name: str) -> Decorator:
             f"  [default: {name}.superfacets.ply beside {name}]"
         ),
         to_option(),
-        labels_named_option,
-        ascii_option,
-        force_option,
-        threads_option,
-        quiet_option,
-        json_option(),
+        opts.labels_named_option,
+        opts.ascii_option,
+        opts.force_option,
+        opts.threads_option,
+        opts.quiet_option,
+        opts.json_option(),
     )
 
 
@@ -119,18 +111,19 @@ class Job:
     @property
     def names(self) -> list[str]:
         """The outputs as on a command line: paths, and - for standard output."""
-        return [*map(str, self.files), *([STANDARD_STREAM] if self.stream else [])]
+        return [*map(str, self.files), *([opts.STANDARD_STREAM] if self.stream else [])]
 
     @property
     def name(self) -> str:
         """Name of the input in reports, without its folder."""
-        is_stream = self.input == STANDARD_STREAM
+        is_stream = self.input == opts.STANDARD_STREAM
         return name_of(self.input) if is_stream else Path(self.input).name
 
     def written(self, noun: str) -> list[str]:
-        """The outputs in reports, and what those that hold labels alone label.
+        """The outputs in reports; files of labels alone are followed by the elements they label.
 
-        Many files of one input are in one folder. `noun` is the name of the labeled cells.
+        If there are many files of one input, only their folder is named. `noun` is the name of the
+        labeled cells.
         """
         if len(self.files) > MANY_FILES:
             return [f"{len(self.files)} files in {self.files[0].parent}"]
@@ -157,7 +150,7 @@ class Job:
 
 
 def _labeled(path: Path, noun: str) -> str:
-    """What a file of labels alone labels, in brackets; nothing for other files."""
+    """The elements that a file of labels alone labels, in brackets; nothing for other files."""
     ending = known_ending(path, OUTPUT_ENDINGS)
     if ending in LABEL_OUTPUTS:
         return f" (a label per {noun})"
@@ -212,27 +205,27 @@ def plan_jobs(
 ) -> list[Job]:  # fmt: skip
     """The job for each input; a usage error if the command line is ambiguous.
 
-    Inputs are files, or one ``-``. Outputs are files, a folder, or ``-``; by default standard
-    output for standard input, and otherwise files beside the inputs. Formats are for outputs
-    without a name; by default PLY, or VTU for files of tetrahedra. `ascii`: meshes are written as
-    text, which a terminal can show. No output may replace a file of `also_read`. `names` takes an
-    input and endings, and returns the names of its results in a folder.
+    Inputs are files, or one ``-``. Outputs are files, a folder, or ``-``. By default, the output is
+    standard output for standard input, and files beside the inputs otherwise. Formats are for
+    outputs without a name, by default PLY, or VTU for tetrahedra. With `ascii`, meshes are written
+    as text, which a terminal can show. No output may replace a file of `also_read`. `names` takes
+    an input and endings, and returns the names of its results in a folder.
     """
     folders = [text for text in outputs if _is_folder(text)]
     _check_outputs(inputs, outputs, folders)
-    has_stream = STANDARD_STREAM in outputs or (not outputs and STANDARD_STREAM in inputs)
+    has_stream = opts.STANDARD_STREAM in outputs or (not outputs and opts.STANDARD_STREAM in inputs)
     _check_formats(formats, has_stream, is_used=has_stream or bool(folders) or not outputs)
     endings = tuple(ENDING_OF_FORMAT[format] for format in formats)
     stream = (*endings, ".ply")[0] if has_stream else None
     if stream is not None:
         check_terminal(stream, ascii)
-    named = [Path(text) for text in outputs if text not in (STANDARD_STREAM, *folders)]
+    named = [Path(text) for text in outputs if text not in (opts.STANDARD_STREAM, *folders)]
     jobs = []
     for text in inputs:
         files = list(named)
         if folders:
             files += [Path(folders[0], name) for name in names(text, endings)]
-        elif not outputs and text != STANDARD_STREAM:
+        elif not outputs and text != opts.STANDARD_STREAM:
             beside = _folder_beside(text)
             files += [beside / name for name in names_of_results(text, endings)]
         jobs.append(Job(text, tuple(files), stream))
@@ -243,7 +236,7 @@ def plan_jobs(
 
 
 def _folder_beside(text: str) -> Path:
-    """The folder of an input; or the current one, with a note, if one is read-only."""
+    """The folder of an input; if it or the input is read-only, the current folder, with a note."""
     path = Path(text)
     if not path.exists():  # the run reports it
         return path.parent
@@ -265,7 +258,7 @@ def _is_folder(text: str) -> bool:
 
 def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[str]) -> None:
     for text in outputs:
-        if text == STANDARD_STREAM or text in folders:
+        if text == opts.STANDARD_STREAM or text in folders:
             continue
         if not Path(text).name:
             raise click.UsageError(f"{text or repr(text)} is not a file")
@@ -279,17 +272,17 @@ def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[
             raise click.UsageError(
                 f"{text} is one file for {len(inputs)} inputs: give -o a folder, as results/"
             )
-    if list(outputs).count(STANDARD_STREAM) > 1 or len(folders) > 1:
-        raise click.UsageError("-o takes one folder, and - once")
-    if STANDARD_STREAM in outputs and len(inputs) > 1:
-        raise click.UsageError(f"standard output (-o -) cannot hold the results of {len(inputs)}")
-    if folders and STANDARD_STREAM in inputs:
+    if list(outputs).count(opts.STANDARD_STREAM) > 1 or len(folders) > 1:
+        raise click.UsageError("-o takes at most one folder, and at most one -")
+    if opts.STANDARD_STREAM in outputs and len(inputs) > 1:
+        raise click.UsageError(f"-o - writes one result, but there are {len(inputs)} inputs")
+    if folders and opts.STANDARD_STREAM in inputs:
         raise click.UsageError("standard input has no name: give -o a file, not a folder")
 
 
 def _check_formats(formats: Sequence[str], has_stream: bool, *, is_used: bool) -> None:
     if formats and not is_used:
-        raise click.UsageError("--to says nothing where -o names files: their endings do")
+        raise click.UsageError(TO_IS_UNUSED)
     if has_stream and len(formats) > 1:
         raise click.UsageError("standard output holds one format: give --to once")
     if len(set(formats)) < len(formats):
@@ -310,8 +303,8 @@ def check_terminal(stream: str, ascii: bool) -> None:
 
 def check_files(jobs: Sequence[Job], also_read: Sequence[str]) -> None:
     """Raise a usage error if an output would replace another output, or an input."""
-    inputs = {_identity(job.input): job.input for job in jobs if job.input != STANDARD_STREAM}
-    if len(inputs) < sum(job.input != STANDARD_STREAM for job in jobs):
+    inputs = {_identity(job.input): job.input for job in jobs if job.input != opts.STANDARD_STREAM}
+    if len(inputs) < sum(job.input != opts.STANDARD_STREAM for job in jobs):
         raise click.UsageError("a file is given twice")
     inputs |= {_identity(path): path for path in also_read}
     writers: dict[tuple[int, int] | str, str] = {}
@@ -319,9 +312,7 @@ def check_files(jobs: Sequence[Job], also_read: Sequence[str]) -> None:
         for path in job.files:
             identity = _identity(path)
             if identity in inputs:
-                raise click.UsageError(
-                    f"{inputs[identity]}: the output would take the place of the input"
-                )
+                raise click.UsageError(f"{inputs[identity]}: the output would replace the input")
             if writers.get(identity) == job.input:
                 raise click.UsageError(f"{path}: the same output is given twice")
             if identity in writers:
@@ -346,5 +337,5 @@ def check_mask(mask: Path | None, endings: Iterable[str]) -> None:
     refusing = sorted({*endings} & {*VERTEX_OUTPUTS})
     if mask is not None and refusing:
         raise click.UsageError(
-            f"ids in {refusing[0]} are 0 and up, and cells left out by --mask have none: drop one"
+            f"{refusing[0]} files have no id for cells that --mask leaves out: use another format"
         )

@@ -26,19 +26,10 @@ from ..export.tables import (
 from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
 from ..regions.lines import BorderLines, border_lines
+from . import options as opts
 from .inputs import check_inputs, labels_for, load_cells
 from .interrupts import run_in_background
-from .options import (
-    FILE,
-    FLAG,
-    INPUT,
-    STANDARD_STREAM,
-    format_option,
-    json_option,
-    labels_named_option,
-    option,
-    options,
-)
+from .options import FILE, option, options
 from .outputs import Job, check_files
 
 _Drawn = tuple[Floats, list[tuple[str, Ints]]]
@@ -46,18 +37,19 @@ _Drawn = tuple[Floats, list[tuple[str, Ints]]]
 
 
 @click.command("regions")
-@click.argument("cells", metavar="IN", type=INPUT)
+@click.argument("cells", metavar="IN", type=opts.INPUT)
 @click.argument("labels", metavar="LABELS", type=FILE)
 @options(
     option("-o --output", click.Path(path_type=Path, allow_dash=True),
            "A .csv, .json or .parquet file for the table of regions, or - for standard output: CSV."
            "  [default: -]"),
-    option("--arcs", FILE, "The same for the table of pairs of regions that touch."),
+    option("--arcs", FILE,
+           "A .csv, .json or .parquet file for the table of pairs of regions that touch."),
     option("--borders", FILE, "An .obj file for the borders, as lines."),
-    format_option("IN", of_stream=True),
-    labels_named_option,
-    option("-q --quiet is_quiet", FLAG, "Print nothing but the table and errors."),
-    json_option(),
+    opts.format_option("IN", of_stream=True),
+    opts.labels_named_option,
+    option("-q --quiet is_quiet", opts.FLAG, "Print only the table and errors."),
+    opts.json_option(),
 )  # fmt: skip
 def regions_command(
     cells: str, labels: Path, output: Path | None, arcs: Path | None, borders: Path | None,
@@ -65,12 +57,12 @@ def regions_command(
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 
-    IN may be a point cloud, or - for standard input. A row for each region: area, perimeter,
-    centroid, normal, shape, neighbors and more. Labels are read from .npy, .seg, .txt or labeled
-    .ply, .vtp, .las or .laz files.
+    IN may be a point cloud, or - for standard input. The table has a row for each region: area,
+    perimeter, centroid, normal, shape, neighbors and more. Labels are read from .npy, .seg, .txt or
+    labeled .ply, .vtp, .las or .laz files.
     """
     check_inputs((cells,))
-    output = None if str(output) == STANDARD_STREAM else output
+    output = None if str(output) == opts.STANDARD_STREAM else output
     files = _checked_outputs(output, arcs, borders)
     check_files([Job(cells, files)], also_read=[str(labels)])
     checked_targets(files)
@@ -102,7 +94,7 @@ def regions_command(
     if output is None:
         print_csv(sys.stdout, regions)
     if as_json:
-        names_written = [STANDARD_STREAM] * (output is None) + [str(path) for path in files]
+        names_written = [opts.STANDARD_STREAM] * (output is None) + [str(path) for path in files]
         facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
         click.echo(json.dumps({**facts, "outputs": names_written}), err=output is None)
         return

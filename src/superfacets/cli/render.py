@@ -35,7 +35,7 @@ def _checked_size(
     match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text, re.ASCII)
     width, height = (int(side) for side in match.groups()) if match else (0, 0)
     if not (1 <= width <= _MAX_SIDE and 1 <= height <= _MAX_SIDE):
-        message = f"{text!r} is not like 1200x900, of sides 1 to {_MAX_SIDE}"
+        message = f"{text!r} is not a size such as 1200x900, with sides of 1 to {_MAX_SIDE}"
         raise click.BadParameter(message, ctx, parameter)
     return width, height
 
@@ -44,7 +44,7 @@ def _checked_turntable(
     ctx: click.Context, parameter: click.Parameter, path: Path | None
 ) -> Path | None:
     if path is not None and path.suffix.lower() not in MOVING_ENDINGS:
-        raise click.BadParameter(f"{path}: turns are written as .gif or .mp4", ctx, parameter)
+        raise click.BadParameter(f"{path}: must end in .gif or .mp4", ctx, parameter)
     return path
 
 
@@ -85,7 +85,7 @@ def _values_named(color_by: str | None) -> Array | str | None:
            " regions, such as area."),
     option("--view side", VIEW_NAMES, "A side, instead of --azimuth and --elevation."),
     option("--size WxH", None,
-           "Pixels of each picture.  [default: 1200x900; of a turn 640x480]",
+           "Pixels of each picture.  [default: 1200x900; 640x480 with --turntable]",
            callback=_checked_size),
     option("--clip", CLIPS,
            "Show one half of a mesh of tetrahedra: x keeps the half with larger x, -x the half with"
@@ -101,15 +101,15 @@ def render_command(
 ) -> None:  # fmt: skip
     """Draw a picture of a mesh or point cloud with its regions.
 
-    Borders between regions of a mesh are dark lines. Regions that touch have colors that
-    color-blind people tell apart, too.
+    Borders between regions of a mesh are dark lines. Color-blind people, too, can tell apart the
+    colors of regions that touch.
     """
     from ..pictures.plotting import plot
 
     if output is None and turntable is None:
         raise click.UsageError("nothing to write: -o names a .png, --turntable a .gif or .mp4")
     if output is not None and output.suffix.lower() != ".png":
-        raise click.UsageError(f"{output}: pictures are written as .png")
+        raise click.UsageError(f"{output}: must end in .png")
     view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     cells = read_cells(mesh)
     shown, others, titles = _series_of(mesh, labels, compare, cells, labels_named)
@@ -139,5 +139,5 @@ def _series_of(
         return first, others, [path.stem for path in paths] if compare else None
     shown = labels_beside(mesh, None, cells, name)
     if shown is None:
-        print_note(f"{mesh} holds no labels: the picture is plain; --labels names a file of them")
+        print_note(f"{mesh} holds no labels, so the picture is plain: give a file with --labels")
     return shown, [], None

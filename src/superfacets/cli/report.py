@@ -28,7 +28,7 @@ def notes_of(
     """Notes on results that may surprise.
 
     `asked` is the number of regions given with -n. `n_lost` is as for `notes_on_written`.
-    `holds_labels`: some output holds labels without the cells.
+    `holds_labels` tells whether some output holds labels without the cells.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
     kind = kind_of(mesh)
@@ -61,13 +61,14 @@ def notes_on_result(result: Segmentation) -> list[str]:
     if result.n_joined:
         notes.append(f"{counted(result.n_joined, 'stray piece')} joined a neighbor")
     elif _is_connected_anyway(result.params):
-        notes.append("--connect has nothing to do: only --paper gives regions in several pieces")
+        notes.append("--connect has no effect: only --paper gives regions in several pieces")
     if result.n_merged:
-        notes.append(f"{counted(result.n_merged, 'small region')} joined another")
+        notes.append(f"{counted(result.n_merged, 'small region')} joined a neighbor")
     if result.n_islands:
         notes.append(f"{counted(result.n_islands, 'small region')} without a neighbor stayed")
     if result.n_extra_pieces:
-        notes.append(f"{counted(result.n_extra_pieces, 'piece')} of regions apart from the rest")
+        pieces = counted(result.n_extra_pieces, "separate piece")
+        notes.append(f"regions have {pieces} not connected with the rest of their region")
     slivers = sliver_note(result.sliver_share or 0.0, "try --subdivide")
     return notes if slivers is None else [*notes, slivers]
 
@@ -84,11 +85,8 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
     if asked is None:
-        return (
-            []
-            if n_made - n_kept > 1
-            else ["the radius makes one region of all: -r is a fraction of the mesh's diagonal"]
-        )
+        note = "the radius gives a single region: -r is a fraction of the mesh's diagonal"
+        return [] if n_made - n_kept > 1 else [note]
     if n_made != asked and params["init"] in ("flood", "grid"):
         return [
             f"{counted(n_made, 'region')} in place of {asked}: --init {params['init']} makes only"
@@ -99,7 +97,7 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
         return [] if fewer is None else [fewer]
     more = f"{counted(n_made - asked, 'more region')} than asked for"
     if params["islands"] == "nearest":
-        return [f"{more}, for parts between barriers that got no seed and may join no other"]
+        return [f"{more}, for parts between barriers that got no seed and cannot join a neighbor"]
     why = f"{whole_parts(params)} that got no seed"
     if params["radius_factor"] is not None:
         why += ", or faces that no center reached"
@@ -132,12 +130,12 @@ def notes_on_written(
     if n_lost:
         named = sorted({*endings} & {*VERTEX_OUTPUTS})
         lack = f"{' and '.join(named)} lack{'s' if len(named) == 1 else ''}"
-        notes.append(f"{lack} {counted(n_lost, 'region')}, for which no vertex could be spared")
+        notes.append(f"{lack} {counted(n_lost, 'region')}, for which no vertex was left")
     if attributes is None:
         return notes
     of_points = kind_of(cells).are_points
     if attributes.left_out:
-        notes.append(f"not kept of the input: {', '.join(attributes.left_out)}")
+        notes.append(f"not kept from the input: {', '.join(attributes.left_out)}")
     replaced = names_replaced(attributes, of_points=of_points)
     if of_points and {".ply", ".pcd"}.isdisjoint(endings):  # LAS keeps colors
         replaced = [name for name in replaced if name.endswith(" label")]
@@ -153,10 +151,7 @@ def notes_on_written(
 
 
 def notes_on_numbers(labels: Ints | None, endings: Collection[str], n_lost: int) -> list[str]:
-    """A note if files with these endings hold other numbers than the labels that the user gave.
-
-    `n_lost` is as for `notes_on_written`.
-    """
+    """A note if these files renumber the labels; `n_lost` is as for `notes_on_written`."""
     renumbered = sorted({*endings} & {*RENUMBERED_OUTPUTS})
     if labels is None or not renumbered:
         return []

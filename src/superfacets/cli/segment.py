@@ -47,11 +47,12 @@ from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles,
     barrier_angle_option,
     labels_named_option,
     output_option(
-        "A .ply, .vtp, .obj, .stl, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of"
-        " a point cloud a .ply, .csv, .pcd, .las, .laz), a .npy, .seg, .txt (labels), a .segs.json,"
-        " .bin, _sp_label.npy or .pth (labels of vertices), a .sstk.json, .aggregation.json or .npz"
-        " (graph of regions); may be given several times. Or a folder (results/) for the files of"
-        " all inputs, or - for standard output.  [default: IN.superfacets.ply beside IN]"),
+        "A mesh with labels (.ply, .vtp, .obj, .stl, .off or .glb; .vtu or .vtk for tetrahedra), a"
+        " point cloud with labels (.ply, .csv, .pcd, .las or .laz), labels (.npy, .seg or .txt),"
+        " labels of vertices (.segs.json, .bin, _sp_label.npy or .pth), a .sstk.json or"
+        " .aggregation.json, or a graph of regions (.npz); may be given several times. Or a folder"
+        " (results/) for the files of all inputs, or - for standard output."
+        "  [default: IN.superfacets.ply beside IN]"),
     to_option(),
     format_option("the inputs", of_stream=True),
     file_options,
@@ -67,9 +68,9 @@ def segment_command(
 ) -> None:  # fmt: skip
     """Segment meshes and point clouds, and write their labels.
 
-    IN may be - for standard input; the result then goes to standard output, unless -o names another
-    place. If standard output holds the result, messages go to stderr. If an input fails, the others
-    are still processed, and the exit status is 1.
+    IN may be - for standard input. The result then goes to standard output, unless -o names another
+    output. If standard output holds the result, messages go to stderr. If an input fails, the
+    others are still processed, and the exit status is 1.
     """
     tiles = TileOptions.taken_from(given)
     scans = given["scans"]

@@ -11,23 +11,8 @@ from .._options import INITS, ISLANDS
 from ..batches.files import FileOptions
 from ..cells.weights import WEIGHTS
 from ..pipeline import PAPER, PARTS, SCANS
-from .options import (
-    COUNT,
-    FLAG,
-    NOT_NEGATIVE,
-    POSITIVE,
-    Count,
-    CountOr,
-    GroupedCommand,
-    Real,
-    ascii_option,
-    drop_attributes_option,
-    force_option,
-    label_options,
-    option,
-    options,
-    threads_option,
-)
+from . import options as opts
+from .options import COUNT, option, options
 
 
 def _defaults_of(parameter: str) -> str:
@@ -72,7 +57,7 @@ _GROUPS = {
 """Groups of options in the help of ``segment`` and ``batch``."""
 
 
-class SegmentCommand(GroupedCommand):
+class SegmentCommand(opts.GroupedCommand):
     """A command with the options of `segment_options`."""
 
     groups = _GROUPS
@@ -80,14 +65,14 @@ class SegmentCommand(GroupedCommand):
 
 segment_options = options(
     option("-n --n-segments", COUNT, "Number of regions.  [default: 150]"),
-    option("-r --radius", POSITIVE,
+    option("-r --radius", opts.POSITIVE,
            "Radius of a region, as a fraction of the mesh's diagonal, instead of -n."),
-    option("-a --alpha", NOT_NEGATIVE,
+    option("-a --alpha", opts.NOT_NEGATIVE,
            f"How much borders follow creases.  [default: by weights: {_defaults_of('alpha')}]"),
-    option("--eta eta_convex", NOT_NEGATIVE,
+    option("--eta eta_convex", opts.NOT_NEGATIVE,
            "Weight of convex creases relative to concave ones."
            f"  [default: by weights: {_defaults_of('eta_convex')}]"),
-    option("--ridges", NOT_NEGATIVE,
+    option("--ridges", opts.NOT_NEGATIVE,
            "Weight of sharp convex edges between flat faces, as on machine parts, relative to"
            f" concave creases; 0 for none.  [default: {_default_by_weights('ridges')}]"),
     option("--weights NAME", tuple(WEIGHTS),
@@ -95,71 +80,71 @@ segment_options = options(
            " another), creases, superfacets (as in the paper), or stk02 (Shlafman, Tal and Katz)."
            "  [default: parts]"),
     option("--init", INITS,
-           "How the first centers are placed; flood and grid make only about as many regions as -n"
-           " says.  [default: geodesic]"),
-    option("--paper", FLAG, "The algorithm of the paper, exactly as published."),
-    option("--parts", FLAG,
+           "How the first centers are placed; flood and grid make only approximately -n regions."
+           "  [default: geodesic]"),
+    option("--paper", opts.FLAG, "The algorithm of the paper, exactly as published."),
+    option("--parts", opts.FLAG,
            "Regions within the parts of a shape: --weights parts --relocate, the default."),
-    option("--scans", FLAG, "For fused scans of rooms: --denoise 5 --alpha 80."),
-    option("--denoise N|auto", CountOr("auto", 0),
+    option("--scans", opts.FLAG, "For fused scans of rooms: --denoise 5 --alpha 80."),
+    option("--denoise N|auto", opts.CountOr("auto", 0),
            "Measure creases on positions smoothed in N steps; auto: 5 if the mesh is noisy, else 0."
            " Results belong to the mesh as it is.  [default: 0; 5 with --scans]"),
-    option("--max-iter max_num_iter", Count(0),
-           "Maximum number of iterations; 0 labels by the first centers.", default=50),
-    option("--tol", NOT_NEGATIVE,
-           "Stop when centers move less, in radii.  [default: 0.02; 0 with --paper]"),
+    option("--max-iter max_num_iter", opts.Count(0),
+           "Maximum number of iterations; with 0, the first centers stay.", default=50),
+    option("--tol", opts.NOT_NEGATIVE,
+           "Stop when centers move less than this, in radii of a region."
+           "  [default: 0.02; 0 with --paper]"),
     option("--relocate/--no-relocate", None,
            "Let centers jump to where regions are large and uneven, and iterate again."
            "  [default: yes; no with --paper or other weights]", default=None),
     option("--smooth/--no-smooth", None,
            "Make borders straight where the surface is smooth.  [default: yes; no with --paper]",
            default=None),
-    option("--connect enforce_connectivity", FLAG,
+    option("--connect enforce_connectivity", opts.FLAG,
            "Keep one piece of each disconnected region, which --paper may give."),
-    option("--min-size", NOT_NEGATIVE,
-           "Regions smaller than this, in mean regions, join a neighbor."),
+    option("--min-size", opts.NOT_NEGATIVE,
+           "Regions smaller than this join a neighbor, in multiples of the mean size."),
     option("--islands", ISLANDS,
-           "Components without a seed, and small regions without a neighbor, stay regions of their"
-           " own (keep), or join the nearest region, which makes -n exact (except with --init flood"
-           " or grid).  [default: keep]"),
-    option("--balance", Real(0.0, 1.0),
-           "How equal the areas of regions (volumes, of tetrahedra) are to be, 0 to 1."
-           "  [default: 0]"),
-    option("--max-measure", POSITIVE,
+           "Components without a seed, and small regions without a neighbor, stay separate regions"
+           " (keep), or join the nearest region, which makes -n exact (except with --init flood or"
+           " grid).  [default: keep]"),
+    option("--balance", opts.Real(0.0, 1.0),
+           "How equal the areas (or volumes) of regions shall be, 0 to 1.  [default: 0]"),
+    option("--max-measure", opts.POSITIVE,
            "Greatest area or volume of a region, in the unit of the mesh squared or cubed."),
-    option("--min-measure", NOT_NEGATIVE, "Least area or volume of a region."),
+    option("--min-measure", opts.NOT_NEGATIVE, "Least area or volume of a region."),
     option("--cells-per-region", COUNT,
-           "Exact number of faces in each region, instead of -n; the remainder of each component is"
-           " one smaller region."),
-    option("--subdivide is_subdivided", FLAG,
+           "Exact number of faces in each region, instead of -n; the remaining faces of each"
+           " component are one smaller region."),
+    option("--subdivide is_subdivided", opts.FLAG,
            "Bisect edges longer than a quarter of a region's radius first, for meshes of long thin"
-           " faces. A .ply or .vtp then holds the subdivided mesh; label files hold one label per"
-           " face of IN: the label with the most area in it."),
-    option("--max-edge", POSITIVE,
+           " faces. A .ply or .vtp then holds the subdivided mesh; label files hold, for each face"
+           " of IN, the label with the most area in the face."),
+    option("--max-edge", opts.POSITIVE,
            "Subdivide until no edge is longer than this, in the unit of the mesh."),
     option("--features NAME", None,
            "Data that borders follow besides creases: color, texture, normals, height (z), or a"
            " property of the faces, points or vertices in IN; may be given several times.",
            multiple=True),
-    option("--viewpoint", Real(),
+    option("--viewpoint", opts.Real(),
            "Place from which all points were seen, for clouds without normals: estimated normals"
-           " face it.", nargs=3, metavar="X Y Z"),
-    option("--min-opacity P", Real(0.0, 1.0),
-           "Leave out Gaussian splats that are less opaque than this, 0 to 1; their label is -1.",
+           " face this place.", nargs=3, metavar="X Y Z"),
+    option("--min-opacity P", opts.Real(0.0, 1.0),
+           "Leave out Gaussian splats with a lower opacity than this, 0 to 1; they get label -1.",
            default=0.0, show_default=False),
-    option("--feature-weight", NOT_NEGATIVE,
-           "How much features count, in radii per standard deviation.  [default: 5]"),
-    threads_option,
+    option("--feature-weight", opts.NOT_NEGATIVE,
+           "Weight of features, in radii of a region per standard deviation.  [default: 5]"),
+    opts.threads_option,
 )  # fmt: skip
 """Adds the options of the computation to a command."""
 
 file_options = options(
-    ascii_option,
-    label_options,
-    drop_attributes_option(
+    opts.ascii_option,
+    opts.label_options,
+    opts.drop_attributes_option(
         "input", ": colors, normals, texture coordinates, further properties, comments"
     ),
-    force_option,
+    opts.force_option,
 )
 """Adds the options for the format of mesh files to a command."""
 
@@ -170,16 +155,16 @@ _OF_FILES = {field.name for field in fields(FileOptions)}
 def options_of(
     *, paper: bool, parts: bool, scans: bool, is_subdivided: bool, **given: Any
 ) -> FileOptions:
-    """Return the given options, completed by a preset; an error if they do not fit."""
+    """Return the given options, completed by a preset; a usage error if they contradict."""
     of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
     keywords = {name: value for name, value in given.items() if value is not None}
     if {"n_segments", "radius"} <= keywords.keys():
         raise click.UsageError("give -n or -r, not both")
     if paper and (parts or scans):
         other = "--parts" if parts else "--scans"
-        raise click.UsageError(f"--paper and {other} are two methods: give one of them")
+        raise click.UsageError(f"give --paper or {other}, not both")
     if paper and given.get("relocate"):
-        raise click.UsageError("--paper moves centers in its own way: leave --relocate out")
+        raise click.UsageError("--relocate is not part of the paper: leave --paper or it out")
     for name in ("balance", "max_measure", "min_measure", "cells_per_region"):
         if paper and keywords.get(name):
             typed = f"--{name.replace('_', '-')}"

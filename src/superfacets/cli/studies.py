@@ -8,38 +8,29 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .._validate import checked_threads
+from . import options as opts
 from .failures import print_notes
-from .options import (
-    COUNT,
-    EXISTING_FOLDER,
-    FLAG,
-    FOLDER,
-    NOT_NEGATIVE,
-    Count,
-    numbers,
-    option,
-    options,
-)
+from .options import COUNT, numbers, option, options
 
 if TYPE_CHECKING:
     from ..study.reproduce.reproduction import Report
 
-_results_option = option("-o --output OUT", FOLDER, "Folder for the results.", required=True)
+_results_option = option("-o --output OUT", opts.FOLDER, "Folder for the results.", required=True)
 _jobs_option = option("--jobs n_jobs", COUNT, "Processes.  [default: one per core]")
 
 
 @click.command("reproduce")
-@click.argument("benchmark", type=EXISTING_FOLDER)
+@click.argument("benchmark", type=opts.EXISTING_FOLDER)
 @options(
     _results_option,
-    option("--subset is_subset", FLAG,
+    option("--subset is_subset", opts.FLAG,
            "Only the smallest model of each category, k = 50, 150, 300, and fewer alphas."),
-    option("--figures LIST", None, "Only these, as 4,6 (1 to 8, rivals)."),
-    option("--methods LIST", None, "Only these, as superfacets,stk02."),
-    option("--ks LIST", None, "Numbers of regions, as 50,150.", callback=numbers),
-    option("--meshes DIR", EXISTING_FOLDER, "Large meshes for Figure 1 and Table 1."),
-    option("--budget-minutes", NOT_NEGATIVE,
-           "Begin no task after so many minutes. Pictures and plots come on top."),
+    option("--figures LIST", None, "Only these figures, such as 4,6 (1 to 8, rivals)."),
+    option("--methods LIST", None, "Only these methods, such as superfacets,stk02."),
+    option("--ks LIST", None, "Numbers of regions, such as 50,150.", callback=numbers),
+    option("--meshes DIR", opts.EXISTING_FOLDER, "Large meshes for Figure 1 and Table 1."),
+    option("--budget-minutes", opts.NOT_NEGATIVE,
+           "Start no task after this many minutes. Pictures and plots take more time."),
     _jobs_option,
 )  # fmt: skip
 def reproduce_command(
@@ -49,8 +40,8 @@ def reproduce_command(
 ) -> None:  # fmt: skip
     """Repeat the paper's comparison on the Princeton benchmark.
 
-    BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT: a
-    second start runs only missing and failed runs. OUT/index.html shows everything.
+    BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT. A
+    second start repeats only missing and failed runs. OUT/index.html shows all results.
     """
     from ..study.reproduce.methods import METHODS
     from ..study.reproduce.plan import FIGURES, KS, SUBSET_KS, Choice
@@ -71,22 +62,22 @@ def reproduce_command(
 
 
 @click.command("quality")
-@click.argument("benchmark", type=EXISTING_FOLDER)
+@click.argument("benchmark", type=opts.EXISTING_FOLDER)
 @options(
     _results_option,
     option("--ks LIST", None, "Numbers of regions.  [default: 50 to 300]", callback=numbers),
-    option("--models LIST", None, "Only these, as 5,125,397.", callback=numbers),
-    option("--every", COUNT, "Step through the models: 2 takes every second one.", default=1),
-    option("--finer n_finer", Count(0), "Models that are subdivided and decimated, too.",
-           default=10),
+    option("--models LIST", None, "Only these models, such as 5,125,397.", callback=numbers),
+    option("--every", COUNT, "Step through the models; 2 means every second model.", default=1),
+    option("--finer n_finer", opts.Count(0),
+           "Number of models that are also subdivided and decimated.", default=10),
     _jobs_option,
 )  # fmt: skip
 def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any) -> None:
     """Compare variants of the method on the Princeton benchmark.
 
-    BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT: a
-    second start runs only missing and failed runs. Tables are printed, and written to
-    OUT/tables.md; OUT/runs.csv has a row for every run.
+    BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT. A
+    second start repeats only missing and failed runs. Tables are printed, and written to
+    OUT/tables.md. OUT/runs.csv has a row for every run.
     """
     from ..study.quality.measure import KS
     from ..study.quality.study import Options, study
@@ -97,13 +88,13 @@ def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any
 
 
 @click.command("superpoints")
-@click.argument("rooms", type=EXISTING_FOLDER)
+@click.argument("rooms", type=opts.EXISTING_FOLDER)
 def superpoints_command(rooms: Path) -> None:
     """Compare superpoints with the segments of ScanNet's segmenter.
 
     ROOMS is a folder of .npz files. Each holds vertices, faces, instances (the true object of each
-    vertex) and felzenszwalb (the segments of ScanNet's segmenter). A superpoint takes the object of
-    most of its vertices; the table has the share of vertices that are then wrong, and the IoU of
+    vertex) and felzenszwalb (the segments of ScanNet's segmenter). A superpoint gets the object of
+    most of its vertices. The table has the share of vertices with a wrong object, and the IoU of
     objects.
     """
     from ..study.superpoints import study

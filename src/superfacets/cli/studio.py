@@ -21,15 +21,15 @@ from .options import COUNT, FILE, FLAG, json_option, option, options
 @click.command("studio")
 @click.argument("path", metavar="IN|FOLDER", type=click.Path(path_type=Path, exists=True))
 @options(
-    option("-n --n-segments", COUNT, "Regions that new work begins with.  [default: 150]"),
+    option("-n --n-segments", COUNT, "Number of regions for new work.  [default: 150]"),
     option("--work FILE", FILE, "File of the work.  [default: IN.studio.jsonl, beside IN]"),
     option("--classes FILE", FILE,
-           "Classes of new work: a .json that the studio has written, or a .txt with one name per"
+           "Classes for new work: a .json that the studio has written, or a .txt with one name per"
            " line."),
     option("--port", click.IntRange(1, 65_535),
-           "Port of this machine to answer at.  [default: one that is free]"),
-    option("--list is_list", FLAG, "Print the progress of each file, and end."),
-    option("--no-browser", FLAG, "Print the address, and open no browser."),
+           "Port that the server listens on.  [default: a free port]"),
+    option("--list is_list", FLAG, "Print the progress of each file, and exit."),
+    option("--no-browser", FLAG, "Print the address, but open no browser."),
 )  # fmt: skip
 def studio_command(
     path: Path, n_segments: int | None, work: Path | None, classes: Path | None,
@@ -37,7 +37,7 @@ def studio_command(
 ) -> None:  # fmt: skip
     """Label a mesh or point cloud, or all of a folder, in a browser.
 
-    The page is served to this machine alone. All work is saved as it is done.
+    Only this machine can open the page. All work is saved at once.
     """
     _check_extra()
     from ..studio.address import address_file, kept_address, open_again, redirection
@@ -84,7 +84,7 @@ def _end(number: int, _: object) -> NoReturn:
 @options(
     option("-o --output FILE", FILE, "Write the merged work to this new file."),
     option("--prefer", ("mine", "theirs"),
-           "Whose class and object cells get on which both differ.", default="mine"),
+           "Whose labels to use for cells on which both differ.", default="mine"),
     json_option("JSON"),
 )  # fmt: skip
 def agree_command(
@@ -92,16 +92,16 @@ def agree_command(
 ) -> None:
     """Compare two people's work in the studio, and merge it.
 
-    MINE and THEIRS are work files of the mesh or point cloud in the file IN. Prints the share of
-    the area on which both agree, and the IoU of each class and object. Classes are matched by name,
-    and objects by the area they share. Cells that only one of them has labeled are in the merged
-    work, too.
+    MINE and THEIRS are work files of the mesh or point cloud in the file IN. The command prints the
+    share of the area on which both agree, and the IoU of each class and object. Classes are matched
+    by name, and objects by the area they share. The merged work keeps labels of cells that only one
+    person has labeled.
     """
     _check_extra()
     from ..studio.document import merged_work
 
     if output is not None and output.exists():
-        raise FileExistsError(f"{output}: is there already")
+        raise FileExistsError(f"{output}: exists already: name a new file")
     found = merged_work(mesh, mine, theirs, output, prefer_theirs=prefer == "theirs")
     click.echo(json.dumps(found, indent=1) if as_json else _text(found))
     if output is not None:

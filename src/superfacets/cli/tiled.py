@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +22,8 @@ tile_options = options(
     option("--tiled is_tiled", FLAG,
            "Work in tiles, for meshes and point clouds larger than memory. IN is a file, a folder"
            " of files or a tileset.json, whose meshes are joined where vertices have the same"
-           " position. Writes all labels to one .npy; for a folder, with a folder for -o, one .npy"
-           " per file."),
+           " position. All labels go to one .npy. If IN and -o are folders, the labels of each file"
+           " go to a .npy of their own."),
     option("--tile-size", COUNT,
            "Faces or points per tile, with --tiled; the memory of each worker grows with it."
            "  [default: 262144]"),
@@ -35,7 +35,7 @@ tile_options = options(
            "  [default: an eighth of the memory]"),
     option("--workers", COUNT, "Processes that work on tiles, with --tiled.  [default: 1]"),
     option("--scheduler ADDRESS", None,
-           "Address of a Dask scheduler whose workers work on tiles, as tcp://10.0.0.1:8786."),
+           "Address of a Dask scheduler, such as tcp://10.0.0.1:8786: its workers process tiles."),
 )  # fmt: skip
 """Adds the options of tiles to a command."""
 
@@ -79,12 +79,12 @@ class TileOptions:
         if not is_tiled:
             for name, value in found.items():
                 if value is not None:
-                    raise click.UsageError(f"--{name.replace('_', '-')} goes with --tiled only")
+                    raise click.UsageError(f"--{name.replace('_', '-')} needs --tiled")
             return None
         if found["workers"] is not None and found["scheduler"] is not None:
-            raise click.UsageError("give --scheduler or --workers: a scheduler has its own")
+            raise click.UsageError("give --scheduler or --workers: a scheduler has its own workers")
         if found["cache"] and (found["workers"] or found["scheduler"]):
-            raise click.UsageError("--cache goes with one process: workers have theirs on the disk")
+            raise click.UsageError("--cache is for one process: workers keep arrays on the disk")
         if found["cache"] is not None:
             found["cache"] *= 1_000_000
         return cls(**found)
@@ -98,7 +98,7 @@ class TileOptions:
         `others` are further options, by name, that do not go with tiles.
         """
         if STANDARD_STREAM in (*inputs, *outputs):
-            raise click.UsageError("--tiled reads and writes files: - is none")
+            raise click.UsageError("--tiled reads and writes files, not -")
         refused = {
             "--features": given.features,
             "--subdivide": given.subdivide,
@@ -108,17 +108,17 @@ class TileOptions:
             **{name: given.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
             **others,
         }
-        if refused["--init"] == "geodesic":  # tiles know no other placement of centers
+        if refused["--init"] == "geodesic":  # the only placement of centers that tiles support
             del refused["--init"]
         for name, value in refused.items():
             if value:
-                raise click.UsageError(f"{name} does not go with --tiled")
+                raise click.UsageError(f"--tiled does not support {name}")
         named = [text for text in outputs if Path(text).suffix and not Path(text).is_dir()]
         wrong = [text for text in named if not text.endswith(".npy")]
         if wrong or set(formats) - {"npy"} or len(outputs) > 1:
             raise click.UsageError(
-                "with --tiled, give one output: a .npy file, or a folder, of labels; superfacets"
-                " convert writes a mesh with these labels afterwards"
+                "with --tiled, give one output: a .npy file or a folder for labels; afterwards,"
+                " superfacets convert can write a mesh with these labels"
             )
         return () if named else ("npy",)
 
@@ -138,14 +138,21 @@ def segment_by_tiles(
     path: Path, files: Sequence[Path], given: FileOptions, tiles: TileOptions, bar: TileBar
 ) -> Segmentation:
     """Segment a file or a folder of files, and write the labels to a file or a folder."""
+    from ..tiles.segmenting import segment_tiled
+
     folder = files[0].parent
     out = str(files[0]) if len(files) == 1 else f"{folder}/"
-    tiles = replace(tiles, scratch=tiles.scratch or folder.absolute())
+    chosen = {"scratch": folder.absolute(), **tiles.keywords}
+    used = given.keywords.keys() - _NOT_OF_TILES.values()
     try:
         with warnings.catch_warnings():  # notes report the same facts as warnings
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
-            return _segmented(path, out, given, tiles, bar)
+            return segment_tiled(
+                path, out=out, progress=bar.on_iteration, on_stage=bar.on_stage,
+                on_tile=bar.on_tile, viewpoint=given.viewpoint, **chosen,
+                **{name: given.keywords[name] for name in used},
+            )  # fmt: skip
     except MeshError as error:
         message = str(error)
         raise MeshError(message if str(path) in message else f"{path}: {message}") from None
@@ -156,17 +163,3 @@ def noun_of_tiled(path: Path) -> str:
     from ..io.readers.pieces import holds_points
 
     return "point" if holds_points(path) else "face"
-
-
-def _segmented(
-    path: Path, out: str, given: FileOptions, tiles: TileOptions, bar: TileBar
-) -> Segmentation:
-    from ..tiles.segmenting import segment_tiled
-
-    keywords = {
-        name: value for name, value in given.keywords.items() if name not in _NOT_OF_TILES.values()
-    }
-    return segment_tiled(
-        path, out=out, progress=bar.on_iteration, on_stage=bar.on_stage, on_tile=bar.on_tile,
-        viewpoint=given.viewpoint, **tiles.keywords, **keywords,
-    )  # fmt: skip

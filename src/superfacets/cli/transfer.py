@@ -40,7 +40,7 @@ def transfer_command(
 ) -> None:  # fmt: skip
     """Carry labels to another mesh or point cloud of the same object.
 
-    TARGET must be of the same object, in the same place. Each of its faces or points gets the label
+    TARGET must show the same object, in the same place. Each face or point of TARGET gets the label
     of the nearest face or point of IN. LABELS are read from .npy, .seg, .txt or labeled .ply or
     .vtp files; a labeled IN may be given twice.
     """

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from ..pictures.camera import Up
     from ..pictures.page.document import Page
 
-LEVELS_ENDING = ".npz"
-
 
 @click.command("view")
 @click.argument("mesh", metavar="IN", type=FILE)
@@ -36,7 +34,7 @@ LEVELS_ENDING = ".npz"
            "A .npy, .seg, .txt or labeled mesh, or the .npz of superfacets levels.  [default: the"
            " labels in IN, if it has any]"),
     labels_named_option,
-    option("--gt SEG", FILE, "Ground truth: labels of another kind."),
+    option("--gt SEG", FILE, "Ground truth: a file of labels."),
     option("--feature features FILE", FILE,
            "A .npy or .txt file with a value per cell, or per region of the first level; may be"
            " given several times.", multiple=True),
@@ -49,8 +47,8 @@ def view_command(
 ) -> None:  # fmt: skip
     """Show a mesh or point cloud with its regions in a browser.
 
-    The page shows the texture, too, if there is one. It is one file, which opens in any browser
-    from disk, offline. Without --html, it is a temporary file, and the browser opens it.
+    The page is one file, which any browser can open offline. It also shows the texture, if there is
+    one. Without --html, the page is a temporary file, and the browser opens it.
     """
     from ..pictures.camera import View
     from ..pictures.page.document import checked_page_path, view
@@ -66,7 +64,7 @@ def view_command(
     texture = None if attributes is None else attributes.texture
     shown = _levels_of(mesh, labels, cells, labels_named)
     if shown is None:
-        print_note(f"{mesh} holds no labels: --labels names a file of them")
+        print_note(f"{mesh} holds no labels: give a file with --labels")
     truth = None if gt is None else labels_for(cells, gt, labels_named)
     values = {path.stem: read_values(path) for path in features}
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
@@ -96,20 +94,15 @@ def _open(page: Page, name: str) -> None:
     path = page.save(Path(mkdtemp(prefix="superfacets-"), f"{name}.html"))
     click.echo(f"wrote {path}")
     if not webbrowser.open(path.as_uri()):
-        print_note("no browser was found: open the file in one, or name a file with --html")
+        print_note("no browser was found: open the file yourself, or name a file with --html")
 
 
 def _levels_of(mesh: Path, path: Path | None, cells: Cells, name: str) -> Array | None:
-    """The labels of one level or several; None if there are none."""
-    if path is not None and path.suffix.lower() == LEVELS_ENDING:
-        return _read_levels(path)
-    return labels_beside(mesh, path, cells, name)
-
-
-def _read_levels(path: Path) -> Array:
-    """Labels in a file of ``superfacets levels``, (L, N)."""
+    """Labels of one level, (N,), or of several in a file of ``superfacets levels``, (L, N)."""
+    if path is None or path.suffix.lower() != ".npz":
+        return labels_beside(mesh, path, cells, name)
     content = read_content(path)
     try:
         return npz_array(content, "labels")
     except Exception:  # zipfile and zlib raise many kinds of errors for damaged files
-        raise MeshError(f"{path}: holds no levels as superfacets levels writes them") from None
+        raise MeshError(f"{path}: is not a .npz of superfacets levels, or is damaged") from None

@@ -1,5 +1,5 @@
-"""Labeling meshes by regions in a browser: a server on this machine, and what it keeps.
+"""Labeling of meshes by regions in a browser: the server on this machine, and its work files.
 
-The painted state is one class per cell. Regions are only the brush, so a new segmentation never
-loses paint.
+The painted state is one class and object per cell. Regions are only brushes, so a new segmentation
+never loses paint.
 """

@@ -1,7 +1,7 @@
-"""Port and token of a server: chosen, remembered for the next start, and passed to a browser.
+"""Port and token of a server: chosen, stored for the next start, and passed to a browser.
 
-The next server for the same work answers at the same address, so a page that was open when a server
-was killed continues with it. Only its owner can read the file, which is removed when a server ends.
+The next server for the same work answers at the same address, so an open page goes on working after
+its server was killed. Only the owner can read the stored address. It is removed when a server ends.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def new_token() -> str:
 
 
 def open_socket(port: int) -> socket.socket:
-    """A socket for this machine only; port 0: any free one. An OSError if the port is in use."""
+    """A socket for this machine only; port 0 means any free port. An OSError if it is in use."""
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         if os.name != "nt":  # after a crash; on Windows it would let others listen, too
@@ -70,13 +70,13 @@ def open_socket(port: int) -> socket.socket:
     except OSError as error:
         opened.close()
         if error.errno == errno.EADDRINUSE:
-            raise OSError(f"port {port} is in use: leave --port out, or name another") from None
+            raise OSError(f"port {port} is in use: name another --port, or none") from None
         raise OSError(f"port {port}: {error.strerror or error}") from None
     return opened
 
 
 def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, Address]:
-    """A socket and an address: the port asked for, or that of the last server if it is free."""
+    """A socket and an address: the given port, or else the last server's port if it is free."""
     if port is None and kept is not None:
         with contextlib.suppress(OSError):
             return open_socket(kept.port), kept
@@ -95,10 +95,10 @@ def address_file(work: Path) -> Path:
 
 
 def kept_address(path: Path) -> Address | None:
-    """The address that an earlier server has left; None if there is none, or it is not trusted.
+    """The address that an earlier server has stored; None if there is none, or it is not trusted.
 
-    A file of another user, or that others may read or write, is not trusted. Neither is a copy: it
-    may have come with an archive of meshes, from somebody who knows the token in it.
+    A file is not trusted if it belongs to another user, if others may read or write it, or if it is
+    a copy. A copy may come with an archive of meshes, from somebody who knows the token.
     """
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         status = path.lstat()
@@ -136,8 +136,8 @@ def keep(path: Path, address: Address) -> Iterator[None]:
 def redirection(page: str) -> Iterator[str]:
     """Yield the address of a temporary file that redirects a browser to a page.
 
-    All users can see the arguments of a process, so the browser is not started with the token. The
-    file is for its owner alone.
+    All users can see the arguments of a process, so the browser is not started with the token. Only
+    the owner can read the file.
     """
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         path = Path(folder, "studio.html")

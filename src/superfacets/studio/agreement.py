@@ -1,6 +1,6 @@
 """Compare the work of two people on one mesh, and merge it.
 
-Their classes are matched by name, and their objects by how much of them is the same.
+Classes are matched by name, and objects by the area that they share.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array, Bools, Floats, Longs
 from ..cells.sums import sums_by_label
 from .classes import INSTANCES, ClassList, Paint, class_of, names_of, paint_of, with_named
 from .history import History, State
@@ -19,7 +19,6 @@ from .journal import JournalError, parsed_work
 from .source import Source
 
 Side = Literal["mine", "theirs"]
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass
@@ -28,12 +27,11 @@ class Theirs:
 
     name: str
     paint: Paint  # (N,)
-    class_list: ClassList  # mine, and theirs that I lack
+    class_list: ClassList  # my classes, and their classes that I lack
 
-    def differs(self, mine: Paint) -> npt.NDArray[np.bool_]:
+    def differs(self, mine: Paint) -> Bools:
         """Cells that both have given a class, but not the same class and object."""
-        found: npt.NDArray[np.bool_] = (self.paint != mine) & (self.paint > 0) & (mine > 0)
-        return found
+        return np.asarray((self.paint != mine) & (self.paint > 0) & (mine > 0))
 
 
 def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floats) -> Theirs:
@@ -43,7 +41,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
     """
     journal = parsed_work(Path(name), data)
     source.check_work(journal)
-    shared = mine.class_list if journal.header["classes"] is None else None  # of a folder
+    shared = mine.class_list if journal.header["classes"] is None else None  # begun in a folder
     state = History.replayed(journal, source.n_cells, shared).state
     numbers, class_list = _matched_classes(state, mine.class_list)
     classes, objects = numbers[state.classes], state.objects
@@ -52,7 +50,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
     return Theirs(name, paint_of(classes, given), class_list)
 
 
-def _matched_classes(theirs: State, known: ClassList) -> tuple[npt.NDArray[np.int64], ClassList]:
+def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
     """My number of each class of theirs; classes of a new name are added to my list."""
     numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
     names = names_of(theirs.class_list)
@@ -61,13 +59,11 @@ def _matched_classes(theirs: State, known: ClassList) -> tuple[npt.NDArray[np.in
     return numbers, known
 
 
-def _matched_objects(
-    mine: npt.NDArray[np.int64], theirs: npt.NDArray[np.int64], areas: Floats
-) -> npt.NDArray[np.int64]:
+def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
     """For each cell, their class and object translated to my object.
 
-    Objects of one class are matched greedily, the pair with the largest IoU first. Objects of
-    theirs without a match get numbers above all of mine.
+    Objects of one class are matched greedily, the pair with the largest IoU first. Their objects
+    without a match get numbers above all my objects.
     """
     pairs = sorted(_overlaps(mine, theirs, areas), key=lambda pair: (-pair[2], pair[0], pair[1]))
     number_of: dict[int, int] = {}
@@ -92,9 +88,7 @@ def _matched_objects(
     return numbers[ranks]
 
 
-def _overlaps(
-    mine: npt.NDArray[Any], theirs: npt.NDArray[Any], areas: Floats
-) -> list[tuple[int, int, float]]:
+def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int, float]]:
     """Pairs of values that some cell has in both works, with the IoU of their areas.
 
     The IoU is 0 if neither value has any area.
@@ -110,10 +104,10 @@ def _overlaps(
 
 
 def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
-    """How far both agree: the share of the area, and the IoU of each class and object.
+    """The agreement of both works: the share of the area, and the IoU of each class and object.
 
-    ``share`` is the share of the area labeled by both on which both agree. The lists have the
-    classes and objects that occur in either work; ``object`` is my number.
+    ``share`` is the fraction of the area labeled by both on which both agree. The lists have the
+    classes and objects that occur in either work; ``object`` is my number of an object.
     """
     paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
     both = (paint > 0) & (theirs.paint > 0)
@@ -134,7 +128,7 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     return {"name": theirs.name, "share": agreed / total if total else 0.0, "classes": rows}
 
 
-def _ious(mine: npt.NDArray[Any], theirs: npt.NDArray[Any], areas: Floats) -> dict[int, float]:
+def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
     """The IoU of each value above 0 that occurs in either work."""
     same = {own: iou for own, other, iou in _overlaps(mine, theirs, areas) if own == other}
     return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}

@@ -30,7 +30,7 @@ from .thumbnails import Thumbnails
 NO_BUNDLE = """<!DOCTYPE html>
 <html lang="en"><meta charset="utf-8"><title>superfacets studio</title>
 <p>The server runs, but this installation has no front end: <code>static/index.html</code> is
-missing. Wheels have it; in a checkout, <code>make frontend</code> builds it.</p></html>
+missing. Wheels contain it; in a checkout, <code>make frontend</code> builds it.</p></html>
 """
 
 _FILE = "/api/files/{id:int}"
@@ -66,7 +66,7 @@ class Studio:
         return await answered(drawn)
 
     async def segment(self, request: Request) -> Response:
-        """Stream the progress of a run; wrong parameters get an error answer."""
+        """Stream the progress of a run; answer with an error if a parameter is wrong."""
         number = request.path_params["id"]
 
         def checked(body: Body) -> Body:
@@ -145,7 +145,7 @@ async def _progress_lines(
         while (fact := await queue.get()) is not None:
             yield _line(fact)
         yield _line(await work)
-    finally:  # also after the client has gone
+    finally:  # also if the client has disconnected
         turn.cancel()
 
 

@@ -1,4 +1,4 @@
-"""What cells are painted with: classes, which have a list, and objects of them."""
+"""Classes and objects, with which cells are painted, and the list of classes."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ import numpy.typing as npt
 from ..io.atomic import atomic_outputs
 from ..io.attributes import is_encodable
 
-CLASSES_FILE = "superfacets-classes.json"  # in a folder: the classes of all its meshes
+CLASSES_FILE = "superfacets-classes.json"  # in a folder: the classes of all meshes in it
 MAX_CLASS = 65_535  # classes are uint16; 0 is none
 MAX_OBJECT = 999
-"""Highest object of a class; 0 is none. ``class * INSTANCES + object`` names both, as ground truth
-for ScanNet's benchmark does."""
+"""Highest object of a class; 0 is none. ``class * INSTANCES + object`` is an instance, as in the
+ground truth for ScanNet's benchmark."""
 
 INSTANCES = 1000
 _MAX_NAME = 200
@@ -30,8 +30,8 @@ _COLORS = (
     "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1",
     "#8c510a", "#1b9e9e", "#c51b8a", "#66a61e", "#2b3fb0", "#e7298a", "#a1140f", "#636363",
 )  # fmt: skip
-"""Colors of classes by their number. Color-blind people can tell the first seven apart, which are
-those of Okabe and Ito."""
+"""Colors of classes by their number. The first seven are the colors of Okabe and Ito, which
+color-blind people can tell apart."""
 
 _N_DEFAULT = 6
 
@@ -41,14 +41,14 @@ ClassList = tuple[dict[str, Any], ...]
 """Entries with ``id``, ``name``, ``color``, ``key``, and ``stuff`` if the class has no objects."""
 
 ObjectNames = tuple[dict[str, Any], ...]
-"""Entries with ``class``, ``object`` and ``name`` of the objects that were given a name."""
+"""Entries with ``class``, ``object`` and ``name`` for the objects that the user has named."""
 
 Paint = npt.NDArray[np.uint32]
-"""The class and the object of cells in one number each; see `paint_of`."""
+"""One number per cell, which stores its class and its object; see `paint_of`."""
 
 
 def paint_of(classes: npt.ArrayLike, objects: npt.ArrayLike = 0) -> Paint:
-    """The paint of cells of these classes and objects; no class has no object."""
+    """The paint of cells of these classes and objects; without a class there is no object."""
     of_class = np.asarray(classes).astype(np.uint32)
     of_object = np.asarray(objects).astype(np.uint32)
     return of_class | np.where(of_class > 0, of_object << np.uint32(16), np.uint32(0))
@@ -85,7 +85,7 @@ def with_new(classes: ClassList, class_id: int, name: str | None = None) -> Clas
 
 
 def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
-    """The first class of a name, in any case, and the list, which gets it if it has none."""
+    """The first class of a name, ignoring case, and the list; a missing class is added."""
     for entry in classes:
         if entry["name"].casefold() == name.casefold():
             return int(entry["id"]), classes
@@ -111,13 +111,13 @@ def default_classes(names: Sequence[str] = ()) -> ClassList:
 
 
 def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
-    """The list, completed with the classes that cells have but the list lacks."""
+    """The list, with the used classes added that it lacks."""
     more = sorted({*used} - {0, *names_of(classes)})
     return (*classes, *({**new_class(class_id), "key": ""} for class_id in more))
 
 
 def checked_class_list(value: object) -> ClassList:
-    """Check a list of classes; a ValueError that names the first entry that is wrong."""
+    """Check a list of classes; a ValueError names the first wrong entry."""
     if not isinstance(value, (list, tuple)):
         raise ValueError("classes must be a list")
     checked = tuple(_checked(entry, index) for index, entry in enumerate(value))
@@ -147,7 +147,7 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
         raise ValueError(f"classes[{index}]: color must be #rrggbb, as #e69f00")
     key = "" if key is None else key
     if not isinstance(key, str) or len(key) > 1:
-        raise ValueError(f"classes[{index}]: key must be one character, or none")
+        raise ValueError(f"classes[{index}]: key must be one character, or empty")
     for part, text in (("name", name), ("key", key)):
         if not is_encodable(text):
             raise ValueError(f"classes[{index}]: {part} has half of a surrogate pair")
@@ -161,9 +161,9 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
 def with_object_name(
     names: ObjectNames, class_id: int, object_id: int, name: object
 ) -> ObjectNames:
-    """The names of objects with another name for one; an empty name removes it.
+    """The names of objects with a new name for one; an empty name removes it.
 
-    Raises ValueError if the name is no short text.
+    Raises ValueError if the name is too long, or no text.
     """
     if not isinstance(name, str) or len(name) > _MAX_NAME or not is_encodable(name):
         raise ValueError(f"the name of an object must have at most {_MAX_NAME} characters")
@@ -185,7 +185,7 @@ def checked_object(value: object) -> int:
 def read_classes(path: Path) -> ClassList:
     """Classes from a JSON list as in `write_classes`, or from a text file with one name per line.
 
-    Raises ValueError if that is not what is in the file; OSError if it cannot be read.
+    Raises ValueError if the file contains no such list; OSError if it cannot be read.
     """
     try:
         text = path.read_text(encoding="utf-8")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Array
 from ..pictures.page.coding import Arrays, little_endian
 
 MAGIC = b"SFSTUDIO"  # the first bytes of a binary answer with several arrays
@@ -23,8 +24,8 @@ _MAX_BYTES = 5  # a difference below 2**32, with 7 bits per byte
 def pack_cells(cells: CellNumbers) -> bytes:
     """Pack ascending cells: differences as varints, compressed.
 
-    A byte or less for each cell of a region, as near cells mostly have near numbers; a few bytes in
-    all for a run of cells.
+    Cells of a region take at most about one byte each, because neighboring cells mostly have close
+    numbers. A run of consecutive cells takes a few bytes.
     """
     deltas = np.diff(cells, prepend=np.uint32(0))
     sizes = np.ones(len(deltas), np.int64)
@@ -70,7 +71,7 @@ def inflated(packed: bytes, max_bytes: int) -> bytes:
     return data
 
 
-def base64_of(array: npt.NDArray[Any] | bytes) -> str:
+def base64_of(array: Array | bytes) -> str:
     """Little-endian bytes of an array, or bytes, in base64."""
     data = array if isinstance(array, bytes) else little_endian(array).tobytes()
     return base64.b64encode(data).decode("ascii")
@@ -97,12 +98,12 @@ def bytes_from(text: object, name: str = "data") -> bytes:
     raise ValueError(f"{name} must be base64")
 
 
-def packet(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> bytes:
+def packet(header: Mapping[str, Any], arrays: Mapping[str, Array]) -> bytes:
     """A header and arrays as one block of bytes.
 
-    `MAGIC`, the length of the JSON as uint32, the JSON padded with spaces, and the arrays, all of
-    which begin at multiples of 4. The header gets the entry ``arrays``: an `Entry` of each, with
-    its offset from the end of the header.
+    The block has `MAGIC`, the length of the JSON as uint32, the JSON padded with spaces, and the
+    arrays, each of which begins at a multiple of 4. The header gets the entry ``arrays``: an
+    `Entry` of each array, with its offset from the end of the header.
     """
     block = Arrays()
     for name, array in arrays.items():

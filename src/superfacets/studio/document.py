@@ -1,4 +1,4 @@
-"""One mesh that is being labeled: its classes, its regions, and the journal of the work."""
+"""A mesh that is being labeled: its classes, its regions, and the journal of the work."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints
 from .._validate import checked_threads
 from ..cells.kinds import measures_of
 from ..io.atomic import atomic_outputs
@@ -51,7 +51,7 @@ def work_file_of(path: Path) -> Path:
 
 
 OTHER_VERSION = (
-    "This version of superfacets makes other regions than the one that the work was done with."
+    "This version of superfacets makes other regions than the version that began this work."
     " Splits of regions are lost; all classes and objects are kept."
 )
 
@@ -87,12 +87,12 @@ class Document:
     ) -> Document:  # fmt: skip
         """Read an input and the work on it, and find its regions.
 
-        The work file is beside the input if no other is given. `n_segments` and `classes` are for
-        new work. With `share_classes`, which keeps a new list for all meshes of a folder in place
-        of the journal, `classes` are for all work.
+        By default, the work file is beside the input. `n_segments` and `classes` are for new work.
+        In a folder, `classes` are for all work, and `share_classes` stores a new list for all
+        meshes.
 
-        Raises MeshError or OSError if the input cannot be read; JournalError if the work
-        file cannot be used, or is about another file than this one is now.
+        Raises MeshError or OSError if the input cannot be read; JournalError if the work file
+        cannot be used, or is about another file.
         """
         source = Source.read(path)
         own = None if share_classes else list(classes or default_classes())
@@ -130,7 +130,7 @@ class Document:
         return len(self.state.paint)
 
     @cached_property
-    def areas(self) -> npt.NDArray[np.float64]:
+    def areas(self) -> Floats:
         """Area (or volume) of each cell."""
         return measures_of(self.cells, checked_threads(None))
 
@@ -148,13 +148,13 @@ class Document:
 
     @property
     def class_list(self) -> ClassList:
-        """The list of classes, completed with those that cells or suggestions have."""
+        """The list of classes, with all classes of cells and suggestions."""
         used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
         suggested = {one.class_id for one in self.state.suggestions}
         return with_missing(self.state.class_list, suggested.union(used))
 
     @property
-    def instances(self) -> npt.NDArray[np.int32]:
+    def instances(self) -> Ints:
         """Class and object of each cell, as ``class * 1000 + object``, (N,); 0: no class."""
         return self.state.classes.astype(np.int32) * INSTANCES + self.state.objects
 
@@ -174,17 +174,15 @@ class Document:
             self.journal.close()
 
     # Operations. Each returns after its line of the journal is on the disk. In a folder,
-    # `set_classes` writes no line: it writes the list that all files of the folder share.
+    # `set_classes` writes no line, but the list that all files of the folder share.
 
     def paint(
         self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0
     ) -> Change | None:
         """Give cells (ascending) a class and an object of it, one for all or one each; 0 is none.
 
-        None if nothing changes.
-
-        Raises ValueError if there is no such class; JournalError if it could not be
-        written; ChangedError if the input has changed.
+        Returns None if nothing changes. Raises ValueError if there is no such class; JournalError
+        if the change could not be written; ChangedError if the input has changed.
         """
         with self.lock:
             values = np.unique(np.asarray(classes))
@@ -199,9 +197,7 @@ class Document:
     def split_object(self, class_id: int, object_id: int) -> list[int]:
         """Make each connected piece of an object, except the largest, an object; return their ids.
 
-        Object 0 stands for all cells of the class without an object. Each piece of these becomes
-        an object.
-
+        Object 0 stands for all cells of the class without an object: each piece becomes an object.
         Raises ValueError if there is no such object, or it is in one piece.
         """
         with self.lock:
@@ -228,15 +224,12 @@ class Document:
             return new
 
     def free_object(self, class_id: int) -> int:
-        """The lowest object of a class that is above all that cells have."""
+        """The lowest number of an object of a class above all numbers that cells have."""
         of_class = self.state.objects[self.state.classes == class_id]
         return int(of_class.max(initial=0)) + 1
 
     def name_object(self, class_id: int, object_id: int, name: object) -> None:
-        """Give an object a name; an empty name removes it.
-
-        Raises ValueError if the name is not a short text, or there is no such object.
-        """
+        """Give an object a name, or remove it if it is empty; a ValueError if one is wrong."""
         with self.lock:
             if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
                 raise ValueError(f"there is no object {object_id} of class {class_id}")
@@ -246,7 +239,7 @@ class Document:
                 self._commit(Change("objects", before, after))
 
     def review(self, is_reviewed: bool) -> None:
-        """Mark the work on this file as reviewed, or not; again, after later changes."""
+        """Mark the work on this file as reviewed, or not; also again after later changes."""
         with self.lock:
             if is_reviewed != self.state.is_reviewed or self.state.is_changed:
                 self._commit(Change("review", self.state.is_reviewed, is_reviewed))
@@ -265,10 +258,8 @@ class Document:
     ) -> CellNumbers:
         """Split a region of this revision by strokes; return the cells of the new region.
 
-        The new region has the blue stroke, and the next free label.
-
-        Raises GoneError if the revision is not that of the state; ValueError if there is no
-        such region, or a stroke is not in it.
+        The new region has the blue stroke, and the next free label. Raises GoneError if the
+        revision is not current; ValueError if there is no such region, or it has no stroke.
         """
         with self.lock:
             if self.revisions.get(number) is not self.revision:
@@ -287,9 +278,8 @@ class Document:
     def take(self, imported: Imported) -> Change | None:
         """Paint imported classes and objects, and add new ones to the lists; one undo reverts all.
 
-        Imported objects get numbers above those of cells that the import leaves alone.
-
-        Raises ValueError if a class would have more than `MAX_OBJECT` objects.
+        Imported objects get numbers above the objects of all cells that are not imported. Raises
+        ValueError if a class would have more than `MAX_OBJECT` objects.
         """
         with self.lock:
             stroke = f"import {self.history.seq + 1}"
@@ -312,10 +302,7 @@ class Document:
             return change
 
     def suggest(self, imported: Imported) -> int:
-        """Keep imported objects as suggestions, in place of older ones; return their number.
-
-        Raises ValueError if there are none.
-        """
+        """Replace all suggestions by imported objects; return their number, which must not be 0."""
         with self.lock:
             suggestions, classes = suggestions_of(imported, self.class_list)
             if not suggestions:
@@ -328,11 +315,10 @@ class Document:
     def settle(self, accepted: Mapping[int, int], rejected: Collection[int] = ()) -> list[Change]:
         """Accept and reject suggestions; return the changes, which one undo reverts.
 
-        `accepted` holds the class of each suggestion by its id. The cells of each that have no
-        class become a new object of that class, or a part of it if the class is stuff.
-
-        Raises ValueError if there is no such suggestion or class, a suggestion is both accepted and
-        rejected, none is named, or a class would have more than `MAX_OBJECT` objects.
+        `accepted` has the class of each suggestion by its id. The cells of a suggestion that have
+        no class become a new object of its class; stuff has no objects. Raises ValueError if there
+        is no such suggestion or class, a suggestion is both accepted and rejected, none is named,
+        or a class would have more than `MAX_OBJECT` objects.
         """
         if both := {*accepted}.intersection(rejected):
             raise ValueError(f"suggestion {min(both)} is both accepted and rejected")
@@ -368,15 +354,12 @@ class Document:
         self.paint(painted, class_of(found), stroke, objects=object_of(found))
 
     def compare(self, name: str, data: bytes) -> None:
-        """Compare with somebody else's work file, of this name and content.
-
-        Raises JournalError if it is no work file, or about another mesh.
-        """
+        """Compare with another work file of the mesh; a JournalError if it cannot be used."""
         with self.lock:
             self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
 
     def agreement(self) -> dict[str, Any]:
-        """How far both works agree, see `agreement.agreement`; ValueError without a comparison."""
+        """The agreement of both works, as from `agreement`; a ValueError without a comparison."""
         return agreement(self.state, self._compared(), self.areas)
 
     def differing(self) -> CellNumbers:
@@ -387,7 +370,7 @@ class Document:
     def accept(self, cells: CellNumbers, side: Side) -> Change | None:
         """Resolve the differences in these cells: take their labels, or keep mine.
 
-        Taking theirs also labels cells to which I have given no class.
+        Their labels are also taken for cells to which I have given no class.
         """
         with self.lock:
             theirs = self._compared()
@@ -434,14 +417,11 @@ class Document:
                 self._commit(Change("classes", self.state.class_list, classes, stroke))
 
     def undo(self) -> list[Change]:
-        """Undo the last operation, or the whole last stroke, and return its changes.
-
-        Raises NothingError if there is nothing to undo.
-        """
+        """Undo the last operation or stroke; return its changes, or raise NothingError."""
         return self._move("undo")
 
     def redo(self) -> list[Change]:
-        """Redo the last undone operation, and return its changes."""
+        """Redo the last undone operation or stroke; return its changes, or raise NothingError."""
         return self._move("redo")
 
     def _move(self, name: str) -> list[Change]:
@@ -468,13 +448,13 @@ class Document:
     def _adopt_base(self) -> None:
         """Replace a partition of another version by the base, as a step that can be undone.
 
-        Undo does not call this: a step of its own would lie on top of the steps still to be undone.
+        Undo does not call this: the new step would come before the steps still to be undone.
         """
         if self._is_foreign():
             self.set_base(self.state.partition.parameters, self.base)
 
     def _show(self, base: Base) -> Revision:
-        """Show labels of the base and of splits since; splits of another version do not count."""
+        """Show the labels of the base with later splits; splits of another version are ignored."""
         self.base = base
         labels, n_regions = base.labels, base.n_regions
         partition = self.state.partition
@@ -493,10 +473,10 @@ class Document:
 def merged_work(
     path: Path, mine: Path, theirs: Path, output: Path | None = None, *, prefer_theirs: bool = False
 ) -> dict[str, Any]:
-    """Compare two work files of a mesh, and return how far they agree, see `agreement`.
+    """Compare two work files of a mesh, and return their agreement, as from `agreement`.
 
-    With `output`, the merged work is written there: my work, and one more step. This step adds the
-    labels of cells that only they have labeled and, with `prefer_theirs`, of cells that differ.
+    With `output`, the merged work is written there: my work, and one more step. This step takes
+    their labels for cells without a class and, with `prefer_theirs`, for cells that differ.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """

@@ -1,4 +1,4 @@
-"""Files made of the work: classes of cells, vertices and regions, objects, and the regions."""
+"""Export of the work: classes of cells, vertices and regions, objects, and the regions."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Bytes, Floats, Ints
 from .._validate import checked_choice
 from ..batches.sources import MARK, output_names
 from ..cells.sums import sums_by_label, weighted_majority
@@ -68,10 +68,7 @@ def formats_of(kind: str) -> dict[str, list[str]]:
 def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
     """The name of the file of each export, by format."""
     return {
-        what: {
-            format: _name_of(document, what, _checked_ending(document, what, format))
-            for format in formats
-        }
+        what: {format: _name_of(document, what, format) for format in formats}
         for what, formats in formats_of(document.source.kind).items()
     }
 
@@ -80,57 +77,38 @@ def export(document: Document, what: str, format: str, *, replace: bool = False)
     """Write a file beside the input and return its path.
 
     An existing file is replaced if its name has a mark of the studio. Names that other tools
-    require have none, so a file of that name may come from elsewhere.
+    require have no mark, so a file of that name may come from another tool.
 
     Raises ValueError if `what` or `format` is unknown, or the format cannot hold the labels;
     FileExistsError if there is such a file and `replace` is False; OSError if the file cannot be
     written.
     """
-    ending = _checked_ending(document, what, format)
-    path = document.path.with_name(_name_of(document, what, ending))
+    path = document.path.with_name(_name_of(document, what, format))
     is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
     if path.exists() and not is_ours and not replace:
         raise FileExistsError(f"{path.name} exists already, and may come from another tool")
     checked_targets([path])
-    _write(document, what, format, path)
-    if what == "objects" and format in PAIRED:
-        other = path.with_name(_name_of(document, what, f".{PAIRED[format]}"))
-        _write(document, what, PAIRED[format], other)
+    _write(document, what, format, path.parent)
     return path
 
 
 def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes]:
     """The name and the content of the same file, without writing it to the folder.
 
-    Two files that belong together come as a zip of both.
+    Two files that belong together are packed into a .zip.
     """
-    name = _name_of(document, what, _checked_ending(document, what, format))
-    if what == "objects" and format in PAIRED:
-        return _name_of(document, what, ".scannet.zip"), _pair_bytes(document, what, format)
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
-        path = Path(folder, name)
-        _write(document, what, format, path)
-        return name, path.read_bytes()
+        first, *others = _write(document, what, format, Path(folder))
+        if not others:
+            return first.name, first.read_bytes()
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path in (first, *others):
+                archive.write(path, path.name)
+    return f"{document.path.stem}{MARKS[what]}.scannet.zip", packed.getvalue()
 
 
-def _pair_bytes(document: Document, what: str, format: str) -> bytes:
-    """A zip of this export, and of the one that belongs to it."""
-    packed = io.BytesIO()
-    with (
-        document.lock,  # both must belong to the same state
-        tempfile.TemporaryDirectory(prefix="superfacets-") as folder,
-        zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive,
-    ):
-        for one in (format, PAIRED[format]):
-            path = Path(folder, _name_of(document, what, f".{one}"))
-            _write(document, what, one, path)
-            archive.write(path, path.name)
-    return packed.getvalue()
-
-
-def class_of_regions(
-    document: Document, revision: Revision
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floats]:
     """The class of most of the area of each region, 0 for none, and its share of the area."""
     classes = document.state.classes.astype(np.int32)
     areas, labels, n = document.areas, revision.labels, revision.n_regions
@@ -140,22 +118,25 @@ def class_of_regions(
     return winners, np.divide(won, totals, out=np.ones(n), where=totals > 0)
 
 
-def _checked_ending(document: Document, what: str, format: str) -> str:
+def _name_of(document: Document, what: str, format: str) -> str:
+    """The name of the file of an export; a ValueError if there is no such export."""
     offered = formats_of(document.source.kind)
     checked_choice(what, "what", tuple(offered))
     checked_choice(format, "format", tuple(offered[what]))
-    return ENDING_OF_FORMAT.get(format, f".{format}")
-
-
-def _name_of(document: Document, what: str, ending: str) -> str:
+    ending = ENDING_OF_FORMAT.get(format, f".{format}")
     if what == "regions":
         return output_names(document.path.name, (ending,))[0]
     return f"{document.path.stem}{MARKS[what]}{ending}"
 
 
-def _write(document: Document, what: str, format: str, path: Path) -> None:
+def _write(document: Document, what: str, format: str, folder: Path) -> list[Path]:
+    """Write the file of an export and, if it needs another file, that file, too."""
+    pair = (format, PAIRED[format]) if what == "objects" and format in PAIRED else (format,)
+    paths = [folder / _name_of(document, what, one) for one in pair]
     with document.lock:  # labels and names must belong to the same state
-        _WRITERS[what](document, format, path)
+        for one, path in zip(pair, paths, strict=True):
+            _WRITERS[what](document, one, path)
+    return paths
 
 
 def _write_cells(document: Document, format: str, path: Path) -> None:
@@ -170,7 +151,7 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
 
 
 def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
-    """The texture of the input, for a file that holds it, or has its images beside it."""
+    """The texture of the input, if the file can store it, or is beside the images."""
     is_alone = path.parent != document.path.parent
     if path.suffix not in _TEXTURED or (is_alone and path.suffix != ".glb"):
         return None
@@ -232,12 +213,12 @@ _WRITERS: dict[str, Callable[[Document, str, Path], None]] = {
 }
 
 
-def _names_of(document: Document, classes: npt.NDArray[np.int32]) -> list[str]:
+def _names_of(document: Document, classes: Ints) -> list[str]:
     names = names_of(document.class_list)
     return [names.get(class_id, NO_CLASS) for class_id in classes.tolist()]
 
 
-def _colors_of(document: Document) -> npt.NDArray[np.uint8]:
+def _colors_of(document: Document) -> Bytes:
     """The color of each class by its number."""
     table = np.full((int(document.state.classes.max()) + 1, 3), _GRAY, np.uint8)
     for entry in document.class_list:

@@ -1,4 +1,4 @@
-"""The inputs of a studio: one file, or the files of a folder; the last few are open."""
+"""The inputs of a studio: one file, or the files of a folder. The last few stay open."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from .document import Document, work_file_of
 from .history import REVIEW_MARKS
 from .journal import JournalError, Line, summary
 
-MAX_OPEN = 3  # number of meshes in memory, with their graphs; others are opened again on demand
-EXPORTED = ".classes"  # suffix in the names of exports, which are no inputs
+MAX_OPEN = 3  # most meshes in memory, with their graphs; others are opened again on demand
+EXPORTED = ".classes"  # suffix in the names of exported files, which are no inputs
 
 
 @dataclass
@@ -25,7 +25,7 @@ class Files:
     """The inputs of a studio, by number."""
 
     paths: list[Path]
-    work: Path | None = None  # work file of a single input, if it is not the default
+    work: Path | None = None  # work file of a single input, if it is not the default one
     n_segments: int | None = None  # number of regions for new work
     classes: ClassList = ()  # initial classes of a new work file; a folder shares them
     folder: Path | None = None
@@ -37,13 +37,13 @@ class Files:
     def of(cls, path: Path, work: Path | None, n_segments: int | None, classes: ClassList) -> Files:
         """Find the files of a path.
 
-        Raises ValueError if a work file is named for a folder, or its list of classes is
+        Raises ValueError if a work file is given for a folder, or the folder's list of classes is
         damaged; OSError if there is nothing to label.
         """
         if not path.is_dir():
             return cls([path], work, n_segments, classes)
         if work is not None:
-            raise ValueError("--work is for one file: each mesh of a folder has one of its own")
+            raise ValueError("--work is for one file: each mesh of a folder has its own work file")
         found = [Path(source.input) for source in find_sources(path)]
         paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
@@ -91,7 +91,7 @@ class Files:
         with self._lock:
             documents = list(self._open.values())
             self._open.clear()
-        for document in documents:  # not under the lock: a user of a document may wait for it
+        for document in documents:  # without the lock, for which a user of a document may wait
             document.close()
 
     def _opened(self, number: int) -> Document:
@@ -104,8 +104,8 @@ class Files:
     def _close_surplus(self) -> None:
         """Close unused documents, least recently used first.
 
-        This happens within our lock: the work file must be closed before it is opened again.
-        Nobody holds the lock of such a document, so the closing waits for nobody.
+        The caller holds the lock, so no work file is opened again before it is closed. No thread
+        uses these documents, so closing does not wait.
         """
         idle = [number for number in self._open if not self._users[number]]
         for number in idle[: max(0, len(self._open) - MAX_OPEN)]:
@@ -140,6 +140,6 @@ def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
         return {"done": 0.0, "n_cells": None}
     done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")
     if not isinstance(done, (int, float)) or not 0 <= done <= 1 or not isinstance(n_cells, int):
-        raise JournalError("the work file is damaged: it does not say how far the work is")
+        raise JournalError("the work file is damaged: its progress or number of cells is missing")
     marks = {name: True for name in REVIEW_MARKS if found[1].get(name) is True}
     return {"done": done, "n_cells": n_cells, **marks}

@@ -1,6 +1,6 @@
 """The state of a labeling, the changes that led to it, and their lines in the journal.
 
-A change can be done and undone, and takes little memory: a byte or so for each cell.
+A change can be done and undone, and takes about one byte per cell.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class Partition:
     """The regions: parameters that reproduce them, and later splits."""
 
     parameters: dict[str, Any]
-    digest: str = ""  # digest of the labels before splits, to notice other labels; "": unknown
-    splits: tuple[bytes, ...] = ()  # packed cells of each split; they get the next free label
+    digest: str = ""  # hash of the labels before splits, which tells if they differ; "": unknown
+    splits: tuple[bytes, ...] = ()  # packed cells of each split, which get the next free label
 
     def with_split(self, packed: bytes, digest: str) -> Partition:
         """The partition with one more split, of labels with this digest."""
@@ -67,7 +67,7 @@ class State:
     partition: Partition
     object_names: ObjectNames = ()
     is_reviewed: bool = False
-    is_changed: bool = False  # classes or objects, since the review
+    is_changed: bool = False  # whether classes or objects have changed since the review
     suggestions: Suggestions = ()  # neither accepted nor rejected yet
 
     @property
@@ -84,7 +84,7 @@ class State:
 
     @property
     def review_marks(self) -> Line:
-        """The entries of lines and lists that tell whether the work is reviewed."""
+        """Entries of a journal line that tell whether the work is reviewed."""
         values = self.is_reviewed, self.is_changed
         return {name: True for name, value in zip(REVIEW_MARKS, values, strict=True) if value}
 
@@ -171,15 +171,15 @@ def last_stroke(changes: list[Change]) -> list[Change]:
 
 
 def _nothing(seq: int) -> None:
-    """Do not record a step: used in a replay, whose steps are in the journal already."""
+    """Record nothing: the steps of a replay are in the journal already."""
 
 
 @dataclass
 class History:
     """The state, and the changes that can be undone and redone.
 
-    Methods that change the state take `record`, which writes the step of a given number. If it
-    raises, the state is as it was.
+    Methods that change the state get `record`, which writes the step of a given number. If `record`
+    raises, the state does not change.
     """
 
     state: State
@@ -189,7 +189,7 @@ class History:
 
     @classmethod
     def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
-        """Replay all lines; the classes of the folder replace others, if given.
+        """Replay all lines; `classes`, the list of a folder, replaces the list of the work.
 
         Raises JournalError if a line cannot be replayed.
         """
@@ -229,10 +229,7 @@ class History:
         self.redo_stack.clear()
 
     def move(self, name: str, record: Callable[[int], object] = _nothing) -> list[Change]:
-        """Undo or redo the last stroke, and return its changes.
-
-        Raises NothingError if there is nothing to undo or redo.
-        """
+        """Undo or redo the last stroke; return its changes, or raise NothingError."""
         is_undo = name == "undo"
         stacks = self.undo_stack, self.redo_stack
         source, target = stacks if is_undo else stacks[::-1]
@@ -265,7 +262,7 @@ class History:
     def _is_changed(self, kinds: set[str], is_undo: bool) -> bool:
         """Whether classes or objects differ from the review, after changes of these kinds.
 
-        An undone mark may return to a review from before other changes: that counts as changed.
+        If a mark of review is undone, an older review may apply again: that counts as changed.
         """
         is_new = is_undo if "review" in kinds else bool(kinds & _LABELING)
         kept = self.state.is_changed and "review" not in kinds
@@ -288,7 +285,7 @@ def _class_list(value: Any) -> ClassList:
 
 
 _LABELING = frozenset({"paint", "classes", "objects"})
-"""Kinds of changes that a review is about."""
+"""Kinds of changes that a review covers."""
 
 _FIELDS = {
     "split": "partition",
@@ -299,10 +296,10 @@ _FIELDS = {
     "suggest": "suggestions",
     "settle": "suggestions",
 }
-"""The field of the state that each kind of change replaces; a paint changes a part of one."""
+"""The field of the state that each kind of change replaces. A paint changes parts of a field."""
 
 
-# For each kind of change: the entries of its line, and the change of a line.
+# For each kind of change, a function that writes the entries of its line, and one that reads them.
 
 
 def _write_paint(change: Change) -> Line:
@@ -311,7 +308,7 @@ def _write_paint(change: Change) -> Line:
         "cells": base64_of(change.after.cells),
         **_write_numbers("class", "es", class_of(values)),
     }
-    objects = object_of(values)  # work files without objects are as they always were
+    objects = object_of(values)  # lines without objects are as in version 1
     return {**line, **_write_numbers("object", "s", objects)} if objects.any() else line
 
 
@@ -400,7 +397,7 @@ def _read_settle(line: Line, state: State) -> Change:
 
 
 def settling(state: State, ids: set[int], stroke: str | None) -> Change:
-    """The change that removes these suggestions; a ValueError if one of them is not there."""
+    """The change that removes these suggestions; a ValueError if one of them does not exist."""
     if lacking := ids - {one.id for one in state.suggestions}:
         raise ValueError(f"there is no suggestion {min(lacking)}")
     left = tuple(one for one in state.suggestions if one.id not in ids)

@@ -1,4 +1,4 @@
-"""Import labels of other tools, or earlier exports, as classes and objects of cells."""
+"""Import of labels, from other tools or earlier exports, as classes and objects of cells."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Bools, Longs
 from ..cells.kinds import kind_of
 from ..cells.sums import weighted_majority
 from ..errors import MeshError
@@ -30,8 +31,6 @@ OF_VERTICES = (".segs.json",)
 LISTS = (".npy", ".seg", ".txt")
 ENDINGS = (".sstk.json", *OF_VERTICES, OBJECTS, *LISTS, GROUPS)
 
-Ints = npt.NDArray[np.int64]
-
 _DAMAGE = (ValueError, LookupError, TypeError, RecursionError)
 """Errors that JSON of an unexpected structure raises."""
 
@@ -45,18 +44,18 @@ class Imported:
     objects: npt.NDArray[np.uint16]  # object of each, from 1 in each class; 0: none
     class_list: ClassList
     names: Mapping[tuple[int, int], str] = field(default_factory=dict)  # by class and object
-    scores: Mapping[tuple[int, int], float] = field(default_factory=dict)  # 0 to 1, the same
+    scores: Mapping[tuple[int, int], float] = field(default_factory=dict)  # 0 to 1, by the same
 
 
 def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> Imported:
-    """Read labels from the content of files by name: labels, and perhaps their groups.
+    """Read labels, and perhaps their groups, from the content of files by name.
 
     Labels are in ``.sstk.json`` (the first, finest, segmentation of triangles), ``.segs.json`` (of
     vertices: a cell gets the label of most of its corners), ``.npy``, ``.seg`` or ``.txt`` (of
-    cells). Without groups they are numbers of classes, and 0 or less is none, as in exports of the
-    studio. With groups (``.aggregation.json``) each group is an object; its label is the name of a
-    class, in any case, and cells in no group keep their class. ``.objects.json`` is the studio's
-    own file of objects, as COCO has them. `known` are the classes so far.
+    cells). Without groups, labels are numbers of classes, and 0 or less is none, as in exports of
+    the studio. With groups (``.aggregation.json``), each group is an object. Its label is the name
+    of a class, ignoring case, and cells in no group keep their class. ``.objects.json`` is the
+    studio's own file of objects, in the format of COCO. `known` are the classes so far.
 
     Raises ValueError if a file is damaged, for another mesh, or of no known kind.
     """
@@ -88,11 +87,11 @@ def _reason(error: Exception) -> str:
     if isinstance(error, RecursionError):
         return "it is nested too deeply"
     if isinstance(error, TypeError):
-        return "a list, an object or a number is not where this format has it"
+        return "it does not have the structure of this format"
     return f"it has no {error}" if isinstance(error, KeyError) else str(error)
 
 
-def _labels_in(data: bytes, ending: str, cells: Cells) -> Ints:
+def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
     """One label per cell, from the content of a file."""
     n_cells = cells.n_cells
     if ending in LISTS:
@@ -108,7 +107,7 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Ints:
         return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
     index = _integers(document["segmentation"][0]["index"], "index")
     if len(index) != n_cells:
-        raise MeshError(f"it has {len(index)} labels, and the mesh {n_cells} cells")
+        raise MeshError(f"it has {len(index)} labels, but the mesh has {n_cells} cells")
     return index
 
 
@@ -121,7 +120,7 @@ def checked_score(value: object) -> float | None:
     return float(value)
 
 
-def _integers(values: Any, name: str) -> Ints:
+def _integers(values: Any, name: str) -> Longs:
     array = np.asarray(values)
     if array.ndim != 1 or array.dtype.kind not in "iu":
         raise MeshError(f"{name} must be a list of whole numbers")
@@ -130,8 +129,8 @@ def _integers(values: Any, name: str) -> Ints:
     return array.astype(np.int64)
 
 
-def _of_corners(cells: Any, of_vertices: Ints) -> Ints:
-    """The label of most corners of each cell; the lowest of equals."""
+def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
+    """The label of most corners of each cell; of equally many, the lowest."""
     are_points = kind_of(cells).are_points
     n_vertices = cells.n_cells if are_points else cells.n_vertices
     if len(of_vertices) != n_vertices:
@@ -147,10 +146,10 @@ def _of_corners(cells: Any, of_vertices: Ints) -> Ints:
     return names[winners].astype(np.int64)
 
 
-def _by_number(labels: Ints, known: ClassList) -> Imported:
+def _by_number(labels: Longs, known: ClassList) -> Imported:
     classes = np.maximum(labels, 0)
     if classes.max() > MAX_CLASS:
-        raise MeshError(f"label {classes.max()} is no class: they go to {MAX_CLASS}")
+        raise MeshError(f"label {classes.max()} is no class: classes are 0 to {MAX_CLASS}")
     for class_id in sorted({*np.unique(classes).tolist()} - {0, *names_of(known)}):
         known = with_new(known, class_id)
     objects = np.zeros(len(labels), np.uint16)
@@ -159,7 +158,7 @@ def _by_number(labels: Ints, known: ClassList) -> Imported:
     )
 
 
-def _by_group(labels: Ints, document: Any, known: ClassList) -> Imported:
+def _by_group(labels: Longs, document: Any, known: ClassList) -> Imported:
     gathered = _Gathered(len(labels), known)
     for group in document["segGroups"]:
         name = str(group["label"]).strip()
@@ -170,13 +169,13 @@ def _by_group(labels: Ints, document: Any, known: ClassList) -> Imported:
 
 
 def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
-    """Objects as in COCO: runs of cells, in turn outside and inside, of a category each."""
+    """Objects as in COCO: a category, and lengths of runs of cells outside, inside, outside..."""
     names = {int(entry["id"]): str(entry["name"]).strip() for entry in document["categories"]}
     gathered = _Gathered(n_cells, known)
     for annotation in document["annotations"]:
         runs = _integers(annotation["segmentation"]["counts"], "counts")
         if runs.min(initial=0) < 0 or runs.sum() != n_cells:
-            raise MeshError(f"an annotation is of {runs.sum()} cells, and the mesh has {n_cells}")
+            raise MeshError(f"an annotation is of {runs.sum()} cells, but the mesh has {n_cells}")
         is_in = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
         name = names[int(annotation["category_id"])]
         wanted = 0 if annotation.get("iscrowd", 0) else annotation.get("object")
@@ -195,13 +194,11 @@ class _Gathered:
         self._names: dict[tuple[int, int], str] = {}
         self._scores: dict[tuple[int, int], float] = {}
 
-    def add(
-        self, name: str, is_in: npt.NDArray[np.bool_], entry: Any, wanted: object = None
-    ) -> None:
+    def add(self, name: str, is_in: Bools, entry: Any, wanted: object = None) -> None:
         """Give cells a class, which may be new, and an object, unless the class is stuff.
 
-        The object gets the wanted number if that is free, and else the next; 0 is no object. Its
-        name and score are those of the entry of the file.
+        The object gets the wanted number if it is free, or else the next number; 0 is no object.
+        Its name and score are in the entry of the file.
         """
         class_id, self._known = with_named(self._known, name)
         self._classes[is_in], self._objects[is_in] = class_id, 0
@@ -222,7 +219,7 @@ class _Gathered:
             self._names[class_id, object_id] = own_name
 
     def _keep_score(self, class_id: int, object_id: int, entry: Any) -> None:
-        """Keep the score of an entry; of several of one class without objects, the lowest."""
+        """Keep the score of an entry; the lowest, if a class without objects has several."""
         score = checked_score(entry.get("score"))
         if score is not None:
             key = class_id, object_id

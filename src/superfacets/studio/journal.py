@@ -1,7 +1,7 @@
 """The work file: a line of JSON for each operation, only ever appended.
 
-A line is on the disk before its operation is acknowledged. So a crash leaves at most a part of one
-line, of an operation that was not acknowledged.
+A line is on the disk before its operation is acknowledged. So a crash damages at most one line, and
+the operation of that line was not acknowledged.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..io.atomic import lock_file, open_own
 FORMAT = "superfacets studio"
 VERSION = 2
 READABLE = (1, VERSION)
-"""Versions of work files that can be opened; 1 has no objects."""
+"""Versions of work files that can be opened. Version 1 has no objects."""
 
 _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
 """First bytes of every work file."""
@@ -36,7 +36,7 @@ class JournalError(ValueError):
 
 
 class WriteError(JournalError):
-    """An operation could not be written; nothing was changed by it."""
+    """An operation could not be written, and changed nothing."""
 
 
 @dataclass
@@ -55,8 +55,8 @@ class Journal:
     def open(cls, path: Path, header: Mapping[str, Any]) -> Journal:
         """Open a work file, or begin one with this header.
 
-        Raises JournalError if another studio has it open, it is something else, or it is
-        damaged before its last line; OSError if it cannot be read or written.
+        Raises JournalError if another studio has it open, it is no work file, or it is damaged
+        before its last line; OSError if it cannot be read or written.
         """
         file = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
         try:
@@ -85,8 +85,8 @@ class Journal:
     def append(self, line: Mapping[str, Any]) -> None:
         """Write a line, and return when it is on the disk.
 
-        Raises WriteError if it could not be written whole, and the file is as it was; or if the
-        file at the path is not the opened one any more. The message says which.
+        Raises WriteError, and leaves the file unchanged, if the line could not be written as a
+        whole, or if the file at the path is no longer the opened file.
         """
         self._check()
         data = _coded(line)
@@ -122,15 +122,15 @@ class Journal:
             ) from None
         if (own.st_dev, own.st_ino) != (there.st_dev, there.st_ino) or own.st_size != self._size:
             raise WriteError(
-                f"{self.path}: the work file was changed by something else: start the studio again"
+                f"{self.path}: another program changed the work file: start the studio again"
             )
 
     def _take_back(self) -> None:
-        """Cut off the part of a line that a failed write left; if that fails, refuse all writes."""
+        """Remove the part of a line that a failed write left; else refuse all later writes."""
         try:
             os.ftruncate(self._file, self._size)
         except OSError:
-            self._fault = f"{self.path}: cannot be written any more: start the studio again"
+            self._fault = f"{self.path}: can no longer be written: start the studio again"
 
 
 def parsed_work(path: Path, data: bytes) -> Journal:
@@ -145,12 +145,10 @@ def parsed_work(path: Path, data: bytes) -> Journal:
 
 
 def summary(path: Path) -> tuple[Line, Line] | None:
-    """The first and the last whole line of a work file, which is not locked.
+    """The first and the last complete line of a work file; the file is not locked.
 
-    None if there is no file, or no line in it yet.
-
-    Raises JournalError if its first line is damaged, or if it is a link or otherwise no regular
-    file.
+    Returns None if there is no file, or no line in it yet. Raises JournalError if the first line is
+    damaged, or if it is no regular file, for example a link.
     """
     try:
         opened = open_own(path, os.O_RDONLY)
@@ -192,12 +190,12 @@ def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
         size += len(text)
     if b"\n" in data[size:-1]:
         raise JournalError(
-            f"{path}: line {len(lines) + 1} of the work file is damaged; all before it is good:"
-            " make a copy and cut it off there"
+            f"{path}: line {len(lines) + 1} of the work file is damaged; all lines before it are"
+            " good: make a copy, and delete this line and all lines after it"
         )
     if lines and lines[0].get("version") not in READABLE:
         raise JournalError(f"{path}: was written by a later version of superfacets")
-    note = f"{path}: the last line was not complete, as after a crash, and was cut off"
+    note = f"{path}: the last line was incomplete, as after a crash, and was removed"
     return lines, size, [note] if size < len(data) else []
 
 

@@ -1,4 +1,4 @@
-"""Files made of objects: as in COCO and ScanNet, a table, arrays, and a mesh of each."""
+"""Export of objects: in the formats of COCO and ScanNet, as a table, as arrays, or as meshes."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array, Bools, Ints
 from ..cells.kinds import kind_of
 from ..export.cells import WRITERS
 from ..export.scannet import GROUPS, SEGMENTS, scene_of, write_groups, write_segments
@@ -25,17 +25,15 @@ from ..regions.vertices import vertex_labels
 from .classes import INSTANCES, stuff_of
 from .document import Document
 
-Ints = npt.NDArray[np.int32]
-
 FORMATS = ("json", "npz", "csv", "aggregation.json", "segs.json", "zip")
 
 PAIRED = {"aggregation.json": "segs.json", "segs.json": "aggregation.json"}
-"""Formats that are useful only together: groups, and the segments that they group."""
+"""Formats that need each other: groups, and the segments that they group."""
 
 
 @dataclass(frozen=True)
 class Object:
-    """The cells of an object, of a class without objects, or of a class that have no object."""
+    """An object, or all cells of a class that belong to no object."""
 
     class_id: int
     object_id: int  # 0: none
@@ -53,7 +51,7 @@ def objects_of(document: Document, instances: Ints) -> list[Object]:
     """The objects that these cells or vertices have, by class and number."""
     stuff = stuff_of(document.class_list)
     found = []
-    for instance in np.unique(instances[instances > 0]).tolist():
+    for instance in np.setdiff1d(instances, 0).tolist():
         class_id, object_id = divmod(instance, INSTANCES)
         label, name = document.name_of(class_id), document.name_of(class_id, object_id)
         found.append(Object(class_id, object_id, label, name, class_id in stuff))
@@ -97,14 +95,13 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
     temporary.write_text(json.dumps(content, separators=(",", ":")) + "\n", encoding="utf-8")
 
 
-def _runs(is_in: npt.NDArray[np.bool_]) -> list[int]:
+def _runs(is_in: Bools) -> list[int]:
     """Lengths of runs of cells that are outside, inside, outside, ..."""
     ends = np.flatnonzero(np.diff(is_in, prepend=False))
-    runs: list[int] = np.diff(ends, prepend=0, append=len(is_in)).tolist()
-    return runs
+    return list(np.diff(ends, prepend=0, append=len(is_in)).tolist())
 
 
-def _columns(document: Document) -> dict[str, npt.NDArray[Any]]:
+def _columns(document: Document) -> dict[str, Array]:
     state = document.state
     return {"region": document.revision.labels, "class": state.classes, "object": state.objects}
 
@@ -112,7 +109,7 @@ def _columns(document: Document) -> dict[str, npt.NDArray[Any]]:
 def _write_arrays(document: Document, temporary: Path, path: Path) -> None:
     instances = document.instances
     objects = objects_of(document, instances)
-    arrays: dict[str, npt.NDArray[Any]] = {
+    arrays: dict[str, Array] = {
         **_columns(document),
         "instance": instances,
         "vertex_instance": vertex_instances(document),
@@ -132,7 +129,7 @@ def _write_table(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _segments(document: Document) -> tuple[Ints, Ints]:
-    """Segment and instance of each vertex: segments are regions, cut where objects meet in one."""
+    """Segment and instance of each vertex: segments are regions, split between objects."""
     instances = vertex_instances(document)
     regions = vertex_labels(document.cells, document.revision.labels)
     pairs = np.stack([regions, instances], axis=1)
@@ -178,7 +175,7 @@ def _parts(document: Document, labels: Ints, n_objects: int) -> Iterator[Any]:
 
 
 def _safe(name: str) -> str:
-    """The name with hyphens for all characters that some file system may refuse."""
+    """The name, with hyphens in place of characters that a file system may refuse."""
     return re.sub(r"[^\w-]+", "-", name, flags=re.ASCII).strip("-")
 
 

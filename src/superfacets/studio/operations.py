@@ -71,9 +71,9 @@ def counts_of(document: Document) -> Body:
 
 
 def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
-    """Do a step, and tell its effect: changed cells with their paint.
+    """Do a step, and return its effect: changed cells with their paint.
 
-    If a change is not of paint, ``kind`` is its kind, and the client asks for the state.
+    If the step changes other data than paint, ``kind`` tells it, and the client asks for the state.
     """
     changes = step()
     kinds = [change.kind for change in changes if change.kind != "paint"]
@@ -97,9 +97,9 @@ def _label_bytes(document: Document, query: Body) -> bytes:
 def _mesh_packet(document: Document, query: Body) -> bytes:
     """The shape of a mesh as one block, see `packet`.
 
-    Positions are float32 around the center of the bounding box. Vertices are in the order in which
-    triangles use them, no two at one place. For polygons and tetrahedra, ``sources`` holds the cell
-    of each triangle. Points have packed ``normals``.
+    Positions are float32, relative to the center of the bounding box. Vertices are in the order in
+    which triangles use them; no two are at one place. For polygons and tetrahedra, ``sources`` has
+    the cell of each triangle. Points have packed ``normals``.
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
@@ -139,7 +139,7 @@ def _region_packet(document: Document, query: Body) -> bytes:
 
 
 def _suggestion_packet(document: Document, query: Body) -> bytes:
-    """The suggestions, and for each cell the place of its own in their list, from 1; 0: none."""
+    """The suggestions, and for each cell the place of its suggestion in the list; 0: none."""
     owners = np.zeros(document.n_cells, np.uint32)
     entries = []
     for place, one in enumerate(document.state.suggestions, 1):
@@ -198,7 +198,7 @@ def _name_object(document: Document, body: Body) -> Body:
 
 
 def _compare(document: Document, body: Body) -> Body:
-    """The comparison with a given work file, or with the one given last."""
+    """The comparison with a given work file, or with the last one given."""
     files = _files(body) if "files" in body else {}
     if len(files) > 1:
         raise ValueError("compare with one work file")
@@ -321,5 +321,5 @@ def _whole(value: object, name: str) -> int:
 def _number(query: Body) -> int:
     text = str(query.get("revision", ""))
     if not text.isdecimal() or len(text) > MAX_DIGITS:
-        raise ValueError("revision must be a number, as the state has it")
+        raise ValueError("revision must be a number from the state")
     return int(text)

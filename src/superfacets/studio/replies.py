@@ -29,7 +29,7 @@ class TooLargeError(ValueError):
 
 
 class JsonReply(JSONResponse):
-    """JSON in ASCII, which can hold every file name, including invalid Unicode."""
+    """JSON in ASCII, which can contain every file name, including invalid Unicode."""
 
     def render(self, content: Any) -> bytes:
         """The bytes of an answer."""
@@ -54,11 +54,11 @@ STATUS_OF = (
     (MemoryError, 507),
     (ClientDisconnect, 400),  # nobody receives it
 )
-"""Status of answers to errors; the first entry whose class matches counts."""
+"""Status of the answer to an error: that of the first class in the list that it belongs to."""
 
 
 async def answered(work: Callable[[], Any]) -> Response:
-    """The result of work in a thread: an answer, bytes, or JSON; errors as one line."""
+    """The answer with the result of work in a thread (an answer, bytes or JSON), or its error."""
     try:
         result = await run_in_threadpool(work)
     except Exception as error:
@@ -71,8 +71,8 @@ async def answered(work: Callable[[], Any]) -> Response:
 async def body_of(request: Request) -> Body:
     """The JSON object of a request.
 
-    Raises TooLargeError if it has more than `MAX_BODY` bytes, of which no more are read; ValueError
-    if it is no JSON object, or has text that is not valid Unicode.
+    Raises TooLargeError if it has more than `MAX_BODY` bytes; ValueError if it is no JSON object,
+    or contains text that is not valid Unicode.
     """
     text = await _content(request)
     try:

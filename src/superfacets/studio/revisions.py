@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Floats, Ints, Longs
 from .._validate import checked_share
 from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..cells.surface import Surface
@@ -19,11 +20,9 @@ from .history import Partition
 
 MAX_KEPT = 6  # number of revisions that clients may still refer to
 
-Ints = npt.NDArray[np.int32]
-
 
 class GoneError(LookupError):
-    """The labels that a client refers to are gone: it must ask for new ones."""
+    """The labels that a client refers to no longer exist: the client must ask for new ones."""
 
 
 @dataclass
@@ -37,7 +36,7 @@ class Revision:
     _graph: RegionGraph | None = field(default=None, repr=False, compare=False)
 
     @cached_property
-    def _by_region(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32]]:
+    def _by_region(self) -> tuple[Longs, npt.NDArray[np.uint32]]:
         """Offsets of regions, and the cells of each, ascending."""
         counts = np.bincount(self.labels, minlength=self.n_regions)
         offsets = np.concatenate([[0], np.cumsum(counts)])
@@ -66,7 +65,7 @@ class Revisions:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def add(self, partition: Partition, labels: Ints, n_regions: int) -> Revision:
-        """Keep labels under a new number; labels of a partition that is kept have its number."""
+        """Keep labels under a new number; a partition that is kept already keeps its number."""
         with self._lock:
             for revision in self._kept.values():
                 if revision.partition == partition:
@@ -85,18 +84,17 @@ class Revisions:
             revision = self._kept.get(number) if isinstance(number, int) else None
             if revision is None:
                 name = shortened(str(number))  # a request may hold anything
-                raise GoneError(f"revision {name} is gone: ask for the state, and its labels")
+                raise GoneError(f"revision {name} is gone: ask for the state and its labels")
             self._kept.move_to_end(revision.number)
             return revision
 
 
 def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[int]:
-    """Regions similar in shape to a given one, which is included; size and place do not count.
+    """Regions similar in shape to a given region, which is included; size and place do not count.
 
-    The tolerance is 0 (the same) to 1 (all): it is the upper bound of the distance of shapes, as a
-    share of the largest.
-
-    Raises ValueError or TypeError if there is no such region, or the tolerance is not 0 to 1.
+    The tolerance is the upper bound of the distance between shapes, as a fraction of the largest
+    distance: 0 (the same shape) to 1 (all regions). Raises ValueError or TypeError if there is no
+    such region, or the tolerance is not 0 to 1.
     """
     limit = checked_share(tolerance, "tolerance")
     if not 0 <= region < graph.n_regions:
@@ -105,15 +103,14 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
     scale = shapes.std(axis=0)
     steps = (shapes - shapes[region]) / np.where(scale > 0, scale, 1.0)
     distances = np.sqrt((steps * steps).sum(axis=1))
-    found: list[int] = np.flatnonzero(distances <= limit * distances.max()).tolist()
-    return found
+    return list(np.flatnonzero(distances <= limit * distances.max()).tolist())
 
 
-def _shapes(graph: RegionGraph) -> npt.NDArray[np.float64]:
+def _shapes(graph: RegionGraph) -> Floats:
     """Linearity, planarity, sphericity, three times the curvature, and crease, shape (K, 5).
 
-    The first four are 0 to 1. The crease is the mean signed angle at the border to other regions in
-    units of pi, -1 (ridges) to 1 (grooves). Undefined values are 0.
+    The first four values are 0 to 1. The crease is the mean signed angle at borders to other
+    regions, in units of pi, -1 (ridges) to 1 (grooves). Undefined values are 0.
     """
     n, ends = graph.n_regions, graph.edge_index.ravel()
     lengths = np.tile(graph.border_lengths, 2)
@@ -122,5 +119,4 @@ def _shapes(graph: RegionGraph) -> npt.NDArray[np.float64]:
     totals = np.bincount(ends, lengths, n)
     creases = np.divide(sums, np.pi * totals, out=np.zeros(n), where=totals > 0)
     extents = (graph.linearity, graph.planarity, graph.sphericity, 3.0 * graph.curvature)
-    shapes: npt.NDArray[np.float64] = np.nan_to_num(np.stack([*extents, creases], axis=1))
-    return shapes
+    return np.asarray(np.nan_to_num(np.stack([*extents, creases], axis=1)))

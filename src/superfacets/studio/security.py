@@ -1,4 +1,4 @@
-"""Access control: only from this machine, to this address, and with the token."""
+"""Access control: requests must come from this machine, to this address, with the token."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MAX_PATH = 200
 """Maximum length of a path. Routes are shorter; Python refuses to parse very long numbers."""
 
 OPEN_PREFIX = "/static/"
-"""The files of the front end, which need no token: scripts and styles."""
+"""Address of the scripts and styles of the page, which need no token."""
 
 
 @dataclass
@@ -55,8 +55,8 @@ class Guard:
         """Status and message for a refused request; None if it is accepted."""
         headers, path = Headers(scope=scope), scope["path"]
         if headers.get("host") not in self._hosts:
-            return 403, "the studio answers at the address that it has printed, and no other"
-        is_page = path == "/" and scope["method"] == "GET"
+            return 403, "the studio answers only at the address that it has printed"
+        is_page = path == "/" and scope["method"] == "GET"  # a file redirects the browser to it
         if not is_page and not self._is_same_page(headers):
             return 403, "the request comes from another page"
         if len(path) > MAX_PATH:
@@ -66,10 +66,7 @@ class Guard:
         return None
 
     def _is_same_page(self, headers: Headers) -> bool:
-        """Whether the request comes from no page, or from a page of this server.
-
-        The page itself may be asked for from elsewhere: a file leads the browser to it.
-        """
+        """Whether the request comes from no page, or from a page of this server."""
         origins = (None, *(f"http://{host}" for host in self._hosts))
         sites = (None, "none", "same-origin")
         return headers.get("origin") in origins and headers.get("sec-fetch-site") in sites

@@ -12,10 +12,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from .. import _core
+from .._types import Ints
 from .._validate import checked_count, checked_flag, checked_number, checked_threads
 from ..cells.kinds import graph_and_surface
 from ..cells.size import DEFAULT_N_SEGMENTS
@@ -32,10 +30,9 @@ from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 MAX_KEPT = 4  # number of segmentations that are kept with their merges
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
 FEWEST_OFFERED = 4  # minimum number of regions on a level below the finest
-MAX_REGIONS = 20_000  # upper end of the slider; nobody paints by hundreds of thousands of regions
+MAX_REGIONS = 20_000  # upper end of the slider; more regions are too small to paint by
 MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
 
-Ints = npt.NDArray[np.int32]
 Parameters = dict[str, Any]
 
 
@@ -56,10 +53,10 @@ def ranges(n_cells: int) -> dict[str, list[float]]:
 
 
 def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:
-    """Check the parameters from a client; missing ones keep their values.
+    """Check the parameters from a client; missing parameters have their `usual` values.
 
-    A level as fine as the finest becomes None. Raises ValueError or TypeError if a parameter is
-    unknown, out of range or of the wrong type.
+    The finest level becomes None. Raises ValueError or TypeError if a parameter is unknown, out of
+    range or of the wrong type.
     """
     unknown = sorted(set(given) - set(usual))
     if unknown:
@@ -131,10 +128,10 @@ class Base:
 
 @dataclass
 class Segmenter:
-    """Regions of one mesh for any parameters; one run at a time, in a thread of its own.
+    """Regions of one mesh for any parameters; one run at a time, in a separate thread.
 
-    The graph of the cells does not depend on parameters, and is made once. The regions of the last
-    few parameters are kept, with the merges of each.
+    The graph of the cells does not depend on parameters, and is made once. The regions for the last
+    few parameters are kept, with the order in which they merge.
     """
 
     source: Cells
@@ -172,7 +169,7 @@ class Segmenter:
         return self._worker.submit(self._base, parameters, turn).result()
 
     def base(self, parameters: Parameters) -> Base:
-        """Return the regions as above, without cancelling a run or being cancelled."""
+        """Return the regions as `run` does, but cancel no run, and let no run cancel this one."""
         return self._worker.submit(self._base, parameters, Turn()).result()
 
     def close(self) -> None:

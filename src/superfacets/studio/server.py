@@ -59,7 +59,7 @@ class Connection(H11Protocol):
 
     A client must complete the head of a request within `SECONDS`. While a body or an answer is
     transferred, at least one byte must move in that time. If there are too many connections, the
-    one that has waited longest for a request is closed.
+    connection that has waited longest for a request is closed.
     """
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
@@ -88,7 +88,7 @@ class Connection(H11Protocol):
         return self.cycle is None or self.cycle.response_complete
 
     def _awaited(self) -> tuple[object, ...] | None:
-        """Progress of the client; None while the server is at work."""
+        """Progress of the client; None while the server processes a request."""
         n_unsent = self.transport.get_write_buffer_size()
         if n_unsent:
             return "answer", self.cycle, n_unsent

@@ -70,8 +70,8 @@ class Source:
             return
         if stamp is None or hashlib.sha256(read_content(self.path)).hexdigest() != self.digest:
             raise ChangedError(
-                f"{self.path.name} has changed since the studio read it: all work is saved; put the"
-                " old file back, or start the studio again with another --work"
+                f"{self.path.name} has changed since the studio read it: put the old file back, or"
+                " start the studio again with another --work (all work is saved)"
             )
         self._seen = stamp
 
@@ -86,7 +86,7 @@ class Source:
         if name == self.path.name:
             reason = f"{self.path} has changed since the work was begun"
         else:
-            reason = f"{name}, not {self.path.name}, is the file that the work is about"
+            reason = f"the work is about {name}, not about {self.path.name}"
         raise JournalError(
             f"{journal.path}: {reason}: put the old file back, or name another --work"
         )

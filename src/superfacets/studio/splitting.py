@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Bools, Floats, Ints, Longs
 from ..cells.constraints import NO_GROUPS, Cut
 from ..cells.surface import Surface
 from .coding import CellNumbers
@@ -26,8 +26,6 @@ CAPACITY = 1 << 30  # sum of the capacities of arcs that can be cut; strokes hav
 
 UNCUT = (1 << 31) - 1  # largest 32-bit flow
 
-Floats = npt.NDArray[np.float64]
-
 
 def split_cells(
     surface: Surface, cells: CellNumbers, red: CellNumbers, blue: CellNumbers
@@ -36,12 +34,10 @@ def split_cells(
 
     The border is a minimum cut. Its cost is its length, which counts less in creases, plus a term
     that draws each cell to the nearer stroke. A piece of a side without a cell of its stroke is
-    given to the other side.
+    given to the other side. The cells of the region and of both strokes ascend; cells outside the
+    region have no effect.
 
-    The cells of the region and of both strokes are ascending. Cells of strokes outside the region
-    have no effect.
-
-    Raises ValueError if a stroke has no cell in the region, or both have the same.
+    Raises ValueError if a stroke has no cell in the region, or both have a cell in common.
     """
     places = [_places_in(cells, stroke) for stroke in (red, blue)]
     for name, found in zip(("red", "blue"), places, strict=True):
@@ -61,8 +57,8 @@ class _Part:
     """The cells of a region, renumbered from 0, and the arcs between them."""
 
     areas: Floats
-    sources: npt.NDArray[np.int32]  # old SciPy needs 32-bit indices for flows
-    targets: npt.NDArray[np.int32]
+    sources: Ints  # old SciPy needs 32-bit indices for flows
+    targets: Ints
     costs: Floats  # cost of cutting each arc: length of its border, reduced in creases
     lengths: Floats  # length of each step
 
@@ -78,12 +74,11 @@ class _Part:
         return csr_array((values, (self.sources, self.targets)), shape=(self.n, self.n))
 
 
-def _places_in(cells: CellNumbers, stroke: CellNumbers) -> npt.NDArray[np.int64]:
+def _places_in(cells: CellNumbers, stroke: CellNumbers) -> Longs:
     """Indices in the region of the cells of a stroke, without cells outside."""
     places = np.searchsorted(cells, stroke)
     places = np.minimum(places, len(cells) - 1)
-    found: npt.NDArray[np.int64] = places[cells[places] == stroke]
-    return found
+    return np.asarray(places[cells[places] == stroke])
 
 
 def _part_of(surface: Surface, cells: CellNumbers) -> _Part:
@@ -106,7 +101,7 @@ def _part_of(surface: Surface, cells: CellNumbers) -> _Part:
     return _Part(part.measures, sources, targets, costs, steps)
 
 
-def _cut(part: _Part, red: Any, blue: Any) -> npt.NDArray[np.bool_]:
+def _cut(part: _Part, red: Any, blue: Any) -> Bools:
     """Whether each cell is on the blue side of the minimum cut."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import breadth_first_order, maximum_flow
@@ -140,13 +135,10 @@ def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
         shares = (far[1] - far[0]) / (far[1] + far[0])
     total = part.areas.sum()
     scale = NEARNESS / np.sqrt(total) if total > 0 else 0.0
-    pulls: Floats = np.nan_to_num(shares, nan=0.0) * part.areas * scale
-    return pulls
+    return np.asarray(np.nan_to_num(shares, nan=0.0) * part.areas * scale)
 
 
-def _loose(
-    part: _Part, is_side: npt.NDArray[np.bool_], stroke: npt.NDArray[np.int64]
-) -> npt.NDArray[np.bool_]:
+def _loose(part: _Part, is_side: Bools, stroke: Longs) -> Bools:
     """Cells of a side that are in connected pieces without a cell of its stroke."""
     from scipy.sparse.csgraph import connected_components
 
@@ -155,5 +147,4 @@ def _loose(
     is_held = np.zeros(n_pieces, bool)
     is_held[pieces[stroke]] = True
     is_held[pieces[~is_side]] = True
-    loose: npt.NDArray[np.bool_] = ~is_held[pieces]
-    return loose
+    return np.asarray(~is_held[pieces])

@@ -1,4 +1,4 @@
-"""Objects that a file suggests. They label nothing until the user accepts them, one by one."""
+"""Objects that a file suggests. A suggestion labels no cell until the user accepts it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .coding import base64_of, bytes_from, pack_cells, unpack_cells
 from .imports import Imported, checked_score
 
 UNNAMED = "object"
-"""Label of objects whose class is unknown, as of masks that `superfacets lift` has carried over."""
+"""Label of objects whose class is unknown, such as objects from `superfacets lift`."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ Suggestions = tuple[Suggestion, ...]
 
 
 def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, ClassList]:
-    """A suggestion for each imported object, and the classes with those that the file adds.
+    """A suggestion for each imported object, and the classes, including new ones of the file.
 
-    The label `UNNAMED` stands for no class, unless a class of that name is known.
+    The label `UNNAMED` means no class, unless a class of that name is known.
     """
     unnamed = [
         entry

@@ -1,6 +1,6 @@
 """Thumbnails of meshes for the list of files.
 
-A picture is drawn by a process of its own: whatever a driver does to it, the server goes on.
+A separate process draws each picture, so a crash of a graphics driver does not end the server.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ..errors import RenderError
 
 SIZE = (320, 240)
 
-SECONDS = 120.0  # seconds until a thumbnail is given up
+SECONDS = 120.0  # seconds after which drawing a thumbnail is stopped
 
 
 class Thumbnails:
@@ -28,11 +28,7 @@ class Thumbnails:
         self._is_closed = False
 
     def png(self, path: Path) -> bytes:
-        """Return the picture of a file as PNG.
-
-        Raises RenderError, with the reason, if no picture can be drawn, and OSError if there is
-        no such file.
-        """
+        """The picture of a file as PNG; a RenderError or an OSError if none can be drawn."""
         status = path.stat()
         stamp = (status.st_mtime_ns, status.st_size)
         with self._lock:

@@ -13,11 +13,12 @@ MAX_SPAN = 1 << 26
 """Largest range of values for which `compacted` makes a lookup table."""
 
 _MOST_SPARSE = 16
-"""Largest range of `near`, in multiples of its length, for which `index_near` makes a table."""
+"""Largest range of the values `near`, in multiples of their number, for which `index_near` makes a
+lookup table."""
 
 
 def rows(offsets: Longs, chosen: Array) -> tuple[Longs, Longs]:
-    """Offsets of chosen rows of a CSR array, and the indices of their entries in it."""
+    """Offsets of the chosen rows of a CSR array, and the indices of the entries of these rows."""
     return _core.choose_lists(offsets, np.asarray(chosen, np.int64))
 
 
@@ -30,7 +31,7 @@ def merged(lists: Sequence[Longs]) -> Longs:
 
 
 def index_near(values: Array, among: Array, near: Array) -> Longs:
-    """As `index_in`, but fast if most values are in the range of `near`, which ascends."""
+    """Result of `index_in`; fast if most values are in the range of the ascending `near`."""
     low, high = (int(near[0]), int(near[-1]) + 1) if len(near) else (0, 0)
     if high - low > _MOST_SPARSE * len(near):
         high = low

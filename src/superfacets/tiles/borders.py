@@ -1,4 +1,4 @@
-"""Stage 5 on tiles: straighten borders with only the cells around them in memory."""
+"""Stage 5 on tiles: straighten borders with only the cells around borders in memory."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ from .part import Part, surface_of, with_neighbors
 from .store import TileStore, find_cells
 
 STEPS = {"triangles": 14, "polygons": 10, "points": 8}
-"""Width of the first band: number of cells along arcs from a border to the band's outer edge.
-Triangles need two steps for the distance between two vertices."""
+"""Width of the first band: number of steps along arcs from a border to the band's outer edge.
+Triangles have about two steps per edge length."""
 
 MOST_STEPS = 160
+"""Largest width to which the band grows at once."""
 
 SUM_BLOCK = 1 << 14
 """Cells per block of the sums of regions: ``kBlock`` in the core's ``stiffness.cpp``."""
 
 
 def _names(store: TileStore, *arcs: str) -> tuple[str, ...]:
-    """Names of the arrays of the band, including these arrays of its arcs."""
+    """Names of the arrays of the band, including these arrays of arcs."""
     of_faces, of_points = ("corners", "corners/vertices"), ("positions", "measures")
     columns = of_points if store.kind == "points" else of_faces
     return "cells", "coarse", *columns, *(f"arcs/{name}" for name in arcs)
@@ -44,18 +45,14 @@ class BorderRule:
     n_threads: int
     crease_scale: float = CREASE_SCALE
     smoothing: SmoothOptions = field(default_factory=SmoothOptions)
-    parts: PartPrices | None = None  # of cells; with `firsts`, of coarse cells
+    parts: PartPrices | None = None  # prices of cells; of coarse cells if `firsts` is given
     firsts: Longs | None = None  # the first coarse cell of each tile
 
     def costs(self, store: TileStore, part: Part) -> BorderCosts:
-        """Return the costs of borders between cells with ``neighbors``.
-
-        The ``lengths`` of the part are taken out of it, to save memory.
-        """
+        """Return the costs of borders; removes ``lengths`` from the part, to save memory."""
         surface = surface_of(store, part, self.n_threads)
         lengths = part.lists["arcs"].entries.pop("lengths")
-        if self.parts is not None:
-            parts = self.parts
+        if (parts := self.parts) is not None:
             cells = part.columns["cells" if self.firsts is None else "coarse"]
             if len(parts.group_of):
                 parts = replace(parts, group_of=parts.group_of[cells])
@@ -72,7 +69,7 @@ def straighten_tiled(
 
     Only the *band* is in memory: the cells within a number of steps of a border, at first `STEPS`.
     The smoother tries to move cells at borders, and each try reads only the cells nearby. Cells at
-    the edge of the band lack neighbors. If the smoother tried to move one of them, the band grows
+    the edge of the band lack neighbors. If the smoother tries to move such a cell, the band grows
     there, and the smoother starts again.
     """
     sums = np.empty(0), np.empty((0, 3))
@@ -97,8 +94,8 @@ def straighten_tiled(
 def region_sums(store: TileStore, labels: Ints, n_regions: int, run: Run) -> tuple[Floats, Floats]:
     """Return the area of each region, and its sum of positions weighted by areas.
 
-    As the core's `sums_of_regions`, which adds cells in the order of their numbers: first those of
-    a block with the same label in a row.
+    The order of additions is the order of the core's `sums_of_regions`: consecutive cells of one
+    label in a block are summed first, and these sums are added in the order of cell numbers.
     """
     cuts = np.stack(run.all(_sort_by_cell, store, store.n_tiles))
     sums = np.zeros((4, n_regions))
@@ -126,7 +123,7 @@ def _sort_by_cell(store: TileStore, tile: int) -> Longs:
 
 
 def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
-    """Add consecutive cells, the first of which begins a block, to the sums of their regions."""
+    """Add the cells of a block, in the order of their numbers, to the sums of their regions."""
     cells, measures = part.columns["cells"], part.columns["measures"]
     of_cells = labels[cells]
     begins = (np.diff(of_cells, prepend=-1) != 0) | (cells % SUM_BLOCK == 0)
@@ -139,9 +136,9 @@ def _add_block(sums: Floats, part: Part, labels: Ints) -> None:
 
 
 class _Marks:
-    """Marks of cells: 1 at the outer edge of the band, more toward borders, and 0 outside of it.
+    """Marks of cells: 0 outside of the band, 1 at its outer edge, and larger toward borders.
 
-    The array ``steps`` of a tile has the marks of its cells, then those of its ghosts.
+    The array ``steps`` of a tile has the marks of its cells, then the marks of its ghosts.
     """
 
     def __init__(self, store: TileStore, run: Run) -> None:
@@ -154,8 +151,7 @@ class _Marks:
         """Mark cells that have a neighbor of another label, and the cells around them."""
         store = self._store
         for tile in range(store.n_tiles):
-            around = np.concatenate([store.read(tile, "cells"), store.read(tile, "ghost_cells")])
-            store.write(tile, "labels", labels[around])
+            store.write(tile, "labels", labels[store.cells_and_ghosts(tile)])
         self._spread(self._run.all(_mark_borders, store, store.n_tiles, self._n_steps))
         store.remove_from_all("labels")
 
@@ -192,13 +188,13 @@ def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
 
 
 def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
-    """Mark the given cells that are in a tile, and the cells around; return the marks of ghosts."""
+    """Mark the given cells in a tile, and the cells around them; return the marks of ghosts."""
     places = store.starts[tile] + find_cells(store, tile, cells)[1]
     return _mark_places(store, tile, places, np.uint8(n_steps))
 
 
 def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes | np.uint8) -> Bytes:
-    """Raise the marks of cells of a tile and of the cells around; return the marks of ghosts."""
+    """Raise the marks of cells in a tile and around them; return the marks of ghosts."""
     steps = store.read(tile, "steps").copy()
     return _spread(store, tile, steps, places - store.starts[tile], marks)
 
@@ -253,8 +249,8 @@ def _load_band(store: TileStore, ends: str, tile: int) -> Part:
 def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
     """Replace targets of arcs by ranks in the band; return the *ends*, where arcs leave the band.
 
-    Ends are the vertices of the sides that leaving arcs cross; in a cloud, the ranks of the points
-    from which these arcs start.
+    Ends of faces are the vertices of the sides that leaving arcs cross. Ends of points are the
+    ranks of the points where leaving arcs start.
     """
     part, is_cloud = _load_band(store, "targets", tile), store.kind == "points"
     connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)

@@ -43,21 +43,19 @@ def weld(
 ) -> BlockRows | None:
     """Lowest vertex at the position of each vertex (-0.0 is 0.0); None if all positions differ.
 
-    Only `size` vertices are in memory at a time. They are split into buckets by a hash of the
-    position; each bucket is welded on its own; then the representatives of each block are written.
+    Only `size` vertices are in memory at a time. Vertices are split into buckets by a hash of the
+    position. Each bucket is welded on its own. Then the representatives of each block are written.
     A MeshError names the first vertex that is not finite as ``name[i]``.
     """
     n_blocks = -(-vertices.n_rows // size)
     n_buckets = 1 << (n_blocks - 1).bit_length()
     run.all(_fill_buckets, scratch, n_blocks, vertices, size, n_buckets, name)
-    n_shared = run.all(_weld_bucket, scratch, n_buckets, size, n_blocks, n_threads)
-    if any(n_shared):
+    are_shared = any(run.all(_weld_bucket, scratch, n_buckets, size, n_blocks, n_threads))
+    if are_shared:
         run.all(_list_block, scratch, n_blocks, vertices.n_rows, size, n_buckets)
     scratch.remove_folder("buckets")
     scratch.remove_folder("welded")
-    if not any(n_shared):
-        return None
-    return BlockRows(scratch, "representatives", size, vertices.n_rows)
+    return BlockRows(scratch, "representatives", size, vertices.n_rows) if are_shared else None
 
 
 def _fill_buckets(
@@ -98,8 +96,8 @@ def _buckets_of(positions: Floats, n_buckets: int) -> Array:
     return mixed.astype(np.uint16 if n_buckets <= 1 << 16 else np.uint32)
 
 
-def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int) -> int:
-    """Write (duplicate, lowest vertex at its position) pairs of a bucket; return their number."""
+def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int) -> bool:
+    """Write (duplicate, lowest vertex at its position) pairs of a bucket; whether there are any."""
     vertices, positions = [], []
     for block in range(n_blocks):
         begin, end = scratch.load(f"buckets/{block}/starts", bucket, bucket + 2).tolist()
@@ -109,7 +107,7 @@ def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_thre
         vertices.append(found.astype(np.int64) + block * size)
         positions.append(scratch.load(f"buckets/{block}/positions", begin, end))
     if not vertices:
-        return 0
+        return False
     numbers = np.concatenate(vertices)
     points = np.concatenate(positions).astype(np.float64)
     lowest = _core.weld_vertices(points, n_threads)
@@ -119,7 +117,7 @@ def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_thre
         starts = np.searchsorted(pairs[:, 0], size * np.arange(n_blocks + 1))
         scratch.save(f"welded/{bucket}/starts", starts)
         scratch.save(f"welded/{bucket}/pairs", pairs)
-    return len(shared)
+    return len(shared) > 0
 
 
 def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buckets: int) -> None:
@@ -135,8 +133,8 @@ def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buck
 
 
 LOW_BITS = 15
-"""Half of the bits of a code. Codes are counted by their upper bits. Where a tile begins within a
-group of equal upper bits, the codes of the group are counted by their lower bits."""
+"""Half of the bits of a code. Codes are counted by their upper bits. If a tile begins within a
+group of equal upper bits, the codes of that group are counted by their lower bits."""
 
 
 @dataclass(frozen=True)
@@ -150,9 +148,13 @@ class Chunks:
 
     @classmethod
     def welded(
-        cls, pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int
-    ) -> Chunks:
-        """Check and weld all positions; a MeshError if there are too many, or one is not finite."""
+        cls, pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int,
+        welds: bool = True,
+    ) -> Chunks:  # fmt: skip
+        """Check all positions, and weld them if `welds`.
+
+        A MeshError if there are too many cells, or a position is not finite.
+        """
         is_cloud = pieces.corners is None
         whole, cells = ("cloud", "points") if is_cloud else ("mesh", "faces")
         if pieces.n_cells > MAX_CELLS:
@@ -162,7 +164,7 @@ class Chunks:
         size = -(-tile_cells // RANGE) * RANGE
         name = "points" if is_cloud else "vertices"
         lowest = weld(run, scratch, pieces.points, size, n_threads, name)
-        return cls(pieces, lowest, size, n_threads)
+        return cls(pieces, lowest if welds else None, size, n_threads)
 
     @property
     def n_chunks(self) -> int:
@@ -215,9 +217,10 @@ def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
 
 
 def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
-    """Number of cells of each range among the first n_left of all, sorted by (code, run, place).
+    """Number of cells of each range among the first `n_left` cells of all ranges.
 
-    `ranges` has a range of rows per run. All codes in them have the same upper bits.
+    Cells are sorted by (code, run, place). `ranges` has a range of rows per run. All codes in these
+    rows have the same upper bits.
     """
 
     def codes_of(chunk: int) -> Array:

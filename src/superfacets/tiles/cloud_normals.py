@@ -11,11 +11,11 @@ from ..batches.mapping import Run
 from ..cells.point_graph import facing_areas, is_open
 from .cloud_order import NOT_COPIED
 from .part import Part
-from .store import TileStore
+from .store import TileStore, weighted_sum
 
 PAIRS_AT_ONCE = 1 << 21
-"""Approximate number of pairs that are read and sorted at a time, 25 bytes each. Pairs of equal
-cost stay together, however many they are."""
+"""Approximate number of pairs that are read and sorted at a time, 25 bytes each. All pairs of equal
+cost are sorted at the same time."""
 
 OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 
@@ -23,30 +23,27 @@ OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 def turn_normals(store: TileStore, viewpoint: Viewpoint | None) -> None:
     """Flip the normals in ``estimated`` so that neighbors agree, as `segment` does.
 
-    With a viewpoint, most of the area of each component faces it, as from `estimate_normals`.
+    With a viewpoint, most of the area of each component faces the viewpoint, as from
+    `estimate_normals`.
 
-    Normals are compared along a minimum spanning tree of all pairs of neighbors: pairs with similar
-    normals come first, tile by tile; then all others, sorted by cost. The tree is held in this
-    process, 5 bytes a point. Sums over components are added in the order of places.
+    Normals are compared along a minimum spanning tree of all pairs of neighbors. Pairs with similar
+    normals come first, tile by tile. Then come all other pairs, sorted by cost. The tree is held in
+    this process, 5 bytes a point. Sums over components are added in the order of places.
     """
     sets = _core.TurnedSets(store.n_cells)
     for tile in range(store.n_tiles):
         sets.join_alike(*_normal_tile(store, tile))
     _join_others(store, sets)
-    _turn_outwards(store, sets)
+    roots = np.concatenate([_roots_of(store, tile, sets) for tile in range(store.n_tiles)])
+    _turn_outwards(store, sets, roots)
     if viewpoint is not None:
-        _turn_to(store, sets, viewpoint)
+        _turn_to(store, sets, roots, viewpoint)
 
 
 def has_open_cloud(store: TileStore, run: Run) -> bool:
-    """Whether the normals, which were estimated, are those of an open surface."""
-    sums = run.all(_normal_sum, store, store.n_tiles)
+    """Whether the estimated normals show an open surface."""
+    sums = run.all(weighted_sum, store, store.n_tiles, "normals")
     return is_open(np.sum(sums, axis=0), store.total_measure)
-
-
-def _normal_sum(store: TileStore, tile: int) -> Array:
-    measures, normals = store.read(tile, "measures"), store.read(tile, "normals")
-    return np.asarray(np.einsum("i,ij->j", measures, normals))
 
 
 def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]:
@@ -88,17 +85,16 @@ def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
     store.remove_from_all(*OF_PAIRS)
 
 
-def _turn_outwards(store: TileStore, sets: _core.TurnedSets) -> None:
+def _turn_outwards(store: TileStore, sets: _core.TurnedSets, roots: Ints) -> None:
     """Flip normals so that each component of the tree agrees and encloses a positive volume."""
     tiles = range(store.n_tiles)
-    roots = np.concatenate([_roots_of(store, tile, sets) for tile in tiles])
     areas, moments, volumes = np.zeros(len(roots)), np.zeros((len(roots), 3)), np.zeros(len(roots))
     for tile in tiles:
         own, is_turned, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
         np.add.at(areas, own, measures)
         for axis in range(3):
             np.add.at(moments[:, axis], own, measures * positions[:, axis])
-        normals[is_turned] *= -1.0  # now they agree with the root of the component
+        normals[is_turned] *= -1.0  # now all normals agree with the root of their component
         _write_normals(store, tile, normals)
     scales = np.divide(1.0, areas, out=np.zeros_like(areas), where=areas > 0)
     centers = scales[:, None] * moments
@@ -110,19 +106,15 @@ def _turn_outwards(store: TileStore, sets: _core.TurnedSets) -> None:
     _flip(store, sets, roots, volumes < 0)
 
 
-def _turn_to(store: TileStore, sets: _core.TurnedSets, viewpoint: Viewpoint) -> None:
-    """Flip the normals of components of the tree, so that most of the area of each faces a place.
-
-    The normals are then those of a `PointCloud` with such normals, bit for bit.
-    """
+def _turn_to(store: TileStore, sets: _core.TurnedSets, roots: Ints, viewpoint: Viewpoint) -> None:
+    """Flip normals so that most of the area of each component of the tree faces the viewpoint."""
     tiles = range(store.n_tiles)
-    roots = np.concatenate([_roots_of(store, tile, sets) for tile in tiles])
     sums = np.zeros(len(roots))
     for tile in tiles:
         own, _, (measures, positions, normals) = _read_apart(store, tile, sets, roots)
         np.add.at(sums, own, facing_areas(viewpoint, positions, normals, measures))
     _flip(store, sets, roots, sums < 0)
-    for tile in tiles:
+    for tile in tiles:  # normalized as the given normals of a `PointCloud`, bit for bit
         normals = store.read(tile, "estimated")
         store.write(tile, "estimated", checked_normals(normals, len(normals)))
 
@@ -146,7 +138,7 @@ def _roots_of(store: TileStore, tile: int, sets: _core.TurnedSets) -> Ints:
 def _read_apart(
     store: TileStore, tile: int, sets: _core.TurnedSets, roots: Ints
 ) -> tuple[Longs, Bools, list[Array]]:
-    """Component, whether flipped, and [area, position, normal] of each point but copies."""
+    """For each point that is no copy: component, whether flipped, and [area, position, normal]."""
     root_of, is_turned = sets.roots(*store.starts[tile : tile + 2])
     at = np.flatnonzero(store.read(tile, "lowest") == NOT_COPIED)
     components = np.searchsorted(roots, root_of[at]).astype(np.int64)

@@ -37,24 +37,20 @@ class _Ordered(NamedTuple):
 def sort_cloud(
     pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int
 ) -> tuple[TileStore, Floats]:
-    """Sort the points of a cloud along the curve, as in memory, and write them tile by tile.
+    """Sort the points of a cloud along the curve, as `segment` does, and write them tile by tile.
 
     A *copy* is a point at exactly the position of a point of a lower number. Points are sorted by
     the Morton code of their position, and copies come last among points of equal code. The other
-    points of a code are ordered as in memory, by halving the box around them. This needs all of
-    them at once. So the sorted points are first cut into blocks of whole codes; each block is
-    ordered, and tiles are cut from the blocks. Tiles get ``cells``, ``numbers``, ``positions``,
-    ``normals`` if they are given, and ``lowest``: the place of the lowest point at the position of
-    a copy.
+    points of equal code are ordered by halving the box around them, which needs all of these points
+    at once. So the sorted points are first cut into blocks of whole codes. Each block is ordered,
+    and tiles are cut from the blocks. Tiles get ``cells``, ``numbers``, ``positions``, ``normals``
+    if they are given, and ``lowest``: the place of the lowest point at the position of a copy.
 
-    Returned are the tiles, whose total measure is not yet known, and the boxes around each range of
+    Returns the tiles, whose total measure is not yet known, and the boxes around each range of
     `RANGE` places, without copies, (R, 2, 3).
 
-    Raises
-    ------
-    MeshError
-        As `PointCloud`: the first wrong coordinate is named; or if there are too many points, or
-        all are at one position.
+    A MeshError names the first coordinate that is not finite, as `PointCloud` does, or says that
+    there are too many points, or that all points are at one position.
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
     n_points, size = pieces.n_cells, chunks.size
@@ -86,8 +82,8 @@ def _box_of_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> Floats:
 def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) -> tuple[Ints, int]:
     """Write the points of a chunk sorted by code; return code counts and the number of copies.
 
-    Code counts tell how often each value of the codes' upper bits occurs. ``cells`` of copies are
-    their ranks among the copies of the chunk.
+    Code counts tell how often each value of the codes' upper bits occurs. ``cells`` has the rank of
+    each copy among the copies of the chunk.
     """
     begin, end = chunks.range(chunk)
     positions = np.ascontiguousarray(chunks.pieces.points.read(begin, end))
@@ -160,7 +156,7 @@ def _order_block(
 def _order_in_parts(
     scratch: Scratch, block: int, cuts: Longs, chunks: Chunks, first_copies: Ints
 ) -> list[_Ordered]:
-    """As `_order_block`, for points of one code: at most `size` of them are in memory at a time."""
+    """As `_order_block`, for points of one code; at most `size` points are in memory at a time."""
     copies, apart, size = list[_Ordered](), list[str](), chunks.size
     for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
         begin, end = cuts[:, chunk].tolist()
@@ -204,7 +200,7 @@ def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None
 def _write_ordered(
     scratch: Scratch, name: str, points: Part, size: int, first_copies: Ints
 ) -> _Ordered:
-    """Write points in their final order. ``cells`` are final for copies; others begin at 0 here."""
+    """Write points in their final order, with final ``cells`` of copies; other ``cells`` from 0."""
     is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
     cells[is_copy] += first_copies[points.columns["numbers"][is_copy] // size]
@@ -240,8 +236,8 @@ def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Float
 def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Part]:
     """Halve points as the core's `refined_morton_order` does, until parts have at most `most`.
 
-    `names` are the folders of the points, which are removed. The parts come in the final order.
-    Within a part the points are in the order of their numbers.
+    `names` are the folders of the points; they are removed. The parts are in the final order. The
+    points within a part are in the order of their numbers.
     """
     n_points = sum(len(scratch.load(f"{name}/numbers")) for name in names)
     if n_points <= most:

@@ -27,10 +27,10 @@ LEFTOVERS = ("axes", "near", "areas", "shared", "estimated", "lowest", "out_sour
 def make_cloud_tiles(
     pieces: Pieces, scratch: Scratch, tile_cells: int, *, run: Run, n_threads: int
 ) -> TileStore:
-    """Write a cloud as tiles, with the results of `build_point_graph` bit for bit.
+    """Write a cloud as tiles with neighbors, areas and normals, as `build_point_graph` makes them.
 
     Tiles have at most `tile_cells` points, rounded up to a multiple of `RANGE`. The core has
-    `n_threads` threads for each tile. Errors are those of `sort_cloud`.
+    `n_threads` threads for each tile. Errors are as from `sort_cloud`.
     """
     store, boxes = sort_cloud(pieces, scratch, tile_cells, run, n_threads)
     at_once, wants_normals = max(1, tile_cells // RANGE), pieces.normals is None
@@ -120,7 +120,7 @@ def _find_nearest(
     """Write nearest points, squared distances and areas of a tile's points; normals if wanted.
 
     The search begins in the tile. It continues in ranges of other tiles whose boxes may hold nearer
-    points, nearest boxes first. Points found there shorten the search radius, which rules out
+    points, the nearest boxes first. Each found point shortens the search radius, which rules out
     farther boxes.
     """
     n_nearest = N_AROUND if wants_normals else N_NEIGHBORS
@@ -154,7 +154,7 @@ def _find_nearest(
 
 
 def _read_apart(store: TileStore, begin: int, end: int) -> Part:
-    """Points of one tile, places begin to end - 1, that are no copies, sorted by number."""
+    """Points at places begin to end - 1 of one tile, without copies, sorted by number."""
     tile = int(store.tiles_of(np.array([begin]))[0])
     names, first = ("numbers", "lowest", "positions"), store.starts[tile]
     points = Part.of_tile(store, tile, names, begin - first, end - first)
@@ -247,9 +247,9 @@ def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) 
 
 
 def _cut_off(store: TileStore, tile: int) -> None:
-    """Drop neighbors too far apart for the smaller of their areas; write the areas without them.
+    """Drop neighbors too far away for the smaller of both areas; write the areas without these.
 
-    ``near`` (n, 6) are the places of the remaining neighbors, nearest first, -1 where there is
+    ``near`` (n, 6) has the places of the remaining neighbors, nearest first, -1 where there is
     none. Copies have no neighbors and no area.
     """
     found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))

@@ -1,9 +1,8 @@
-"""Stage 0 of meshes on disk: positions without noise, as `mesh.denoising` computes them."""
+"""Stages 0 and 1 of meshes on disk: tiles of a mesh, with denoised positions if asked for."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import Literal, NamedTuple, cast
 
 import numpy as np
@@ -13,13 +12,13 @@ from .._types import Array, Bools, Floats, Longs
 from ..batches.mapping import Run
 from ..io.readers.pieces import Pieces
 from ..io.tables import Rows, take_rows
-from ..mesh.denoising import AUTO_STEPS, NOISE_LIMIT, estimated_noise, noise_products
+from ..mesh.denoising import AUTO_STEPS, NOISE_LIMIT, Denoise, estimated_noise, noise_products
 from ..mesh.faces import FaceMesh, VertexGraph, corners_in_a_row, mesh_like, vertex_graph
 from ..workers.scratch import Scratch
 from .arrays import index_in
 from .chunks import BlockRows, Chunks
 from .halos import OF_FACES, faces_with_halo, find_halos
-from .mesh_tiles import mesh_chunks, tiles_of_chunks
+from .mesh_tiles import tiles_of_chunks
 from .part import Part
 from .store import TileStore
 
@@ -28,28 +27,33 @@ class _Noise(NamedTuple):
     """Sums over the vertices of a tile that no lower tile has."""
 
     products: Floats  # see `noise_products`
-    length: float  # of all edges, from both ends
+    length: float  # total length of all edges, counted at both ends
     n_ends: int
 
 
-def make_denoised_tiles(
-    pieces: Pieces, scratch: Scratch, tile_cells: int, denoise: int | Literal["auto"], *,
+def make_mesh_tiles(
+    pieces: Pieces, scratch: Scratch, tile_cells: int, denoise: Denoise = None, *,
     welds: bool, run: Run, n_threads: int,
-) -> tuple[TileStore, int]:  # fmt: skip
-    """Return the tiles of the mesh with smoothed positions, and the number of steps.
+) -> tuple[TileStore, int | None]:  # fmt: skip
+    """Write a mesh as tiles; return the tiles, and the number of steps of denoising.
 
-    Positions are those of `mesh.denoising.denoised`, bit for bit. Tiles of the mesh as it is are
-    made first; those of the smoothed mesh, which has another order, replace them.
+    Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`. The core has
+    `n_threads` threads for each tile. Smoothed positions are those of `mesh.denoising.denoised`,
+    bit for bit. For smoothing, tiles of the input mesh are made first. Tiles of the smoothed mesh,
+    whose faces have another order, replace them.
+
+    A MeshError names the first wrong coordinate or index, as `Mesh` does, or says that there are
+    too many faces.
     """
-    make = partial(mesh_chunks, scratch=scratch, tile_cells=tile_cells, run=run)
-    chunks = make(pieces, welds=welds, n_threads=n_threads)
+    make = scratch, tile_cells, run, n_threads, welds
+    chunks = Chunks.welded(pieces, *make)
     store = tiles_of_chunks(chunks, scratch, run)
-    n_steps = _smooth_all(store, denoise, run, n_threads)
+    n_steps = None if denoise is None else _smooth_all(store, denoise, run, n_threads)
     if n_steps:
         smooth = replace(pieces, points=_table(chunks, store, n_steps, run))
         for tile in range(store.n_tiles):
             scratch.remove_folder(f"tile{tile}")
-        store = tiles_of_chunks(make(smooth, welds=welds, n_threads=n_threads), scratch, run)
+        store = tiles_of_chunks(Chunks.welded(smooth, *make), scratch, run)
     scratch.remove_folder("representatives")
     return store, n_steps
 
@@ -87,9 +91,9 @@ def _noise_of(found: list[_Noise]) -> float:
 def _link_vertices(store: TileStore, tile: int, others: list[int], n_threads: int) -> None:
     """Write the graph of the vertices of a tile and its halo."""
     faces, graph = _faces_around(store, tile, others, n_threads)
-    around = {"ids": faces.vertices["ids"], "offsets": graph.offsets, "neighbors": graph.neighbors}
-    for name, array in around.items():
-        store.write(tile, f"around/{name}", array)
+    store.write(tile, "around/ids", faces.vertices["ids"])
+    store.write(tile, "around/offsets", graph.offsets)
+    store.write(tile, "around/neighbors", graph.neighbors)
 
 
 def _faces_around(
@@ -104,7 +108,7 @@ def _faces_around(
 def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads: int) -> None:
     """Write the positions of the vertices of a tile after one more step.
 
-    Each step moves vertices twice, so that it depends on vertices up to two edges away.
+    Each step moves vertices twice, so a step depends on vertices up to two edges away.
     """
     ids = store.read(tile, "around/ids")
     points = _points_after(store, tile, others, step, ids)
@@ -116,7 +120,7 @@ def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads
 
 
 def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids: Longs) -> Floats:
-    """The positions after some steps of the vertices of a tile and its halo, by their numbers."""
+    """Positions of the vertices `ids`, of a tile and its halo, after a number of steps."""
     name = f"smoothed{step}" if step else "vertices/points"
     points = np.empty((len(ids), 3))
     for other in others:
@@ -152,7 +156,7 @@ def _is_first(store: TileStore, tile: int, others: list[int], ids: Longs) -> Boo
 
 
 def _table(chunks: Chunks, store: TileStore, step: int, run: Run) -> Rows:
-    """Positions of all vertices of the input: smoothed, or as they are if no face uses them."""
+    """Positions of all vertices of the input; vertices that no face uses are not smoothed."""
     vertices, size, scratch = chunks.pieces.points, chunks.size, store.scratch
     n_blocks = -(-vertices.n_rows // size)
     ends = np.arange(0, (n_blocks + 1) * size, size)
@@ -174,7 +178,7 @@ def _cut(store: TileStore, tile: int, ends: Longs) -> Longs:
 def _write_block(
     store: TileStore, block: int, vertices: Rows, size: int, cuts: Array, step: int
 ) -> None:
-    """Write the positions of a block of vertices of the input; `cuts` are its rows in each tile."""
+    """Write the positions of a block of input vertices; `cuts` has its rows in each tile."""
     begin = block * size
     points = vertices.read(begin, min(begin + size, vertices.n_rows)).astype(np.float64)
     for tile in np.flatnonzero(cuts[:, 0] < cuts[:, 1]).tolist():
@@ -187,7 +191,7 @@ def _write_block(
 
 
 def _copy_lowest(scratch: Scratch, block: int, table: BlockRows, lowest: Rows) -> None:
-    """Write the positions of the lowest vertices that are welded with those of a block."""
+    """Write, for each vertex of a block, the position of the lowest vertex welded with it."""
     begin = block * table.size
     vertices = lowest.read(begin, min(begin + table.size, table.n_rows))
     scratch.save(f"welded_smoothed/{block}", take_rows(table, vertices, 2 * table.size))

@@ -15,24 +15,24 @@ VERTICES_AT_ONCE = 1 << 22
 """Range of vertex numbers that is searched for shared vertices at a time, to bound memory."""
 
 STEPS = 12
-"""Steps from a point to all points that the weights of its arcs depend on. One leads to the other
-end of the arc, one to its neighbors that may be on a ridge, eight to the sides of that ridge, one
-to the neighbors whose normals their curvature is fitted to, and one to the neighbors that each of
-these normals is averaged with."""
+"""Steps from a point to the farthest points that the weights of its arcs depend on: 1 to the other
+end of the arc, 1 to its neighbors, which may be on a ridge, 8 to the sides of that ridge, 1 to the
+neighbors whose normals the curvature is fitted to, and 1 to the neighbors that each normal is
+averaged with."""
 
 OF_FACES = ("cells", "corners", "corners/vertices")
 OF_POINTS = ("cells", "positions", "measures", "normals", "neighbors/targets")
-"""Arrays of cells and of their halos."""
+"""Arrays of the cells of a tile and of its halo."""
 
 
 def find_halos(store: TileStore, run: Run) -> list[list[int]]:
     """Write the ``outer`` cells of each tile, which halos use; return the tiles of each halo.
 
     Two tiles of faces *meet* where they share a vertex. The outer faces of a tile are the faces at
-    shared vertices, and the faces that share a vertex with these. The halo has the faces of other
-    tiles within the same two rings. They are outer faces of the tiles that the tile meets, or of
-    the tiles that these meet; all these tiles are returned. For points the lists are empty, because
-    arcs lead to the halo.
+    shared vertices, and the faces that share a vertex with one of these. The halo has the faces of
+    other tiles within the same two rings. Halo faces are outer faces of tiles that the tile meets,
+    or of tiles that meet one of those; all these tiles are returned. For points the lists are
+    empty, because arcs lead to the halo.
     """
     tiles = range(store.n_tiles)
     if store.kind == "points":
@@ -56,7 +56,7 @@ def faces_with_halo(store: TileStore, own: Part, others: list[int]) -> Part:
 
 
 def _touching(faces: Part, vertex_ids: Longs) -> Part:
-    """The faces that have one of these vertices (ascending numbers)."""
+    """The faces that have one of these vertices; `vertex_ids` ascend."""
     offsets, corners = faces.corners()
     is_hit = is_among(faces.vertices["ids"], vertex_ids)[corners]
     is_touching = np.logical_or.reduceat(is_hit, offsets[:-1]) if len(faces) else np.empty(0, bool)
@@ -87,8 +87,7 @@ def _write_outer_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
     rings = _core.spread_rings(offsets, corners, 2 * is_shared.astype(np.uint8))
     is_outer = np.maximum.reduceat(rings[corners], offsets[:-1]) > 0
     faces.take(np.flatnonzero(is_outer)).save(store.scratch, f"tile{tile}/outer")
-    found: Longs = faces.vertices["ids"][is_shared]
-    return found
+    return np.asarray(faces.vertices["ids"][is_shared])
 
 
 def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
@@ -126,7 +125,7 @@ def _write_outer_points(store: TileStore, tile: int) -> None:
 
 
 def points_with_halo(store: TileStore, tile: int) -> Part:
-    """The points of a tile with its halo, sorted by place; lists of the outermost are empty."""
+    """The points of a tile with its halo, sorted by place; the outermost have empty lists."""
     parts = [Part.of_tile(store, tile, OF_POINTS)]
     known = np.empty(0, np.int32)  # places of the halo so far
     for step in range(STEPS):

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from .. import _core
 from .._types import Array, Floats, Ints
 from .._validate import check_extent, raise_index_error
 from ..batches.mapping import Run
-from ..io.readers.pieces import Pieces
 from ..io.tables import take_rows
 from ..workers.scratch import Scratch
 from .arrays import box_of, compacted, joined_boxes
@@ -48,37 +45,14 @@ def _read_chunk(chunks: Chunks, chunk: int) -> Part:
     return Part(cells, {"corners": Lists(offsets, {"vertices": corners, "points": points})})
 
 
-def make_mesh_tiles(
-    pieces: Pieces, scratch: Scratch, tile_cells: int, *, welds: bool, run: Run, n_threads: int
-) -> TileStore:
+def tiles_of_chunks(chunks: Chunks, scratch: Scratch, run: Run) -> TileStore:
     """Sort the faces of a mesh along the space-filling curve, and write them tile by tile.
 
-    This is an external merge sort. At most about `tile_cells` faces, or as many vertices, are in
-    memory at a time. The input is read two or three times: to weld vertices; to find the box of all
-    centroids; and, for chunks of faces that are no longer in the cache, to write each chunk as a
-    run sorted by code. Counts of codes tell where each tile begins in each run; then each tile is
-    merged. Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`. The core has
-    `n_threads` threads for each tile.
-
-    A MeshError names the first wrong coordinate or index, as `Mesh` does, or tells that there are
-    too many faces.
+    This is an external merge sort: about one chunk is in memory at a time. The input is read once
+    to find the box of all centroids. It is read again, except chunks in the cache, to write each
+    chunk as a run sorted by code. Counts of codes tell where each tile begins in each run. Then
+    each tile is merged.
     """
-    chunks = mesh_chunks(pieces, scratch, tile_cells, welds=welds, run=run, n_threads=n_threads)
-    store = tiles_of_chunks(chunks, scratch, run)
-    scratch.remove_folder("representatives")
-    return store
-
-
-def mesh_chunks(
-    pieces: Pieces, scratch: Scratch, tile_cells: int, *, welds: bool, run: Run, n_threads: int
-) -> Chunks:
-    """Return the faces in chunks, with the table of lowest vertices in ``representatives``."""
-    chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
-    return chunks if welds else replace(chunks, lowest=None)
-
-
-def tiles_of_chunks(chunks: Chunks, scratch: Scratch, run: Run) -> TileStore:
-    """Write the tiles of all chunks; the table of lowest vertices stays."""
     pieces = chunks.pieces
     found = run.all(_measure_chunk, scratch, chunks.n_chunks, chunks)
     boxes, curves, areas = zip(*found, strict=True)

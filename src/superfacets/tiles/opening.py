@@ -44,13 +44,13 @@ BLOCK = 1 << 24
 
 
 def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> Pieces:
-    """Return the mesh or the cloud of a source, of which pieces can be read.
+    """Return the mesh or cloud of a source in a form that can be read piece by piece.
 
     Binary PLY files of triangles or points and ``.npy`` files of points are read in place. OBJ
-    files are converted block by block to tables in the scratch folder; other formats are read whole
-    first. Files of a folder are joined in the order of their names, and those of a tileset in its
-    order. With `for_workers` arrays are
-    written to the scratch folder, for other processes to read.
+    files are converted block by block to tables in the scratch folder. Other formats are first read
+    whole. Files of a folder are joined in the order of their names; files of a tileset are joined
+    in the order of the tileset. With `for_workers`, arrays are written to the scratch folder, where
+    other processes can read them.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def _checked_points(array: Array, name: str, count: str) -> Array:
 
 
 def _pieces_of_pair(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Pieces:
-    """The pieces of arrays, without a copy: they may be memory maps of files larger than memory."""
+    """The pieces of arrays, not copied: they may be memory maps of files larger than memory."""
     points = _checked_points(np.asanyarray(vertices), "vertices", "V")
     corners = np.asanyarray(faces)
     if corners.shape[1] < 3 or corners.dtype.kind not in "iu":

@@ -139,8 +139,8 @@ class Part:
                 continue
             group, _, column = name.rpartition("/")
             if group not in groups:
-                behind = None if end is None else end + 1
-                offsets = scratch.load(f"{folder}/{group}/offsets", begin, behind)
+                last_row = None if end is None else end + 1
+                offsets = scratch.load(f"{folder}/{group}/offsets", begin, last_row)
                 part.lists[group] = Lists(offsets - offsets[0], {})
                 groups[group] = part.lists[group].entries, int(offsets[0]), int(offsets[-1])
             columns, first, last = groups[group]
@@ -160,7 +160,7 @@ class Part:
 
     @classmethod
     def joined(cls, parts: Sequence[Part], key: str | None = None) -> Part:
-        """All cells of the parts, sorted by the column `key`; None: one part after the other."""
+        """All cells of the parts, sorted by the column `key`; without it, in the given order."""
         return cls.joined_from(parts.__getitem__, len(parts), key)
 
     @classmethod
@@ -219,9 +219,9 @@ def in_order_of_cells(part: Part) -> Part:
 def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tuple[Part, Longs]:
     """Replace the ``targets`` of arcs, which are places, by ``neighbors``, the ranks of places.
 
-    `places` ascend, and `ranks` has the rank of each. Arcs that lead elsewhere are dropped, and
-    their indices are returned, too. With `sorts` the arcs of a cell are sorted by rank, as in a
-    cloud.
+    `places` ascend, and `ranks` has the rank of each place. Arcs to other places are dropped; the
+    indices of dropped arcs are returned, too. With `sorts` the arcs of a cell are sorted by rank,
+    as in a cloud.
     """
     arcs = part.lists["arcs"]
     at = index_near(arcs.entries["targets"], places, part.columns["places"])
@@ -238,10 +238,7 @@ def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tup
 
 
 def surface_of(store: TileStore, part: Part, n_threads: int) -> Surface:
-    """The surface of cells with ``neighbors``: the argument of the kernels for weights and borders.
-
-    It has no angles between faces.
-    """
+    """The surface of cells with ``neighbors``, without angles between faces."""
     arcs = part.lists["arcs"]
     graph = arcs.offsets, arcs.entries["neighbors"]
     handle: _core.Surface

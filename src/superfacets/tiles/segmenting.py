@@ -37,8 +37,7 @@ from ..workers.scratch import Scratch, check_room, scratch_folder
 from .borders import BorderRule, straighten_tiled
 from .cloud_normals import has_open_cloud
 from .cloud_tiles import make_cloud_tiles
-from .denoising import make_denoised_tiles
-from .mesh_tiles import make_mesh_tiles
+from .denoising import make_mesh_tiles
 from .opening import TiledSource, open_pieces
 from .store import TileStore, find_cells
 from .tile_arcs import ArcFacts, WeightRule, find_arcs
@@ -55,7 +54,7 @@ BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
 
 MEMORY_PART = 8
 """The process's memory limit divided by MEMORY_PART is the size of the cache, beyond which arrays
-spill to disk; as much is for tiles processed at the same time."""
+spill to disk. Tiles that are processed at the same time together take at most the same amount."""
 
 ADDRESSES_OF_THREAD = 150 << 20
 """Address space in bytes that a thread reserves for its stack and its heap."""
@@ -98,24 +97,25 @@ def segment_tiled(
     """Segment a mesh or point cloud larger than memory, as `segment` does.
 
     The faces (or points) are sorted along a space-filling curve on disk, and cut into tiles. Coarse
-    cells are made tile by tile; the loop runs on their graph in memory; the faces are labeled tile
-    by tile; borders are straightened with only the faces around them in memory. If the faces of a
-    mesh are in random order, `segment` sorts them first, and then may break ties differently.
+    cells are made tile by tile, and the loop runs on the graph of coarse cells in memory. Then the
+    faces are labeled tile by tile. Borders are straightened with only the faces around borders in
+    memory. If the faces of a mesh are in random order, `segment` sorts them first, and may then
+    break ties differently.
 
     Parameters
     ----------
     source : path, Mesh, PolygonMesh, PointCloud, (N, 3) array or (vertices, faces) pair
         A file; a folder of files, either meshes that share vertices by position, or clouds; a
         tileset of 3D Tiles (``tileset.json``, or its folder); or arrays, which may be memory maps.
-        Faces, or points, are numbered through all files: of a folder in the order of their names,
-        of a tileset in its own.
+        Faces or points are numbered through all files, in the order of the file names in a folder,
+        or in the order of the tileset.
     n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, relocate, islands, smooth
         As for `segment`.
     denoise, weld
         As for `segment`.
     viewpoint : sequence of float, length 3, optional
-        Place from which all points of a cloud without normals were seen: estimated normals face
-        it, as those of `estimate_normals`.
+        Place from which all points of a cloud without normals were seen. Estimated normals face
+        this place, as from `estimate_normals`.
     weights : {"parts", "creases", "superfacets"}
         As for `segment`.
     tile_size : int, default 262144
@@ -141,8 +141,8 @@ def segment_tiled(
     progress, on_stage
         As for `segment`. There is also the stage ``"tiles"``, which reads the source.
     on_tile : callable, optional
-        Called with the number of tiles done and the number of all tiles in a pass. A tile counts
-        again each time that paths enter it anew.
+        Called with the number of tiles done and the number of all tiles in a pass. A tile is
+        counted again each time new paths enter the tile.
 
     Returns
     -------
@@ -171,9 +171,9 @@ def segment_tiled(
     -----
     Memory use is the sum of `cache`, about 500 bytes per face of a tile for each thread, 10 bytes
     per face of the mesh for the graph of coarse cells, 4 for the labels (8 for labels of points),
-    and the faces around borders. The graph of all faces is in memory, 150 bytes a face, if regions
-    have less than about 200 faces (100 with other weights than ``"parts"``), or if the loop runs on
-    all faces (``tol=0``, ``max_num_iter`` 0 or 1).
+    and the faces around borders. The graph of all faces is in memory, 150 bytes per face, if
+    regions have fewer than about 200 faces (100 with other weights than ``"parts"``), or if the
+    loop runs on all faces (``tol=0``, ``max_num_iter`` 0 or 1).
 
     Expansions do not halt (`radius_factor` of `segment`), and seeds are the farthest from each
     other by path length (``init="geodesic"``).
@@ -227,7 +227,7 @@ class Place:
         if cache is None:
             cache = memory_of_process() // MEMORY_PART
         elif checked_count(cache, "cache", low=0) and (workers > 1 or scheduler is not None):
-            raise ValueError("cache goes with one worker: several have their arrays on the disk")
+            raise ValueError("cache is for one worker: several workers keep arrays on the disk")
         return cls(
             checked_count(tile_size, "tile_size"),
             Path(tempfile.gettempdir() if scratch is None else scratch).absolute(),
@@ -286,7 +286,7 @@ def _run(
 def _make_tiles(
     made: tuple[Pieces, Scratch, int], options: Options, run: Run, n_threads: int
 ) -> tuple[TileStore, Options]:
-    """Stages 0 and 1: write all cells as tiles; `made` has the cells, the folder, and the size."""
+    """Stages 0 and 1: write all cells as tiles; `made` has the cells, the folder and the size."""
     pieces, is_cloud = made[0], made[0].corners is None
     if is_cloud and options.denoise is not None:
         raise ValueError("denoise needs a mesh of faces, not points")
@@ -294,11 +294,8 @@ def _make_tiles(
         raise MeshError("a viewpoint is for point clouds that have neither normals nor viewpoints")
     if is_cloud:
         return make_cloud_tiles(*made, run=run, n_threads=n_threads), options
-    welds = options.weld
-    if options.denoise is None:
-        return make_mesh_tiles(*made, welds=welds, run=run, n_threads=n_threads), options
-    store, n_steps = make_denoised_tiles(
-        *made, options.denoise, welds=welds, run=run, n_threads=n_threads
+    store, n_steps = make_mesh_tiles(
+        *made, options.denoise, welds=options.weld, run=run, n_threads=n_threads
     )
     return store, replace(options, denoise=n_steps)
 
@@ -325,10 +322,9 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
         with timed(timings, "regions", options.loop.on_stage):
+            borders = replace(borders, unit=facts.unit)
             if options.weights.has_other_unit:
                 borders = replace(borders, lengths="border_lengths", unit=facts.border_unit)
-            else:
-                borders = replace(borders, unit=facts.unit)
             straighten_tiled(store, borders, result.labels, result.centers, graph.run)
     if store.kind == "points":
         result = _in_input_order(store, result)
@@ -348,7 +344,7 @@ def _weigh(graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, f
 def _cluster(
     graph: TiledGraph, plan: Plan, options: Options, timings: dict[str, float]
 ) -> tuple[Segmentation, BorderRule]:
-    """Stages 3 and 4; the rule for borders has units of its own."""
+    """Stages 3 and 4; also returns the rule for borders, whose unit is not yet set."""
     loop, size, bounds = options.loop, plan.size, graph.store.bounds
     scale = size.radius or box_diagonal(bounds)
     borders = BorderRule("lengths", 0.0, scale, loop.n_threads)

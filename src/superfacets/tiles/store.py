@@ -101,6 +101,10 @@ class TileStore:
             for tile in range(self.n_tiles):
                 self.remove(tile, name)
 
+    def cells_and_ghosts(self, tile: int) -> Ints:
+        """Numbers of the cells of a tile, then of its ghosts: the rows that arcs lead to."""
+        return np.concatenate([self.read(tile, "cells"), self.read(tile, "ghost_cells")])
+
     def arcs(self, tile: int) -> tuple[Longs, Ints, Array]:
         """Offsets, targets and lengths of the arcs of a tile."""
         offsets, targets = self.read(tile, "arcs/offsets"), self.read(tile, "arcs/targets")
@@ -125,12 +129,17 @@ class TileStore:
         return values
 
 
+def weighted_sum(store: TileStore, tile: int, name: str) -> Array:
+    """The sum of the rows of an array of a tile, weighted by the measures of its cells."""
+    return np.asarray(np.einsum("i,ij->j", store.read(tile, "measures"), store.read(tile, name)))
+
+
 _LOW_BITS = (1 << 20) - 1
 """Mask of the bits of a cell number that `find_cells` filters by."""
 
 
 def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]:
-    """Indices of the wanted cells that are in a tile, and their rows in the tile."""
+    """Which of the wanted cells are in a tile (their indices), and their rows in the tile."""
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True

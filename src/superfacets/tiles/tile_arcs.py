@@ -28,7 +28,7 @@ from ..mesh.faces import signed_volume
 from .arrays import rows
 from .halos import OF_FACES, faces_with_halo, find_halos, points_with_halo
 from .part import Part, in_order_of_cells, surface_of
-from .store import TileStore
+from .store import TileStore, weighted_sum
 
 Origin = tuple[float, float, float]
 """Apex of the cones whose volumes are added up."""
@@ -113,15 +113,10 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
 
 def _centroid(store: TileStore, run: Run) -> Origin:
     """The area-weighted mean of all positions; the first position if there is no area."""
-    moments = run.all(_moment, store, store.n_tiles)
+    moments = run.all(weighted_sum, store, store.n_tiles, "positions")
     total = store.total_measure
     x, y, z = (np.sum(moments, axis=0) / total if total else store.read(0, "positions")[0]).tolist()
     return x, y, z
-
-
-def _moment(store: TileStore, tile: int) -> Array:
-    measures, positions = store.read(tile, "measures"), store.read(tile, "positions")
-    return np.asarray(np.einsum("i,ij->j", measures, positions))
 
 
 def _weigh_faces(
@@ -174,7 +169,7 @@ def _write_arcs(
 ) -> tuple[Longs, Longs]:
     """Write the targets of the arcs of a tile; return their offsets, and their indices in `graph`.
 
-    `graph` has the arcs of `cells`: all cells of the tile, their neighbors, and perhaps more.
+    `cells` are all cells of the tile, their neighbors, and perhaps more; `graph` has their arcs.
     """
     places, n_own = cells.columns["places"], store.size(tile)
     local = places - np.int32(store.starts[tile])

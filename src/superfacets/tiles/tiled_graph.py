@@ -21,10 +21,10 @@ class TiledGraph:
 
     store: TileStore  # with arcs and their lengths, as `find_arcs` writes them
     run: Run
-    n_threads: int  # of the core per tile; the argument of methods is for other work
-    is_parallel: bool = False  # whether several tiles are worked on at the same time
+    n_threads: int  # threads of the core per tile; `n_threads` of methods is for other work
+    is_parallel: bool = False  # whether several tiles are processed at the same time
     straight_unit: float = 0.0  # as in `_core.OrderedGraph`
-    barrier: float = np.inf  # the same
+    barrier: float = np.inf  # as in `_core.OrderedGraph`
 
     is_symmetric = True
     """Both arcs of a pair of neighbors have the same weight."""
@@ -68,8 +68,8 @@ class TiledGraph:
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
         """Label the cells of label -1; return labels, the number of islands, and no new centers.
 
-        An island gets the label of the cell nearest to any of its cells, the lowest among equals.
-        The cells of all islands are in memory.
+        An island gets the label of the labeled cell that is nearest to any cell of the island; of
+        equally near cells, the lowest. The cells of all islands are in memory.
         """
         assert not len(groups)
         store, n_islands = self.store, 0
@@ -122,8 +122,7 @@ class TiledGraph:
 
     def gathered(self, n_threads: int) -> _core.OrderedGraph:
         """Return the graph with all cells in memory."""
-        store = self.store
-        tiles = range(store.n_tiles)
+        store, tiles = self.store, range(self.store.n_tiles)
         cells = [store.read(tile, "cells") for tile in tiles]
         positions, measures = np.empty((store.n_cells, 3)), np.empty(store.n_cells)
         offsets = np.zeros(store.n_cells + 1, np.int64)
@@ -134,10 +133,9 @@ class TiledGraph:
         np.cumsum(offsets, out=offsets)
         neighbors, lengths = np.empty(offsets[-1], np.int32), np.empty(offsets[-1], np.float32)
         for tile in tiles:
-            _, at = _core.choose_lists(offsets, cells[tile].astype(np.int64))
-            around = np.concatenate([cells[tile], store.read(tile, "ghost_cells")])
-            neighbors[at] = around[store.read(tile, "arcs/targets")]
-            lengths[at] = store.read(tile, "arcs/lengths")
+            _, at = rows(offsets, cells[tile])
+            _, targets, lengths[at] = store.arcs(tile)
+            neighbors[at] = store.cells_and_ghosts(tile)[targets]
         placed = _core.PlacedCells(positions, measures, n_threads)
         graph = _core.OrderedGraph(
             placed, offsets, neighbors, lengths, n_threads, True, self.straight_unit
@@ -163,24 +161,22 @@ class TiledCoarseGraph:
         self.graph.add_part_prices(rows, factor, n_threads)
 
     def coarse_cells(self, n_threads: int) -> Ints:
-        """Return the number of each coarse cell, in place of those of all cells."""
+        """Return the number of each coarse cell, not of each cell: `spread` labels the cells."""
         return np.arange(self.graph.n_cells, dtype=np.int32)
 
     def spread(
         self, lengths: Array, labels: Ints, centers: Ints, n_threads: int
     ) -> tuple[Array, Ints]:
-        """Return the labels of all cells by paths over coarse cells; lengths stay on the disk.
+        """Return the labels of all cells by paths over coarse cells, and no lengths.
 
-        The graph is freed: it is not needed any more.
+        The graph is freed, because nothing uses it after this.
         """
         del self.graph
         store, waiting = self.fine.store, {}
         for tile, (begin, end) in enumerate(itertools.pairwise(self.firsts.tolist())):
             places = store.starts[tile] + store.read(tile, "coarse_centers").astype(np.int64)
             every = _proposals(places, lengths[begin:end], labels[begin:end])
-            is_reached = labels[begin:end] >= 0
-            chosen = every if is_reached.all() else every.take(np.flatnonzero(is_reached))
-            waiting[tile] = [chosen]
+            waiting[tile] = [every.take(np.flatnonzero(labels[begin:end] >= 0))]
         return lengths[:0], TiledRegions(self.fine, centers, waiting).labels()
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
@@ -196,7 +192,7 @@ class TiledCoarseGraph:
 
 
 def _in_a_row(parts: list[Array]) -> Array:
-    """Concatenate arrays, and empty the list on the way, to save memory."""
+    """Concatenate arrays; each is removed from the list once it is copied, to save memory."""
     end = sum(len(part) for part in parts)
     whole = np.empty((end, *parts[0].shape[1:]), parts[0].dtype)
     while parts:
@@ -211,8 +207,8 @@ def _divide(
 ) -> tuple[Floats, Floats]:
     """Write the coarse cells of a tile; return their positions and measures.
 
-    `steps` has `straight_unit` and `barrier` of `TiledGraph`. Ghosts follow the cells in the graph;
-    they have no arcs and no positions.
+    `steps` has `straight_unit` and `barrier` of `TiledGraph`. In the graph, ghosts come after the
+    cells; ghosts have no arcs and no positions.
     """
     straight_unit, barrier = steps
     n_ghosts = len(store.read(tile, "ghosts"))
@@ -247,7 +243,7 @@ def _connect(
     around = store.read_at("coarse", ghosts) + firsts[tiles]
     every = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
     lengths = [store.read(tile, "coarse_lengths"), store.read_at("coarse_lengths", ghosts)]
-    # Coarse cells at this tile, in the order of all.
+    # Coarse cells in or next to this tile, in the order of their numbers.
     used, coarse = np.unique(every, return_inverse=True)
     positions, of_coarse = np.empty((0, 3)), np.empty((0, 3))
     if straight_unit:
@@ -269,7 +265,7 @@ def _connect(
 def _nearest_to_means(
     store: TileStore, tile: int, labels: Ints, means: Floats
 ) -> tuple[Floats, Ints]:
-    """The cell of a tile nearest to the mean of each region: squared distances, and cells."""
+    """The cell of a tile that is nearest to the mean of each region: squared distances, cells."""
     positions, cells = store.read(tile, "positions"), store.read(tile, "cells")
     return _core.nearest_of_regions(positions, cells, labels[store.read(tile, "coarse")], means)
 
@@ -280,9 +276,9 @@ UNREACHED = np.iinfo(np.uint64).max
 class TiledRegions:
     """Replaces `_core.Clustering` in the loop, for one classification.
 
-    Each tile expands the paths within it. Paths that leave it are proposed to the tiles where they
-    end. When no proposals are left, no arc can improve a path: each place then has its shortest
-    path, and the lowest label among equals, for any choice of tiles.
+    Each tile expands the paths within the tile. A path that leaves the tile is proposed to the tile
+    where it ends. When no proposals are left, no arc can improve a path. Each place then has its
+    shortest path, and the lowest label among equal paths, for any choice of tiles.
     """
 
     def __init__(
@@ -391,7 +387,7 @@ def _improve(
 
 
 def _first_of_each(islands: Ints, *keys: Array) -> Longs:
-    """Index of the cell of each island that is lowest by the keys, the first key first."""
+    """Index of the lowest cell of each island, compared by the first key, then by the next."""
     order = np.lexsort([*reversed(keys), islands])
     return order[np.flatnonzero(np.diff(islands[order], prepend=-1))]
 
@@ -439,22 +435,20 @@ def _loose_cells(store: TileStore, tile: int, is_loose: Bools) -> Part:
     """The cells of a tile in loose pieces, with their arcs."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(is_loose[store.read(tile, "pieces")[:n_own]])
-    cells, (offsets, targets, lengths) = store.read(tile, "cells"), store.arcs(tile)
-    around = np.concatenate([cells, store.read(tile, "ghost_cells")])
+    around, (offsets, targets, lengths) = store.cells_and_ghosts(tile), store.arcs(tile)
     offsets, at = rows(offsets, chosen)
     arcs = Lists(offsets, {"neighbors": around[targets[at]], "lengths": lengths[at]})
-    return Part({"cells": cells[chosen]}, {"arcs": arcs})
+    return Part({"cells": around[chosen]}, {"arcs": arcs})
 
 
 def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats, Longs]:
     """The cells without a label, their positions, and arcs between them, as pairs of cells."""
     at = np.flatnonzero(labels < 0)
-    own = store.read(tile, "cells")
-    around = np.concatenate([own, store.read(tile, "ghost_cells")])
-    sources = np.repeat(np.arange(len(own)), np.diff(store.read(tile, "arcs/offsets")))
+    around, (offsets, targets, _) = store.cells_and_ghosts(tile), store.arcs(tile)
+    sources = np.repeat(np.arange(len(labels)), np.diff(offsets))
     is_inside = labels[sources] < 0  # then the target has no label either
-    pairs = np.stack([own[sources[is_inside]], around[store.read(tile, "arcs/targets")[is_inside]]])
-    return own[at], store.read(tile, "positions")[at], pairs.astype(np.int64)
+    pairs = np.stack([around[sources[is_inside]], around[targets[is_inside]]])
+    return around[at], store.read(tile, "positions")[at], pairs.astype(np.int64)
 
 
 def _nearest_labeled(

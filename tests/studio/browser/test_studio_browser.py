@@ -58,7 +58,7 @@ def test_painted_regions_have_the_color_of_their_class_through_undo_and_reload(s
     assert not tab.classes()[tab.labels() == last[0]].any()
     assert np.abs(tab.hue_at(*last[1:]) - hue(colors[2])).max() > 0.05
     tab.press("Control+Shift+Z")
-    tab.wait_for_status("again")
+    tab.wait_for_status("Redone")
     np.testing.assert_allclose(tab.hue_at(*last[1:]), hue(colors[2]), atol=0.03)
 
     painted = tab.classes()
@@ -128,7 +128,7 @@ def test_nothing_is_lost_when_the_server_is_killed_while_one_paints(command):
     tab.press("2")
     tab.click(*b)
     tab.until(
-        "document.querySelector('#banner:not([hidden])')?.textContent.includes('1 stroke waits')"
+        "document.querySelector('#banner:not([hidden])')?.textContent.includes('1 unsaved stroke')"
     )
     tab.click(*c)
     tab.locator("#undo").click()
@@ -150,7 +150,7 @@ def test_strokes_that_wait_survive_the_page_too(command):
     server.kill()
     tab.click(x, y)
     tab.until(
-        "document.querySelector('#banner:not([hidden])')?.textContent.includes('1 stroke waits')"
+        "document.querySelector('#banner:not([hidden])')?.textContent.includes('1 unsaved stroke')"
     )
     tab.page.on("dialog", lambda dialog: dialog.accept())
     tab.page.goto("about:blank")
@@ -245,7 +245,7 @@ def test_an_export_is_what_was_painted_and_is_read_back(studio):
     tab.locator("#import").set_input_files(
         {"name": "back.npy", "mimeType": "", "buffer": download.value.path().read_bytes()}
     )
-    tab.wait_for_status("Read")
+    tab.wait_for_status("Imported")
     np.testing.assert_array_equal(tab.classes(), written)
 
 
@@ -331,11 +331,11 @@ def test_a_single_face_has_no_neighbor_to_go_to(serve, open_tab, tmp_path):
     _cells_of_all_kinds(tmp_path)
     tab = open_tab(serve(tmp_path / "one.ply", 6).address)
     tab.press("b", "ArrowUp", "ArrowUp")
-    assert tab.status == "No triangle lies that way."
+    assert tab.status == "No triangle is in this direction."
     tab.press("h", "Escape", "h")
     assert "No region" in tab.status
     tab.press("b", "n", "h", "ArrowUp")
-    assert tab.status == "Nothing is seen."
+    assert tab.status == "No cell is visible."
 
 
 def test_arrow_keys_go_from_face_to_face_where_one_looks(studio):

@@ -30,7 +30,7 @@ def test_names_are_typed_over_one_after_the_other_and_enter_paints_nothing(desk)
     name_of(tab, "class 2").click()  # perhaps before the server has answered
     tab.page.keyboard.type("chair")
     tab.press("Enter", "Enter", "Delete", "f")
-    assert tab.status.startswith("Nothing is painted")
+    assert tab.status.startswith("Nothing was painted")
     tab.settled()
     name_of(tab, "class 3").click()
     tab.page.keyboard.type("no name")
@@ -113,7 +113,7 @@ def test_strokes_say_what_they_replace_and_undo_what_it_reverts(desk):
     assert set(tab.classes()[tab.labels() == first]) == {2}
     assert not tab.classes()[tab.labels() == second].any()
     tab.press("Control+Shift+Z")
-    tab.wait_for_status(f"Done again: {n} regions class 1 #1.")
+    tab.wait_for_status(f"Redone: {n} regions class 1 #1.")
     np.testing.assert_array_equal(server.classes(), tab.classes())
 
 

@@ -1,22 +1,22 @@
-// The classes and their objects: which one is painted, names, colors and shares of the area.
+// The classes and their objects: the one to paint, names, colors and shares of the area.
 
 import { cssColor, parseColor, variant } from "../colors";
 import type { ClassEntry } from "../contract";
 import type { Desk } from "../desk";
 import { classOf, objectOf, paintOf } from "../labeling";
 import type { ClassDraft } from "../session";
-import { allow, make, part, percent } from "../../shared/dom";
+import { allow, button, make, onClick, part, percent } from "../../shared/dom";
 
 const KEYS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"];
 
 export class ClassesPanel {
   private readonly box = part("classes");
-  private readonly shares = new Map<number, HTMLOutputElement>(); // by paint; of a class without an object
+  private readonly shares = new Map<number, HTMLOutputElement>(); // by paint; object 0 for a whole class
   private readonly removers = new Map<number, HTMLButtonElement>();
   private readonly lists = new Map<number, HTMLElement>(); // objects of each class
   private shown = ""; // the objects that the lists show
   private isOld = false; // the classes have changed since the list was made
-  private nPending = 0; // edits of names and classes under way
+  private nPending = 0; // edits of names and classes that the server has not answered
 
   constructor(private readonly desk: Desk) {
     const { session } = desk;
@@ -28,12 +28,11 @@ export class ClassesPanel {
     session.events.on("state", () => this.show());
     session.events.on("cells", () => this.show());
     desk.events.on("paint", () => this.show());
-    const on = (id: string, run: () => void): void => part(id).addEventListener("click", run);
-    on("add-class", () => void this.add());
-    on("new-object", () => desk.newObject());
-    on("undo", () => void session.undo());
-    on("redo", () => void session.redo());
-    on("next-bare", () => desk.showLargestBare());
+    onClick("add-class", () => void this.add());
+    onClick("new-object", () => desk.newObject());
+    onClick("undo", () => void session.undo());
+    onClick("redo", () => void session.redo());
+    onClick("next-bare", () => desk.showLargestBare());
     const lock = part<HTMLInputElement>("lock");
     lock.addEventListener("change", () => desk.lock(lock.checked));
   }
@@ -42,12 +41,12 @@ export class ClassesPanel {
     return this.desk.session.state.classes;
   }
 
-  /** A name has the focus: to make the list anew would lose what is typed. */
+  /** Whether a name has the focus; making a new list would then lose the typed text. */
   private get isNaming(): boolean {
     return this.box.contains(document.activeElement) && document.activeElement!.matches("[type=text]");
   }
 
-  /** Show the newest classes and objects, unless a name is edited or on its way to the server. */
+  /** Show the newest classes and objects, unless a name is being edited or sent to the server. */
   private renew(): void {
     if (this.isNaming || this.nPending) return;
     if (!this.isOld) return this.show();
@@ -135,31 +134,31 @@ export class ClassesPanel {
   }
 
   private button(text: string, label: string, run: () => void): HTMLButtonElement {
-    const button = make("button", { type: "button", "aria-label": label, title: label }, text);
-    button.addEventListener("click", run);
-    return button;
+    const made = button(text, label, run);
+    made.ariaLabel = label;
+    return made;
   }
 
   private stuffButton({ id, name, stuff = false }: ClassEntry): HTMLElement {
-    const label = stuff ? `${name} is one surface without objects: let it have objects` : `${name} has objects: make it one surface without objects, as walls and floors are`;
-    const button = this.button("stuff", label, () => this.change(id, { stuff: !stuff }));
-    button.ariaPressed = String(stuff);
-    button.classList.add("word");
-    return button;
+    const label = stuff ? `${name} has no objects: allow objects` : `${name} has objects: make it a surface without objects, such as walls and floors`;
+    const made = this.button("stuff", label, () => this.change(id, { stuff: !stuff }));
+    made.ariaPressed = String(stuff);
+    made.classList.add("word");
+    return made;
   }
 
   private hider({ id, name }: ClassEntry): HTMLElement {
-    const button = this.button("hide", `Hide ${id ? name : "unlabeled cells"} (U shows all)`, () => this.desk.hideClass(id));
-    button.classList.add("word");
-    return button;
+    const made = this.button("hide", `Hide ${id ? name : "unlabeled cells"} (U shows all)`, () => this.desk.hideClass(id));
+    made.classList.add("word");
+    return made;
   }
 
   private remover({ id, name }: ClassEntry): HTMLElement {
-    const button = this.button("×", `Delete ${name}`, () => {
+    const made = this.button("×", `Delete ${name}`, () => {
       void this.edit((classes) => classes.filter((entry) => entry.id !== id));
     });
-    this.removers.set(id, button);
-    return button;
+    this.removers.set(id, made);
+    return made;
   }
 
   private change(id: number, news: Partial<ClassEntry>): void {
@@ -172,15 +171,15 @@ export class ClassesPanel {
 
   /** Add a class, and open its name. */
   private async add(): Promise<void> {
-    const button = part<HTMLButtonElement>("add-class");
-    button.disabled = true; // Enter, pressed at once, would add another
+    const adder = part<HTMLButtonElement>("add-class");
+    adder.disabled = true; // a second Enter would add another class
     let id = 0;
     await this.edit((classes) => {
       id = Math.max(0, ...classes.map((entry) => entry.id)) + 1;
       const key = KEYS.find((one) => !classes.some((entry) => entry.key === one)) ?? "";
       return [...classes, { id, name: `class ${id}`, key }];
     });
-    button.disabled = false;
+    adder.disabled = false;
     const radio = this.box.querySelector(`input[name="class"][value="${id}"]`);
     if (!id || !radio) return; // the server has refused it
     this.desk.choose(id);
@@ -238,7 +237,7 @@ export class ClassesPanel {
     return rows;
   }
 
-  /** What can be done with the chosen object. */
+  /** Controls for the chosen object. */
   private actions(id: number, object: number, all: number[]): HTMLDivElement {
     const { desk } = this;
     const paint = paintOf(id, object);
@@ -251,7 +250,7 @@ export class ClassesPanel {
     merge.disabled = merge.options.length < 2;
     if (merge.disabled) merge.title = "The class has no other object";
     merge.addEventListener("change", () => desk.mergeObject(paintOf(id, Number(merge.value))));
-    const split = this.button("Split loose parts", `Each piece of ${name} but the largest becomes an object`, () => {
+    const split = this.button("Split loose parts", `Each piece of ${name} except the largest becomes an object`, () => {
       void desk.splitObject(paint);
     });
     const alone = this.button("Show alone", `Hide all but ${name} (U shows all)`, () => desk.isolatePaint(paint));
@@ -284,6 +283,6 @@ export class ClassesPanel {
     const id = classOf(this.desk.currentPaint);
     allow(part("new-object"), !this.desk.isStuff(id), "A new object of the chosen class (O)", id ? `${this.desk.className(id)} has no objects` : "Choose a class first");
     allow(part("undo"), state.can_undo || nWaiting > 0, "Undo the last stroke or step (Ctrl+Z)", "There is nothing to undo");
-    allow(part("redo"), state.can_redo, "Redo what was undone (Ctrl+Shift+Z)", "There is nothing to redo");
+    allow(part("redo"), state.can_redo, "Redo the last undone stroke or step (Ctrl+Shift+Z)", "There is nothing to redo");
   }
 }

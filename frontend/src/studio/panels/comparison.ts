@@ -1,7 +1,7 @@
-// Comparison with somebody else's work: how far both agree, and whose class and object regions get.
+// Comparison with another person's work: the agreement, and buttons that take the labels of either.
 
 import { fromBase64, toBase64 } from "../../shared/arrays";
-import { make, part } from "../../shared/dom";
+import { button, make, part } from "../../shared/dom";
 import { MARK_DIFFERS } from "../celltable";
 import type { Agreement, CompareReply } from "../contract";
 import type { Desk } from "../desk";
@@ -56,9 +56,9 @@ export class Comparison {
       row(one.name, one.iou, "whole"),
       ...one.objects.map(({ object, iou }) => row(`${one.name} ${object}`, iou, "part")),
     ]);
-    const head = make("tr", {}, make("th", {}, "Class, object"), make("th", { title: "Area of both / area of one of both" }, "IoU"));
+    const head = make("tr", {}, make("th", {}, "Class, object"), make("th", { title: "Intersection of both areas, divided by their union" }, "IoU"));
     this.box.replaceChildren(
-      make("p", {}, `${name}: ${(100 * share).toFixed(1)} % of the area that both labeled is the same.`),
+      make("p", {}, `${name}: both works agree on ${(100 * share).toFixed(1)} % of the area that both have labeled.`),
       make("table", {}, head, ...rows),
       make("div", { class: "row" },
         this.button("Next difference", "Go to the region with the largest difference (D)", this.differing, () => this.next()),
@@ -66,16 +66,15 @@ export class Comparison {
         this.button("Keep mine", "In the region under the pointer or the chosen one (Y)", this.differing, () => this.settle("mine")),
       ),
       make("div", { class: "row" },
-        this.button("Take what only they have", "All cells that you have given no class", this.bare, () => void this.accept(this.bare, "theirs")),
+        this.button("Add their labels", "Take their labels for all cells to which you have given no class", this.bare, () => void this.accept(this.bare, "theirs")),
       ),
     );
   }
 
   private button(text: string, tip: string, cells: Uint32Array, run: () => void): HTMLButtonElement {
-    const button = make("button", { type: "button", title: cells.length ? tip : "There is nothing to settle" }, text);
-    button.disabled = !cells.length;
-    button.addEventListener("click", run);
-    return button;
+    const made = button(text, cells.length ? tip : "There are no such cells", run);
+    made.disabled = !cells.length;
+    return made;
   }
 
   /** Go to the region with the largest area that differs. */
@@ -93,7 +92,7 @@ export class Comparison {
     else desk.setCursor(best);
   }
 
-  /** Settle the region that keys act on. */
+  /** Resolve the differences in the region that keys act on. */
   settle(side: "mine" | "theirs"): void {
     const region = this.desk.activeRegion;
     const cells = this.differing.filter((cell) => this.desk.regionOf(cell) === region);
@@ -103,6 +102,6 @@ export class Comparison {
 
   private async accept(cells: Uint32Array, side: "mine" | "theirs"): Promise<void> {
     this.take(await this.desk.session.accept(cells, side));
-    this.desk.say(side === "mine" ? "Yours is kept." : "Theirs is taken.");
+    this.desk.say(side === "mine" ? "Your labels are kept." : "Their labels are taken.");
   }
 }

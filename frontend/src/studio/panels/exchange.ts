@@ -1,7 +1,7 @@
 // Export and import.
 
 import { toBase64 } from "../../shared/arrays";
-import { make, part } from "../../shared/dom";
+import { make, onClick, part } from "../../shared/dom";
 import type { Session } from "../session";
 
 const NAMES: Record<string, string> = {
@@ -29,8 +29,8 @@ export class ExchangePanel {
     session.events.on("file", () => this.fillWhat());
     this.what.addEventListener("change", () => this.fillFormats());
     this.format.addEventListener("change", () => this.setDownload());
-    part("download").addEventListener("click", () => session.events.emit("message", `Downloaded: ${this.downloadName}`));
-    part("export").addEventListener("click", () => void session.exportTo(this.format.value, this.what.value));
+    onClick("download", () => session.events.emit("message", `Downloaded: ${this.downloadName}`));
+    onClick("export", () => void session.exportTo(this.format.value, this.what.value));
     const files = part<HTMLInputElement>("import");
     files.addEventListener("change", () => void this.read([...(files.files ?? [])]).then(() => (files.value = "")));
   }

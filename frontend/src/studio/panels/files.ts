@@ -2,7 +2,7 @@
 
 import { ServerError } from "../api";
 import type { FileEntry } from "../contract";
-import { make, part, percent } from "../../shared/dom";
+import { make, onClick, part, percent } from "../../shared/dom";
 import type { Session } from "../session";
 
 export class FilesPanel {
@@ -14,8 +14,8 @@ export class FilesPanel {
     session.events.on("file", () => this.showCurrent());
     session.events.on("state", () => this.showProgress());
     session.events.on("cells", () => this.showProgress());
-    part("previous-file").addEventListener("click", () => this.go(-1));
-    part("next-file").addEventListener("click", () => this.go(1));
+    onClick("previous-file", () => this.go(-1));
+    onClick("next-file", () => this.go(1));
   }
 
   private fill(files: FileEntry[]): void {

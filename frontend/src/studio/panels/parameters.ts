@@ -1,7 +1,7 @@
 // Sliders for the segmentation's parameters, its levels, and its progress.
 
 import type { Parameters, Range, SegmentLine } from "../contract";
-import { allow, make, part } from "../../shared/dom";
+import { allow, counted, make, onClick, part } from "../../shared/dom";
 import type { Session } from "../session";
 
 type Name = "n_segments" | "alpha" | "ridges";
@@ -37,7 +37,7 @@ const SLIDERS: Slider[] = [
 const STEPS = 1000;
 const TIPS: Record<Name, string> = {
   n_segments: "How many regions; classes and objects stay as they are",
-  alpha: "How much borders of regions keep to creases",
+  alpha: "How much borders of regions follow creases",
   ridges: "How much a ridge counts as a crease",
 };
 
@@ -51,11 +51,11 @@ export class ParametersPanel {
   constructor(private readonly session: Session) {
     for (const slider of SLIDERS) this.addSlider(slider);
     part("sliders").append(make("label", { class: "check" }, this.smooth, " Smooth borders"));
-    this.smooth.title = "Straighten borders of regions after all else";
+    this.smooth.title = "Straighten borders of regions as the last step";
     this.smooth.addEventListener("change", () => this.send(false));
-    part("coarser").addEventListener("click", () => this.step(1));
-    part("finer").addEventListener("click", () => this.step(-1));
-    part("cancel").addEventListener("click", () => session.cancelSegmentation());
+    onClick("coarser", () => this.step(1));
+    onClick("finer", () => this.step(-1));
+    onClick("cancel", () => session.cancelSegmentation());
     session.events.on("state", () => this.show());
     session.events.on("segmenting", (line) => this.showStage(line));
   }
@@ -94,10 +94,7 @@ export class ParametersPanel {
     this.fields.get(name)!.setAttribute("aria-valuetext", text);
   }
 
-  /**
-   * Send the values of moved sliders only: a slider has few positions, so reading an unmoved one
-   * would round its value.
-   */
+  /** Send only values of moved sliders: the few positions of a slider would round other values. */
   private send(preview: boolean): void {
     const parameters: Partial<Parameters> = { smooth: this.smooth.checked };
     for (const slider of this.moved) parameters[slider.name] = this.valueOf(slider);
@@ -116,7 +113,7 @@ export class ParametersPanel {
     }
     this.smooth.checked = parameters.smooth;
     const count = this.session.regions?.count ?? n_regions;
-    part("level").textContent = regionsText(count);
+    part("level").textContent = counted(count, "region");
     const at = this.levelIndex();
     allow(part("finer"), at > 0, "More, smaller regions; classes and objects stay", "This is the finest level: the slider makes more regions");
     allow(part("coarser"), at < levels.length - 1, "Merge regions with their neighbors; classes and objects stay", "There is no coarser level");
@@ -141,12 +138,9 @@ export class ParametersPanel {
   }
 }
 
-const regionsText = (count: number): string =>
-  `${count.toLocaleString("en")} ${count === 1 ? "region" : "regions"}`;
-
 function stageText(line: SegmentLine | null, count: number): string {
-  if (line === null) return regionsText(count);
+  if (line === null) return counted(count, "region");
   if (line.iteration !== undefined) return `Step ${line.iteration} …`;
   if (line.stage !== undefined) return `${line.stage[0].toUpperCase()}${line.stage.slice(1)} …`;
-  return `${regionsText(line.n_regions ?? count)} in ${line.seconds?.toFixed(2) ?? "?"} s`;
+  return `${counted(line.n_regions ?? count, "region")} in ${line.seconds?.toFixed(2) ?? "?"} s`;
 }

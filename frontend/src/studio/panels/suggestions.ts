@@ -1,6 +1,6 @@
 // Suggested objects: a list, the highest score first, and keys that accept and reject them.
 
-import { allow, make, part } from "../../shared/dom";
+import { allow, make, onClick, part } from "../../shared/dom";
 import { cssColor, parseColor, type Rgb } from "../colors";
 import type { SuggestionEntry } from "../contract";
 import type { Desk } from "../desk";
@@ -21,11 +21,10 @@ export class Suggestions {
     desk.session.events.on("suggestions", (suggested) => this.take(suggested));
     desk.session.events.on("classes", () => this.show());
     desk.events.on("paint", () => this.showControls());
-    const on = (id: string, run: () => void): void => part(id).addEventListener("click", run);
-    on("accept", () => this.accept());
-    on("reject", () => this.reject());
-    on("next-suggestion", () => this.next());
-    on("accept-all", () => void this.settle(this.goodEnough, true));
+    onClick("accept", () => this.accept());
+    onClick("reject", () => this.reject());
+    onClick("next-suggestion", () => this.next());
+    onClick("accept-all", () => void this.settle(this.goodEnough, true));
     this.least.addEventListener("input", () => this.showControls());
   }
 
@@ -84,8 +83,8 @@ export class Suggestions {
     const isUsable = places.every((place) => this.classFor(place, false));
     part("least-score-text").textContent = Number(this.least.value) ? this.least.value : "any";
     part("accept-all").textContent = `Accept all of them (${places.length})`;
-    allow(part("accept-all"), places.length > 0 && isUsable, "Make each an object of its class, or of the chosen one if it has none; one undo reverts all",
-      places.length ? "Some have no class: choose one first" : "No suggestion has such a score");
+    allow(part("accept-all"), places.length > 0 && isUsable, "Make each suggestion an object of its class, or of the chosen class if it has none; one undo reverts all",
+      places.length ? "Some suggestions have no class: choose a class first" : "No suggestion has this score");
   }
 
   /** Class that a suggestion gets: its own, or the chosen one. */
@@ -118,11 +117,11 @@ export class Suggestions {
     this.desk.say(`Suggestion: ${this.nameOf(entry)}${score}. A accepts, R rejects, J goes to the next.`);
   }
 
-  /** Accept the active suggestion as an object of its class, or of the chosen one. */
+  /** Accept the active suggestion as an object of its class, or of the chosen class. */
   accept(isChosenClass = false): void {
     const { active } = this;
     if (!active) return this.sayNothing();
-    if (!this.classFor(active, isChosenClass)) return this.desk.say("The suggestion has no class: choose one first.");
+    if (!this.classFor(active, isChosenClass)) return this.desk.say("The suggestion has no class: choose a class first.");
     void this.settle([active], true, isChosenClass);
   }
 
