@@ -7,6 +7,7 @@
 
 #include "base/assert.hpp"
 #include "base/elementary.hpp"
+#include "base/versions.hpp"
 
 namespace superfacets {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 // cells.
 constexpr std::size_t kMostArcs = 24;
 
-constexpr std::int64_t kBlock = 1 << 10;  // places
+constexpr std::int64_t kBlock = 1 << 8;  // places; the arcs of a block fit in the cache
 
 // Prices of all arcs, by place and in their order: whole numbers, so that sums do not depend on the
 // order of the terms.
@@ -30,7 +31,20 @@ Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   return prices;
 }
 
-// Lists the arcs of one place after another.
+// Computes lengths of arcs from the squared straight distances of their ends, and their prices.
+struct AddStraight {
+  SUPERFACETS_ALWAYS_INLINE void operator()(std::span<const double> squared,
+                                            std::span<const double> prices, double unit,
+                                            std::span<float> lengths) const {
+    for (std::size_t i = 0; i < lengths.size(); ++i) {
+      const double length = std::sqrt(squared[i]) / unit + prices[i];
+      lengths[i] = static_cast<float>(std::max(1.0, round_to_whole(length)));
+    }
+  }
+};
+
+// Lists the arcs of one place after another. Lists of fixed capacity are written without branches,
+// because it is unpredictable whether a walk turns back or reaches a new place.
 class ArcFinder {
  public:
   ArcFinder(const OrderedGraph& graph, std::span<const float> prices, int n_steps)
@@ -38,35 +52,38 @@ class ArcFinder {
 
   // Adds the arcs of a place to those that `take` returns; returns their number.
   std::int64_t find(Place place) {
-    walks_.clear();
-    reached_.clear();
+    n_walks_ = 0;
+    const std::size_t first = n_reached_;
     least_[place] = 0.0;
-    extend<true>({place, place, 0.0});
+    extend({place, place, 0.0});
     std::size_t begin = 0;
     for (int step = 2; step <= n_steps_; ++step) {
-      const std::size_t end = walks_.size();
+      const std::size_t end = n_walks_;
       for (; begin < end; ++begin) {
         const Walk walk = walks_[begin];
-        if (graph_.arcs_of(walk.here).size() > kMostArcs) continue;
-        if (step < n_steps_) {
-          extend<true>(walk);
-        } else {
-          extend<false>(walk);
-        }
+        if (graph_.arcs_of(walk.here).size() <= kMostArcs) extend(walk);
       }
     }
     least_[place] = kNone;
-    for (const Place to : reached_) {
-      arcs_.push_back({to, length_between(place, to, least_[to])});
-      least_[to] = kNone;
+    const Point position = graph_.positions[place];
+    reserve(squared_, n_reached_);
+    reserve(sums_, n_reached_);
+    for (std::size_t i = first; i < n_reached_; ++i) {
+      squared_[i] = squared_norm(graph_.positions[reached_[i]] - position);
+      sums_[i] = std::exchange(least_[reached_[i]], kNone);
     }
-    return std::ssize(reached_);
+    return static_cast<std::int64_t>(n_reached_ - first);
   }
 
   // All arcs since the last call, in memory of their own.
   Buffer<Arc> take() {
-    Buffer<Arc> taken = copy_of<Arc>(arcs_);
-    arcs_.clear();
+    reserve(lengths_, n_reached_);
+    const std::span<float> lengths = std::span(lengths_).first(n_reached_);
+    run_version(best_instruction_set(), AddStraight(), std::span<const double>(squared_),
+                std::span<const double>(sums_), graph_.straight_unit, lengths);
+    Buffer<Arc> taken(n_reached_);
+    for (std::size_t i = 0; i < n_reached_; ++i) taken[i] = {reached_[i], lengths[i]};
+    n_reached_ = 0;
     return taken;
   }
 
@@ -78,33 +95,40 @@ class ArcFinder {
   };
   static constexpr double kNone = HUGE_VAL;
 
-  // Adds an arc to a walk, in all ways. The longer walks are kept if they are to be extended, too.
-  template <bool kKeeps>
+  template <typename T>
+  static void reserve(std::vector<T>& list, std::size_t size) {
+    if (list.size() < size) list.resize(2 * size);
+  }
+
+  // Adds an arc to a walk, in all ways. A walk that stays, by padding, or turns back lowers no
+  // price and reaches no new place.
   void extend(const Walk walk) {
     const std::span<const Arc> arcs = graph_.arcs_of(walk.here);
     const float* price = prices_.data() + (arcs.data() - graph_.arcs.data());
+    reserve(walks_, n_walks_ + arcs.size());
+    reserve(reached_, n_reached_ + arcs.size());
     for (const Arc& arc : arcs) {
       const double sum = walk.price + double{*price++};
-      if (arc.to == walk.here || arc.to == walk.before) continue;  // padding, or back
-      if constexpr (kKeeps) walks_.push_back({walk.here, arc.to, sum});
+      walks_[n_walks_] = {walk.here, arc.to, sum};
+      n_walks_ += static_cast<std::size_t>(arc.to != walk.here) &
+                  static_cast<std::size_t>(arc.to != walk.before);
       double& least = least_[arc.to];
-      if (least == kNone) reached_.push_back(arc.to);
+      reached_[n_reached_] = arc.to;
+      n_reached_ += static_cast<std::size_t>(least == kNone);
       least = std::min(least, sum);
     }
-  }
-
-  float length_between(Place place, Place to, double price) const {
-    const double straight = norm(graph_.positions[to] - graph_.positions[place]);
-    const double length = straight / graph_.straight_unit + price;
-    return static_cast<float>(std::max(1.0, round_to_whole(length)));
   }
 
   const OrderedGraph& graph_;
   const std::span<const float> prices_;
   const int n_steps_;
-  std::vector<Walk> walks_;
-  std::vector<Place> reached_;
-  std::vector<Arc> arcs_;
+  std::vector<Walk> walks_;  // of one place: n_walks_ entries are in use
+  std::size_t n_walks_ = 0;
+  std::vector<Place> reached_;  // targets of arcs: n_reached_ entries are in use
+  std::size_t n_reached_ = 0;
+  std::vector<double> squared_;  // by index in reached_: the squared straight distance
+  std::vector<double> sums_;     // by index in reached_: the lowest price of a walk
+  std::vector<float> lengths_;
   std::vector<double> least_;  // by place: the lowest price of a walk; kNone if there is none
 };
 
