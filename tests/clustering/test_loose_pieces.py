@@ -11,7 +11,7 @@ from superfacets import _core
 def joined(graph, labels, centers, barrier=np.inf):
     labels, centers = np.asarray(labels, np.int32), np.asarray(centers, np.int32)
     arcs = (graph.offsets, graph.neighbors, graph.lengths)
-    found = _core.join_loose_pieces(*arcs, barrier, labels, centers)
+    found = _core.join_loose_pieces(*arcs, barrier, labels, centers, 2)
     return found.tolist()
 
 

@@ -22,7 +22,7 @@ constexpr std::int64_t kBlock = 1 << 8;  // places; the arcs of a block fit in t
 // order of the terms.
 Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<float> prices(graph.arcs.size());
-  team.for_each_index(graph.n_cells(), [&](Place place) {
+  team.for_each_slow(graph.n_cells(), [&](Place place) {
     auto next = static_cast<std::size_t>(graph.arcs_of(place).data() - graph.arcs.data());
     for (const Arc& arc : graph.arcs_of(place)) {
       prices[next++] = static_cast<float>(round_to_whole(graph.price(place, arc)));

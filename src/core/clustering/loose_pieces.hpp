@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/buffer.hpp"
+#include "base/threads.hpp"
 #include "base/types.hpp"
 #include "cells/arcs.hpp"
 
@@ -17,7 +18,7 @@ namespace superfacets {
 // reaches keep their labels. Time O(N + M), plus O(remaining loose cells and their arcs) per round.
 Buffer<Label> join_loose_pieces(const Arcs& arcs, std::span<const float> lengths,
                                 std::span<const Label> labels, std::span<const Cell> centers,
-                                double barrier);
+                                double barrier, ThreadTeam& team);
 
 // join_loose_pieces on a part of a graph whose loose cells are already known. The part contains the
 // loose cells in ascending order, with all of their arcs, and their neighbors.

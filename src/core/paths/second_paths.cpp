@@ -1,5 +1,6 @@
 #include "paths/second_paths.hpp"
 
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -12,7 +13,7 @@ namespace {
 void enter_regions(const OrderedGraph& graph, std::span<const Path> nearest, ThreadTeam& team,
                    std::span<Path> seconds) {
   SUPERFACETS_ASSERT(graph.is_symmetric);
-  team.for_each_index(graph.n_cells(), [&](Place place) {
+  team.for_each_slow(graph.n_cells(), [&](Place place) {
     const Label label = nearest[place].label;
     Path best;
     for (const Arc& arc : graph.arcs_of(place)) {
@@ -45,19 +46,20 @@ void enter_along_arcs(const OrderedGraph& graph, std::span<const Path> nearest, 
 class Inwards {
  public:
   Inwards(const OrderedGraph& graph, std::span<const Path> nearest, std::span<Path> seconds)
-      : graph_(graph), nearest_(nearest), seconds_(seconds) {}
+      : graph_(graph), nearest_(nearest), seconds_(seconds), is_waiting_(graph.n_cells(), 0) {}
 
   void expand(std::span<const Place> region) {
     waiting_.clear();
     for (const Place place : region) {
-      if (seconds_[place].label != kNoLabel) waiting_.push_back(place);
+      if (seconds_[place].label != kNoLabel) wait(place, waiting_);
     }
     std::size_t n_expanded = 0;
     while (!waiting_.empty()) {
       n_expanded += waiting_.size();
+      for (const Place place : waiting_) is_waiting_[place] = 0;
       if (n_expanded > kMaxExpanded * region.size()) return expand_in_order();
       next_.clear();
-      for (const Place place : waiting_) relax(place, [&](Place to) { next_.push_back(to); });
+      for (const Place place : waiting_) relax(place, [&](Place to) { wait(to, next_); });
       std::swap(waiting_, next_);
     }
   }
@@ -65,6 +67,10 @@ class Inwards {
  private:
   // Number of expanded places, per place of the region, at which the search switches.
   static constexpr std::size_t kMaxExpanded = 4;
+
+  void wait(Place place, std::vector<Place>& list) {
+    if (std::exchange(is_waiting_[place], 1) == 0) list.push_back(place);
+  }
 
   void expand_in_order() {
     heap_.restart();
@@ -94,6 +100,7 @@ class Inwards {
   const std::span<const Path> nearest_;
   const std::span<Path> seconds_;
   std::vector<Place> waiting_, next_;
+  std::vector<std::uint8_t> is_waiting_;  // by place: whether it is in the list of the next round
   RadixHeap heap_;
 };
 
