@@ -1,6 +1,7 @@
 #include "cells/far_arcs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -16,7 +17,11 @@ namespace {
 // cells.
 constexpr std::size_t kMostArcs = 24;
 
-constexpr std::int64_t kBlock = 1 << 8;  // places; the arcs of a block fit in the cache
+// Places per block: the arcs of a block fit in the second-level cache, and in huge pages. In small
+// graphs, blocks are smaller, so that all threads have some.
+std::int64_t block_size(const OrderedGraph& graph) {
+  return graph.n_cells() < (1 << 15) ? 1 << 8 : 1 << 10;
+}
 
 // Prices of all arcs, by place and in their order: whole numbers, so that sums do not depend on the
 // order of the terms.
@@ -33,9 +38,8 @@ Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
 
 // Computes lengths of arcs from the squared straight distances of their ends, and their prices.
 struct AddStraight {
-  SUPERFACETS_ALWAYS_INLINE void operator()(std::span<const double> squared,
-                                            std::span<const double> prices, double unit,
-                                            std::span<float> lengths) const {
+  SUPERFACETS_ALWAYS_INLINE void operator()(const double* squared, const double* prices,
+                                            double unit, std::span<float> lengths) const {
     for (std::size_t i = 0; i < lengths.size(); ++i) {
       const double length = std::sqrt(squared[i]) / unit + prices[i];
       lengths[i] = static_cast<float>(std::max(1.0, round_to_whole(length)));
@@ -77,12 +81,14 @@ class ArcFinder {
 
   // All arcs since the last call, in memory of their own.
   Buffer<Arc> take() {
-    reserve(lengths_, n_reached_);
-    const std::span<float> lengths = std::span(lengths_).first(n_reached_);
-    run_version(best_instruction_set(), AddStraight(), std::span<const double>(squared_),
-                std::span<const double>(sums_), graph_.straight_unit, lengths);
     Buffer<Arc> taken(n_reached_);
-    for (std::size_t i = 0; i < n_reached_; ++i) taken[i] = {reached_[i], lengths[i]};
+    std::array<float, 512> lengths;
+    for (std::size_t first = 0; first < n_reached_; first += lengths.size()) {
+      const std::size_t n = std::min(lengths.size(), n_reached_ - first);
+      run_version(best_instruction_set(), AddStraight(), squared_.data() + first,
+                  sums_.data() + first, graph_.straight_unit, std::span(lengths).first(n));
+      for (std::size_t i = 0; i < n; ++i) taken[first + i] = {reached_[first + i], lengths[i]};
+    }
     n_reached_ = 0;
     return taken;
   }
@@ -128,8 +134,7 @@ class ArcFinder {
   std::size_t n_reached_ = 0;
   std::vector<double> squared_;  // by index in reached_: the squared straight distance
   std::vector<double> sums_;     // by index in reached_: the lowest price of a walk
-  std::vector<float> lengths_;
-  std::vector<double> least_;  // by place: the lowest price of a walk; kNone if there is none
+  std::vector<double> least_;    // by place: the lowest price of a walk; kNone if there is none
 };
 
 // Walks of this many arcs reach about 20 cells, whatever the number of arcs of a cell.
@@ -146,14 +151,15 @@ void add_far_arcs(OrderedGraph& graph, ThreadTeam& team) {
   const int n_steps = steps_of(graph);
   if (n_steps == 1) return;
   const Buffer<float> prices = prices_of(graph, team);
-  std::vector<Buffer<Arc>> blocks((graph.n_cells() + kBlock - 1) / kBlock);
+  const std::int64_t size = block_size(graph);
+  std::vector<Buffer<Arc>> blocks((graph.n_cells() + size - 1) / size);
   PerThread<ArcFinder> finders(team.size());
   Buffer<std::int64_t> offsets(graph.n_cells() + 1);
   offsets[0] = 0;
   team.for_each(std::ssize(blocks), [&](std::int64_t block, int thread) {
     ArcFinder& finder = finders.get(thread, graph, prices.span(), n_steps);
-    const std::int64_t begin = block * kBlock;
-    const std::int64_t end = std::min<std::int64_t>(begin + kBlock, graph.n_cells());
+    const std::int64_t begin = block * size;
+    const std::int64_t end = std::min<std::int64_t>(begin + size, graph.n_cells());
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
       offsets[place + 1] = finder.find(place);
     }
@@ -162,7 +168,7 @@ void add_far_arcs(OrderedGraph& graph, ThreadTeam& team) {
   for (Place place = 0; place < graph.n_cells(); ++place) offsets[place + 1] += offsets[place];
   Buffer<Arc> arcs(offsets[graph.n_cells()]);
   team.for_each(std::ssize(blocks), [&](std::int64_t block, int) {
-    std::copy(blocks[block].begin(), blocks[block].end(), arcs.data() + offsets[block * kBlock]);
+    std::copy(blocks[block].begin(), blocks[block].end(), arcs.data() + offsets[block * size]);
   });
   graph.offsets = std::move(offsets);
   graph.arcs = std::move(arcs);

@@ -9,7 +9,16 @@
 namespace superfacets {
 namespace {
 
-// The best path into each place that comes from another region, by its last arc.
+// Logical operators that evaluate both operands, and take no branch.
+bool both(bool one, bool other) {
+  return (static_cast<unsigned>(one) & static_cast<unsigned>(other)) != 0;
+}
+bool either(bool one, bool other) {
+  return (static_cast<unsigned>(one) | static_cast<unsigned>(other)) != 0;
+}
+
+// The best path into each place that comes from another region, by its last arc. Without branches,
+// because it is unpredictable which arcs cross borders.
 void enter_regions(const OrderedGraph& graph, std::span<const Path> nearest, ThreadTeam& team,
                    std::span<Path> seconds) {
   SUPERFACETS_ASSERT(graph.is_symmetric);
@@ -18,9 +27,11 @@ void enter_regions(const OrderedGraph& graph, std::span<const Path> nearest, Thr
     Path best;
     for (const Arc& arc : graph.arcs_of(place)) {
       const Path& there = nearest[arc.to];
-      if (there.label == label || there.label == kNoLabel) continue;
-      const Path longer{longer_by(there.length, arc), there.label};
-      if (longer.is_better_than(best)) best = longer;
+      const bool crosses = both(there.label != label, there.label != kNoLabel);
+      const PathLength length = longer_by(crosses ? there.length : 0, arc);
+      const bool is_better =
+          either(length < best.length, both(length == best.length, there.label < best.label));
+      best = both(crosses, is_better) ? Path{length, there.label} : best;
     }
     seconds[place] = best;
   });
@@ -88,9 +99,8 @@ class Inwards {
     const Path path = seconds_[place];
     const Label label = nearest_[place].label;
     for (const Arc& arc : graph_.arcs_of(place)) {
-      if (nearest_[arc.to].label != label) continue;
       const Path longer{longer_by(path.length, arc), path.label};
-      if (!longer.is_better_than(seconds_[arc.to])) continue;
+      if (!both(nearest_[arc.to].label == label, longer.is_better_than(seconds_[arc.to]))) continue;
       seconds_[arc.to] = longer;
       push(arc.to);
     }
