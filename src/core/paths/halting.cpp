@@ -79,6 +79,7 @@ std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers)
   }
   // by node: whether it holds an uncertain place, or a place with an arc to one
   std::vector<std::vector<char>> has_source;
+  has_source.reserve(graph_.tree.n_levels());
   for (std::size_t level = 0; level < graph_.tree.n_levels(); ++level) {
     has_source.emplace_back(graph_.tree.level(level).size(), 0);
   }
