@@ -611,7 +611,8 @@ def _cluster(work: _Work) -> _Work:
     join_pieces = None
     if work.has_parts:
         arcs = (*work.arcs, work.graph.barrier)
-        join_pieces = partial(_core.join_loose_pieces, *arcs)
+        join: Any = _core.join_loose_pieces
+        join_pieces = partial(join, *arcs, n_threads=options.loop.n_threads)
     balancer = None
     if work.sizes is not None:
         balancer = Balancer.of(work.sizes, work.levels.coarse, work.plan, options.loop)

@@ -11,7 +11,7 @@ from superfacets import _core
 def joined(graph, labels, centers, barrier=np.inf):
     labels, centers = np.asarray(labels, np.int32), np.asarray(centers, np.int32)
     arcs = (graph.offsets, graph.neighbors, graph.lengths)
-    found = _core.join_loose_pieces(*arcs, barrier, labels, centers)
+    found = _core.join_loose_pieces(*arcs, barrier, labels, centers, 2)
     return found.tolist()
 
 
@@ -136,3 +136,21 @@ def test_random_cases_have_loose_pieces():
         for graph, labels, centers in map(random_case, range(40))
     ]
     assert np.count_nonzero(n_changed) > 30
+
+
+@pytest.mark.parametrize("is_shuffled", [False, True])
+@pytest.mark.parametrize("n_threads", [1, 3])
+def test_pieces_of_large_graphs_extend_over_blocks_of_cells(is_shuffled, n_threads):
+    """Three pieces along a line of 60,000 cells, in the order of the line or not."""
+    n, first, last = 60_000, 20_000, 59_900
+    numbers = np.arange(n, dtype=np.int32)
+    order = np.random.default_rng(5).permutation(numbers) if is_shuffled else numbers
+    sources = np.concatenate([order[:-1], order[1:]])
+    by_source = np.argsort(sources, kind="stable")
+    offsets = np.searchsorted(sources[by_source], np.arange(n + 1)).astype(np.int64)
+    targets = np.concatenate([order[1:], order[:-1]])[by_source]
+    labels = np.empty(n, np.int32)
+    labels[order] = (numbers >= first) & (numbers < last)
+    lengths, centers = np.ones(len(sources), np.float32), order[[0, first]]
+    found = _core.join_loose_pieces(offsets, targets, lengths, np.inf, labels, centers, n_threads)
+    assert np.array_equal(found[order], numbers >= first)

@@ -18,7 +18,7 @@ def relocated(graph, centers, n_moves, n_threads=1, barrier=math.inf):
     cells = graph.ordered(n_threads)
     cells.barrier = barrier
     clustering = _core.Clustering(cells, np.asarray(centers, np.int32), math.inf, n_threads, KEEP)
-    return clustering.centers().tolist(), clustering.relocate(n_moves).tolist()
+    return clustering.centers().tolist(), clustering.relocate(n_moves, n_threads).tolist()
 
 
 def random_case(seed):

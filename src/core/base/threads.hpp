@@ -21,6 +21,10 @@ namespace superfacets {
 // the work.
 inline constexpr std::int64_t kMinPerThread = 1 << 14;
 
+// The same for loops that take about as long per element as others take per ten: such as those that
+// visit twenty arcs of a cell.
+inline constexpr std::int64_t kMinSlowPerThread = 1 << 11;
+
 // The number of threads, at most n_threads, that are worth starting for n elements.
 inline int useful_threads(std::int64_t n, int n_threads,
                           std::int64_t min_per_thread = kMinPerThread) {
@@ -107,10 +111,17 @@ class ThreadTeam {
 
   // Calls work(i) for each i in 0..n-1, in blocks, on any thread.
   template <typename Work>
-  void for_each_index(std::int64_t n, const Work& work) {
-    for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
+  void for_each_index(std::int64_t n, const Work& work, std::int64_t block = kBlock) {
+    const auto each = [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t i = begin; i < end; ++i) call(&Work::operator(), work, i);
-    });
+    };
+    for_each_block(n, each, block);
+  }
+
+  // The same for elements that take long; see kMinSlowPerThread.
+  template <typename Work>
+  void for_each_slow(std::int64_t n, const Work& work) {
+    for_each_index(n, work, kMinSlowPerThread / 4);
   }
 
   // Fills an array on all threads. A page is placed near the thread that first writes to it, so the

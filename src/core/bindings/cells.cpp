@@ -179,7 +179,8 @@ void price_arcs(OrderedGraph& graph, const Table<float>& vectors, double factor,
 }
 
 Components components(Offsets offsets, Integers neighbors, Integers labels) {
-  return find_components(Arcs{offsets, neighbors}, labels);
+  ThreadTeam alone(1);
+  return find_components(Arcs{offsets, neighbors}, labels, alone);
 }
 
 Buffer<Cell> walked(Offsets offsets, Integers neighbors, Integers labels, Label n_regions,
@@ -266,10 +267,11 @@ void bind_graphs(nb::module_& module) {
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
       .def_ro("straight_unit", &OrderedGraph::straight_unit)
       .def_rw("barrier", &OrderedGraph::barrier)
-      .def("add_part_prices", threaded(&price_arcs), "vectors"_a.noconvert(), "factor"_a,
-           "n_threads"_a)
-      .def("add_far_arcs", threaded(&add_far_arcs), "n_threads"_a)
-      .def("conducting_arcs", threaded(&conducting), "crease_unit"_a, "steepness"_a, "n_threads"_a)
+      .def("add_part_prices", threaded<kMinSlowPerThread>(&price_arcs), "vectors"_a.noconvert(),
+           "factor"_a, "n_threads"_a)
+      .def("add_far_arcs", threaded<kMinSlowPerThread>(&add_far_arcs), "n_threads"_a)
+      .def("conducting_arcs", threaded<kMinSlowPerThread>(&conducting), "crease_unit"_a,
+           "steepness"_a, "n_threads"_a)
       .def("measures", serial(&measures_of))
       .def("order", serial([](const OrderedGraph& graph) {
              return std::vector(graph.cells.begin(), graph.cells.end());

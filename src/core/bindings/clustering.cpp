@@ -32,10 +32,15 @@ void make_clustering(Clustering* self, const OrderedGraph& graph, Integers cente
   without_gil([&] { new (self) Clustering(graph, centers, reach, islands, n_threads); });
 }
 
+auto relocated(Clustering& clustering, std::int64_t n_moves, int n_threads) {
+  const auto work = [&](ThreadTeam& team) { return clustering.relocate(n_moves, team); };
+  return on_team(clustering.graph().n_cells(), n_threads, work, kMinSlowPerThread);
+}
+
 void make_coarse_graph(CoarseGraph* self, const OrderedGraph& fine, Place cell_size,
                        int n_threads) {
-  on_team(fine.n_cells(), n_threads,
-          [&](ThreadTeam& team) { new (self) CoarseGraph(fine, cell_size, team); });
+  const auto make = [&](ThreadTeam& team) { new (self) CoarseGraph(fine, cell_size, team); };
+  on_team(fine.n_cells(), n_threads, make, kMinSlowPerThread);
 }
 
 auto arcs_of(const CoarseGraph& coarse) {
@@ -84,8 +89,9 @@ auto spread_without_offsets(const CoarseGraph& coarse, Lengths lengths, Integers
 }
 
 Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats lengths,
-                                   double barrier, Integers labels, Integers centers) {
-  return join_loose_pieces({offsets, neighbors}, lengths, labels, centers, barrier);
+                                   double barrier, Integers labels, Integers centers,
+                                   ThreadTeam& team) {
+  return join_loose_pieces({offsets, neighbors}, lengths, labels, centers, barrier, team);
 }
 
 Buffer<Label> without_loose_cells(Offsets offsets, Integers neighbors, Floats lengths,
@@ -140,8 +146,7 @@ void bind_clustering_stages(nb::module_& module) {
            }),
            "centers"_a, "offsets"_a)
       .def("update", serial([](Clustering& self) { return self.update(); }))
-      .def("relocate", serial([](Clustering& self, std::int64_t n) { return self.relocate(n); }),
-           "n_moves"_a)
+      .def("relocate", &relocated, "n_moves"_a, "n_threads"_a)
       .def("centers", serial([](const Clustering& self) { return self.centers(); }))
       .def("labels", serial([](Clustering& self) { return self.labels(); }))
       .def("lengths", serial([](Clustering& self) { return self.lengths(); }));
@@ -157,10 +162,10 @@ void bind_clustering_stages(nb::module_& module) {
       .def("arcs", serial(&arcs_of))
       .def("cells", serial(&cells_of))
       .def("steps", threaded(&steps_of), "n_threads"_a)
-      .def("add_far_arcs", threaded(&far_coarse_arcs), "n_threads"_a)
-      .def("means_of", threaded(&means_of), "rows"_a.noconvert(), "n_threads"_a)
-      .def("add_part_prices", threaded(&price_coarse_arcs), "vectors"_a.noconvert(), "factor"_a,
-           "n_threads"_a)
+      .def("add_far_arcs", threaded<kMinSlowPerThread>(&far_coarse_arcs), "n_threads"_a)
+      .def("means_of", threaded<kMinSlowPerThread>(&means_of), "rows"_a.noconvert(), "n_threads"_a)
+      .def("add_part_prices", threaded<kMinSlowPerThread>(&price_coarse_arcs),
+           "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
       .def("spread", &spread_without_offsets, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a)
       .def("spread", &spread_paths, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a,
            "offsets"_a)
@@ -168,8 +173,8 @@ void bind_clustering_stages(nb::module_& module) {
            threaded([](const CoarseGraph& coarse, Integers labels, Integers centers,
                        ThreadTeam& team) { return coarse.refine(labels, centers, team); }),
            "labels"_a, "centers"_a, "n_threads"_a);
-  module.def("join_loose_pieces", serial(&without_loose_pieces), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "barrier"_a, "labels"_a, "centers"_a);
+  module.def("join_loose_pieces", threaded(&without_loose_pieces), "offsets"_a, "neighbors"_a,
+             "lengths"_a, "barrier"_a, "labels"_a, "centers"_a, "n_threads"_a);
   module.def("join_loose_cells", serial(&without_loose_cells), "offsets"_a, "neighbors"_a,
              "lengths"_a, "barrier"_a, "labels"_a, "loose"_a);
   module.def("join_islands", threaded(&join_islands), "graph"_a, "labels"_a, "groups"_a,

@@ -40,8 +40,8 @@ void bind_spectral(nb::module_& module) {
              "n_threads"_a);
   module.def("sum_between", serial(&sums_between), "offsets"_a, "neighbors"_a, "conductances"_a,
              "steps"_a, "coarse_of"_a, "coarse_offsets"_a, "coarse_neighbors"_a);
-  module.def("relax", threaded(&relaxed), "offsets"_a, "neighbors"_a, "conductances"_a,
-             "rows"_a.noconvert(), "n_sweeps"_a, "n_threads"_a);
+  module.def("relax", threaded<kMinSlowPerThread>(&relaxed), "offsets"_a, "neighbors"_a,
+             "conductances"_a, "rows"_a.noconvert(), "n_sweeps"_a, "n_threads"_a);
   module.def("diffuse", threaded(&diffused), "offsets"_a, "neighbors"_a, "conductances"_a,
              "masses"_a, "values"_a, "time"_a, "n_threads"_a);
   module.def("smallest_eigenpairs", serial(&eigenpairs), "offsets"_a, "neighbors"_a,

@@ -5,11 +5,33 @@
 #include "base/assert.hpp"
 
 namespace superfacets {
-Components find_components(const Arcs& arcs, std::span<const Label> labels) {
+
+// Each block of cells is united by itself: the root of a set is its lowest cell, so blocks share no
+// entry of the sets. Arcs between blocks follow.
+Components find_components(const Arcs& arcs, std::span<const Label> labels, ThreadTeam& team) {
   SUPERFACETS_ASSERT(arcs.are_valid() && std::cmp_equal(labels.size(), arcs.n_cells()));
-  return components_of(labels, [&](Cell cell, const auto& take) {
-    for (const Cell neighbor : arcs.neighbors(cell)) take(neighbor);
-  });
+  constexpr std::int64_t kBlock = 1 << 14;
+  DisjointSets sets(labels.size());
+  std::vector<std::vector<std::pair<Cell, Cell>>> between((arcs.n_cells() + kBlock - 1) / kBlock);
+  const auto unite_block = [&](std::int64_t begin, std::int64_t end) {
+    std::vector<std::pair<Cell, Cell>> leaving;
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+      for (const Cell neighbor : arcs.neighbors(cell)) {
+        if (labels[neighbor] != labels[cell]) continue;
+        if (neighbor >= begin && neighbor < end) {
+          if (!sets.share_parent(cell, neighbor)) sets.unite(cell, neighbor);
+        } else {
+          leaving.emplace_back(cell, neighbor);
+        }
+      }
+    }
+    between[begin / kBlock] = std::move(leaving);
+  };
+  team.for_each_block(arcs.n_cells(), unite_block, kBlock);
+  for (const auto& leaving : between) {
+    for (const auto& [cell, neighbor] : leaving) sets.unite(cell, neighbor);
+  }
+  return std::move(sets).number();
 }
 
 Components find_components(const OrderedGraph& graph, std::span<const Label> labels) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/buffer.hpp"
+#include "base/threads.hpp"
 #include "base/types.hpp"
 #include "cells/arcs.hpp"
 #include "cells/ordered_graph.hpp"
@@ -31,6 +32,9 @@ class DisjointSets {
     parents_[std::max(a, b)] = std::min(a, b);
     return std::min(a, b);
   }
+
+  // Whether two cells are known to be united, without a search.
+  bool share_parent(Cell a, Cell b) const { return parents_[a] == parents_[b]; }
 
   Cell root(Cell cell) {
     while (parents_[cell] != cell) {
@@ -71,7 +75,7 @@ Components components_of(std::span<const Label> labels, const ForEachNeighbor& f
   return std::move(sets).number();
 }
 
-Components find_components(const Arcs& arcs, std::span<const Label> labels);
+Components find_components(const Arcs& arcs, std::span<const Label> labels, ThreadTeam& team);
 
 // Labels and the result are indexed by place; components are numbered in the order of their lowest
 // cells.

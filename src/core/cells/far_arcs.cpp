@@ -1,12 +1,14 @@
 #include "cells/far_arcs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include "base/assert.hpp"
 #include "base/elementary.hpp"
+#include "base/versions.hpp"
 
 namespace superfacets {
 namespace {
@@ -15,13 +17,17 @@ namespace {
 // in the number of cells.
 constexpr std::size_t kMostArcs = 24;
 
-constexpr std::int64_t kBlock = 1 << 10;  // places
+// Places per block: the arcs of a block fit in the second-level cache, and in huge pages. In small
+// graphs, blocks are smaller, so that all threads have some.
+std::int64_t block_size(const OrderedGraph& graph) {
+  return graph.n_cells() < (1 << 15) ? 1 << 8 : 1 << 10;
+}
 
 // Prices of all arcs, in the order of places, rounded to whole numbers, so that sums do not depend
 // on the order of the terms.
 Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<float> prices(graph.arcs.size());
-  team.for_each_index(graph.n_cells(), [&](Place place) {
+  team.for_each_slow(graph.n_cells(), [&](Place place) {
     auto next = static_cast<std::size_t>(graph.arcs_of(place).data() - graph.arcs.data());
     for (const Arc& arc : graph.arcs_of(place)) {
       prices[next++] = static_cast<float>(round_to_whole(graph.price(place, arc)));
@@ -30,7 +36,19 @@ Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   return prices;
 }
 
-// Lists the arcs of one place after another.
+// Computes lengths of arcs from the squared straight distances of their ends, and their prices.
+struct AddStraight {
+  SUPERFACETS_ALWAYS_INLINE void operator()(const double* squared, const double* prices,
+                                            double unit, std::span<float> lengths) const {
+    for (std::size_t i = 0; i < lengths.size(); ++i) {
+      const double length = std::sqrt(squared[i]) / unit + prices[i];
+      lengths[i] = static_cast<float>(std::max(1.0, round_to_whole(length)));
+    }
+  }
+};
+
+// Lists the arcs of one place after another. Lists of fixed capacity are written without branches,
+// because it is unpredictable whether a walk turns back or reaches a new place.
 class ArcFinder {
  public:
   ArcFinder(const OrderedGraph& graph, std::span<const float> prices, int n_steps)
@@ -38,35 +56,40 @@ class ArcFinder {
 
   // Appends the arcs of a place to the list that `take` returns. Returns the number of these arcs.
   std::int64_t find(Place place) {
-    walks_.clear();
-    reached_.clear();
+    n_walks_ = 0;
+    const std::size_t first = n_reached_;
     least_[place] = 0.0;
-    extend<true>({place, place, 0.0});
+    extend({place, place, 0.0});
     std::size_t begin = 0;
     for (int step = 2; step <= n_steps_; ++step) {
-      const std::size_t end = walks_.size();
+      const std::size_t end = n_walks_;
       for (; begin < end; ++begin) {
         const Walk walk = walks_[begin];
-        if (graph_.arcs_of(walk.here).size() > kMostArcs) continue;
-        if (step < n_steps_) {
-          extend<true>(walk);
-        } else {
-          extend<false>(walk);
-        }
+        if (graph_.arcs_of(walk.here).size() <= kMostArcs) extend(walk);
       }
     }
     least_[place] = kNone;
-    for (const Place to : reached_) {
-      arcs_.push_back({to, length_between(place, to, least_[to])});
-      least_[to] = kNone;
+    const Point position = graph_.positions[place];
+    reserve(squared_, n_reached_);
+    reserve(sums_, n_reached_);
+    for (std::size_t i = first; i < n_reached_; ++i) {
+      squared_[i] = squared_norm(graph_.positions[reached_[i]] - position);
+      sums_[i] = std::exchange(least_[reached_[i]], kNone);
     }
-    return std::ssize(reached_);
+    return static_cast<std::int64_t>(n_reached_ - first);
   }
 
   // Returns a copy of all arcs found since the last call.
   Buffer<Arc> take() {
-    Buffer<Arc> taken = copy_of<Arc>(arcs_);
-    arcs_.clear();
+    Buffer<Arc> taken(n_reached_);
+    std::array<float, 512> lengths;
+    for (std::size_t first = 0; first < n_reached_; first += lengths.size()) {
+      const std::size_t n = std::min(lengths.size(), n_reached_ - first);
+      run_version(best_instruction_set(), AddStraight(), squared_.data() + first,
+                  sums_.data() + first, graph_.straight_unit, std::span(lengths).first(n));
+      for (std::size_t i = 0; i < n; ++i) taken[first + i] = {reached_[first + i], lengths[i]};
+    }
+    n_reached_ = 0;
     return taken;
   }
 
@@ -78,35 +101,40 @@ class ArcFinder {
   };
   static constexpr double kNone = HUGE_VAL;
 
-  // Extends a walk by each arc of its last place. With kKeeps, the longer walks are kept for the
-  // next extension.
-  template <bool kKeeps>
+  template <typename T>
+  static void reserve(std::vector<T>& list, std::size_t size) {
+    if (list.size() < size) list.resize(2 * size);
+  }
+
+  // Adds an arc to a walk, in all ways. A walk that stays, by padding, or turns back lowers no
+  // price and reaches no new place.
   void extend(const Walk walk) {
     const std::span<const Arc> arcs = graph_.arcs_of(walk.here);
     const float* price = prices_.data() + (arcs.data() - graph_.arcs.data());
+    reserve(walks_, n_walks_ + arcs.size());
+    reserve(reached_, n_reached_ + arcs.size());
     for (const Arc& arc : arcs) {
       const double sum = walk.price + double{*price++};
-      if (arc.to == walk.here || arc.to == walk.before) continue;  // padding, or back
-      if constexpr (kKeeps) walks_.push_back({walk.here, arc.to, sum});
+      walks_[n_walks_] = {walk.here, arc.to, sum};
+      n_walks_ += static_cast<std::size_t>(arc.to != walk.here) &
+                  static_cast<std::size_t>(arc.to != walk.before);
       double& least = least_[arc.to];
-      if (least == kNone) reached_.push_back(arc.to);
+      reached_[n_reached_] = arc.to;
+      n_reached_ += static_cast<std::size_t>(least == kNone);
       least = std::min(least, sum);
     }
-  }
-
-  float length_between(Place place, Place to, double price) const {
-    const double straight = norm(graph_.positions[to] - graph_.positions[place]);
-    const double length = straight / graph_.straight_unit + price;
-    return static_cast<float>(std::max(1.0, round_to_whole(length)));
   }
 
   const OrderedGraph& graph_;
   const std::span<const float> prices_;
   const int n_steps_;
-  std::vector<Walk> walks_;
-  std::vector<Place> reached_;
-  std::vector<Arc> arcs_;
-  std::vector<double> least_;  // by place: the lowest price of a walk to it; kNone without a walk
+  std::vector<Walk> walks_;  // of one place: n_walks_ entries are in use
+  std::size_t n_walks_ = 0;
+  std::vector<Place> reached_;  // targets of arcs: n_reached_ entries are in use
+  std::size_t n_reached_ = 0;
+  std::vector<double> squared_;  // by index in reached_: the squared straight distance
+  std::vector<double> sums_;     // by index in reached_: the lowest price of a walk
+  std::vector<double> least_;    // by place: the lowest price of a walk; kNone if there is none
 };
 
 // Maximum number of arcs of a walk, chosen such that walks from a cell reach about 20 cells.
@@ -123,14 +151,15 @@ void add_far_arcs(OrderedGraph& graph, ThreadTeam& team) {
   const int n_steps = steps_of(graph);
   if (n_steps == 1) return;
   const Buffer<float> prices = prices_of(graph, team);
-  std::vector<Buffer<Arc>> blocks((graph.n_cells() + kBlock - 1) / kBlock);
+  const std::int64_t size = block_size(graph);
+  std::vector<Buffer<Arc>> blocks((graph.n_cells() + size - 1) / size);
   PerThread<ArcFinder> finders(team.size());
   Buffer<std::int64_t> offsets(graph.n_cells() + 1);
   offsets[0] = 0;
   team.for_each(std::ssize(blocks), [&](std::int64_t block, int thread) {
     ArcFinder& finder = finders.get(thread, graph, prices.span(), n_steps);
-    const std::int64_t begin = block * kBlock;
-    const std::int64_t end = std::min<std::int64_t>(begin + kBlock, graph.n_cells());
+    const std::int64_t begin = block * size;
+    const std::int64_t end = std::min<std::int64_t>(begin + size, graph.n_cells());
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
       offsets[place + 1] = finder.find(place);
     }
@@ -139,7 +168,7 @@ void add_far_arcs(OrderedGraph& graph, ThreadTeam& team) {
   for (Place place = 0; place < graph.n_cells(); ++place) offsets[place + 1] += offsets[place];
   Buffer<Arc> arcs(offsets[graph.n_cells()]);
   team.for_each(std::ssize(blocks), [&](std::int64_t block, int) {
-    std::copy(blocks[block].begin(), blocks[block].end(), arcs.data() + offsets[block * kBlock]);
+    std::copy(blocks[block].begin(), blocks[block].end(), arcs.data() + offsets[block * size]);
   });
   graph.offsets = std::move(offsets);
   graph.arcs = std::move(arcs);

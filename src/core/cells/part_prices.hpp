@@ -2,22 +2,50 @@
 // cells.
 #pragma once
 
+#include <cmath>
+#include <cstddef>
+#include <span>
+
 #include "base/buffer.hpp"
+#include "base/elementary.hpp"
 #include "base/threads.hpp"
 #include "cells/arcs.hpp"
 
 namespace superfacets {
+
+// The distance between two rows of numbers. A width known at compile time makes it twice as fast;
+// with kWidth = 0, any_width is the width.
+template <std::size_t kWidth, typename Number>
+double distance_in(std::span<const Number> rows, std::size_t any_width, Cell one, Cell other) {
+  const std::size_t width = kWidth > 0 ? kWidth : any_width;
+  const Number* here = rows.data() + width * one;
+  const Number* there = rows.data() + width * other;
+  double squared = 0.0;
+  for (std::size_t i = 0; i < width; ++i) {
+    const double difference = double{here[i]} - double{there[i]};
+    squared += difference * difference;
+  }
+  return std::sqrt(squared);
+}
+
+template <typename Number>
+double distance_between(std::span<const Number> rows, std::size_t width, Cell one, Cell other) {
+  return width == 8 ? distance_in<8>(rows, width, one, other)
+                    : distance_in<0>(rows, width, one, other);
+}
 
 // Coordinates psi of cells or groups, in which different parts of a shape are far apart.
 struct PartVectors {
   std::size_t width;
   std::span<const float> rows;  // (G, width)
 
-  double distance(Cell one, Cell other) const;
+  double distance(Cell one, Cell other) const { return distance_between(rows, width, one, other); }
 };
 
 // An arc length plus factor |psi_i - psi_j|, rounded to a whole number.
-float with_price(float length, double factor, double distance);
+inline float with_price(float length, double factor, double distance) {
+  return static_cast<float>(round_to_whole(double{length} + factor * distance));
+}
 
 // Adds factor |psi_i - psi_j| to the length of each arc, and rounds the result; i and j are the
 // groups of the arc's two cells. group_of holds the group of each cell; if it is empty, each cell

@@ -33,12 +33,12 @@ std::vector<Cell> Clustering::update() {
   return graph_.cells_at(means_.nearest(classification_.centers()));
 }
 
-std::vector<Cell> Clustering::relocate(std::int64_t n_moves) {
+std::vector<Cell> Clustering::relocate(std::int64_t n_moves, ThreadTeam& team) {
   Buffer<Path> paths(graph_.n_cells());
-  team_.for_each_index(graph_.n_cells(),
-                       [&](Place place) { paths[place] = classification_.path(place); });
+  team.for_each_index(graph_.n_cells(),
+                      [&](Place place) { paths[place] = classification_.path(place); });
   return graph_.cells_at(
-      relocate_centers(graph_, paths.span(), classification_.centers(), n_moves, team_));
+      relocate_centers(graph_, paths.span(), classification_.centers(), n_moves, team));
 }
 
 Buffer<Label> Clustering::labels() {

@@ -30,7 +30,9 @@ class Clustering {
 
   // Moves up to n_moves centers to reduce the distortion (see relocate_centers), and returns all
   // centers. Expansions must not be halted.
-  std::vector<Cell> relocate(std::int64_t n_moves);
+  std::vector<Cell> relocate(std::int64_t n_moves, ThreadTeam& team);
+
+  const OrderedGraph& graph() const { return graph_; }
 
   Buffer<Label> labels();        // (N,) index of each cell's center in `centers`, or kNoLabel
   Buffer<PathLength> lengths();  // (N,) length of the path from that center

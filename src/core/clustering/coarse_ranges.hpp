@@ -44,6 +44,19 @@ RangeCells divide_range(const OrderedGraph& fine, CellGrower& grower, Place begi
   return cells;
 }
 
+// Adds an arc, unless one of the last arcs is parallel: that one becomes as short as the shorter. A
+// coarse cell has few neighbors, so few parallel arcs remain to be sorted.
+inline void add_or_shorten(std::vector<Arc>& arcs, const Arc& arc) {
+  constexpr std::size_t kSearched = 8;
+  const std::size_t end = arcs.size() - std::min(arcs.size(), kSearched);
+  for (std::size_t i = arcs.size(); i-- > end;) {
+    if (arcs[i].to != arc.to) continue;
+    arcs[i].length = std::min(arcs[i].length, arc.length);
+    return;
+  }
+  arcs.push_back(arc);
+}
+
 // Keeps the shortest of parallel arcs, sorted by target.
 inline void remove_parallel(std::vector<Arc>& arcs) {
   std::sort(arcs.begin(), arcs.end(), [](const Arc& a, const Arc& b) {
@@ -100,7 +113,7 @@ RangeArcs connect_range(std::pair<Place, Place> range,
       if (place + 64 < fine.n_cells()) prefetch(fine.arcs_of(place + 64).data());
       for (const Arc& arc : fine.arcs_of(place)) {
         const Cell to = coarse_of(arc.to);
-        if (to != from) leaving.push_back({to, lengths.across(place, arc)});
+        if (to != from) add_or_shorten(leaving, {to, lengths.across(place, arc)});
       }
     }
     remove_parallel(leaving);

@@ -74,11 +74,11 @@ std::vector<Cell> loose_cells(const Components& pieces, std::span<const Label> l
 
 Buffer<Label> join_loose_pieces(const Arcs& arcs, std::span<const float> lengths,
                                 std::span<const Label> labels, std::span<const Cell> centers,
-                                double barrier) {
+                                double barrier, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), arcs.n_cells()));
   SUPERFACETS_ASSERT(std::ssize(lengths) == arcs.n_arcs());
   SUPERFACETS_ASSERT(all_below(centers, arcs.n_cells()));
-  const std::vector<Cell> loose = loose_cells(find_components(arcs, labels), labels, centers);
+  const std::vector<Cell> loose = loose_cells(find_components(arcs, labels, team), labels, centers);
   return join_loose_cells(arcs, lengths, labels, loose, barrier);
 }
 

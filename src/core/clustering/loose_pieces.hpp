@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/buffer.hpp"
+#include "base/threads.hpp"
 #include "base/types.hpp"
 #include "cells/arcs.hpp"
 
@@ -18,7 +19,7 @@ namespace superfacets {
 // round.
 Buffer<Label> join_loose_pieces(const Arcs& arcs, std::span<const float> lengths,
                                 std::span<const Label> labels, std::span<const Cell> centers,
-                                double barrier);
+                                double barrier, ThreadTeam& team);
 
 // Like join_loose_pieces, for a part of a graph whose loose cells are known. The part contains the
 // loose cells in ascending order, all of their arcs, and their neighbors.

@@ -35,10 +35,6 @@ void HaltedPaths::correct(const Expansion& exact, std::span<const Place> centers
   expand_all(centers_in_doubt(centers), centers);
 }
 
-bool HaltedPaths::is_within_reach(Place center, Place place) const {
-  return squared_norm(graph_.positions[place] - graph_.positions[center]) <= squared_reach_;
-}
-
 void HaltedPaths::add_doubt(Place place, const Path& path) {
   SUPERFACETS_ASSERT(doubt_of_[place] == kNoDoubt);
   doubt_of_[place] = static_cast<std::int32_t>(doubts_.size());
@@ -82,14 +78,23 @@ std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers)
     std::iota(labels.begin(), labels.end(), Label{0});
     return labels;
   }
-  // 1: an uncertain place, or a place with an arc to one
-  std::vector<char> is_source(graph_.n_cells(), 0);
-  for (const Doubt& doubt : doubts_) {
-    is_source[doubt.place] = 1;
-    for (const Arc& arc : graph_.arcs_of(doubt.place)) is_source[arc.to] = 1;
+  // by node: whether it holds an uncertain place, or a place with an arc to one
+  std::vector<std::vector<char>> has_source;
+  has_source.reserve(graph_.tree.n_levels());
+  for (std::size_t level = 0; level < graph_.tree.n_levels(); ++level) {
+    has_source.emplace_back(graph_.tree.level(level).size(), 0);
   }
-  const auto has_source = graph_.tree.summarize<char>(
-      is_source, 0, [](char& has, char is_one) { has = static_cast<char>(has | is_one); });
+  const auto mark = [&](Place place) {
+    std::size_t node = static_cast<std::size_t>(place) / BoxTree::kLeaf;
+    for (auto& of_level : has_source) {
+      if (std::exchange(of_level[node], 1) != 0) return;
+      node /= BoxTree::kFanOut;
+    }
+  };
+  for (const Doubt& doubt : doubts_) {
+    mark(doubt.place);
+    for (const Arc& arc : graph_.arcs_of(doubt.place)) mark(arc.to);
+  }
   for (std::size_t label = 0; label < centers.size(); ++label) {
     const Point& center = graph_.positions[centers[label]];
     bool is_in_reach = false;

@@ -40,7 +40,9 @@ class HaltedPaths {
     Path path;  // the best halted path so far
   };
 
-  bool is_within_reach(Place center, Place place) const;
+  bool is_within_reach(Place center, Place place) const {
+    return squared_norm(graph_.positions[place] - graph_.positions[center]) <= squared_reach_;
+  }
   void add_doubt(Place place, const Path& path);
   void find_doubts(const Expansion& exact, std::span<const Place> centers);
   std::vector<Label> centers_in_doubt(std::span<const Place> centers) const;

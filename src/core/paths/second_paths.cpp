@@ -1,5 +1,6 @@
 #include "paths/second_paths.hpp"
 
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -8,18 +9,29 @@
 namespace superfacets {
 namespace {
 
-// Finds the best path to each place whose last arc comes from another region.
+// Logical operators that evaluate both operands, and take no branch.
+bool both(bool one, bool other) {
+  return (static_cast<unsigned>(one) & static_cast<unsigned>(other)) != 0;
+}
+bool either(bool one, bool other) {
+  return (static_cast<unsigned>(one) | static_cast<unsigned>(other)) != 0;
+}
+
+// The best path into each place that comes from another region, by its last arc. Without branches,
+// because it is unpredictable which arcs cross borders.
 void enter_regions(const OrderedGraph& graph, std::span<const Path> nearest, ThreadTeam& team,
                    std::span<Path> seconds) {
   SUPERFACETS_ASSERT(graph.is_symmetric);
-  team.for_each_index(graph.n_cells(), [&](Place place) {
+  team.for_each_slow(graph.n_cells(), [&](Place place) {
     const Label label = nearest[place].label;
     Path best;
     for (const Arc& arc : graph.arcs_of(place)) {
       const Path& there = nearest[arc.to];
-      if (there.label == label || there.label == kNoLabel) continue;
-      const Path longer{longer_by(there.length, arc), there.label};
-      if (longer.is_better_than(best)) best = longer;
+      const bool crosses = both(there.label != label, there.label != kNoLabel);
+      const PathLength length = longer_by(crosses ? there.length : 0, arc);
+      const bool is_better =
+          either(length < best.length, both(length == best.length, there.label < best.label));
+      best = both(crosses, is_better) ? Path{length, there.label} : best;
     }
     seconds[place] = best;
   });
@@ -46,19 +58,20 @@ void enter_along_arcs(const OrderedGraph& graph, std::span<const Path> nearest, 
 class Inwards {
  public:
   Inwards(const OrderedGraph& graph, std::span<const Path> nearest, std::span<Path> seconds)
-      : graph_(graph), nearest_(nearest), seconds_(seconds) {}
+      : graph_(graph), nearest_(nearest), seconds_(seconds), is_waiting_(graph.n_cells(), 0) {}
 
   void expand(std::span<const Place> region) {
     waiting_.clear();
     for (const Place place : region) {
-      if (seconds_[place].label != kNoLabel) waiting_.push_back(place);
+      if (seconds_[place].label != kNoLabel) wait(place, waiting_);
     }
     std::size_t n_expanded = 0;
     while (!waiting_.empty()) {
       n_expanded += waiting_.size();
+      for (const Place place : waiting_) is_waiting_[place] = 0;
       if (n_expanded > kMaxExpanded * region.size()) return expand_in_order();
       next_.clear();
-      for (const Place place : waiting_) relax(place, [&](Place to) { next_.push_back(to); });
+      for (const Place place : waiting_) relax(place, [&](Place to) { wait(to, next_); });
       std::swap(waiting_, next_);
     }
   }
@@ -66,6 +79,10 @@ class Inwards {
  private:
   // Limit of expansions per place of the region. At this limit, Dijkstra's algorithm takes over.
   static constexpr std::size_t kMaxExpanded = 4;
+
+  void wait(Place place, std::vector<Place>& list) {
+    if (std::exchange(is_waiting_[place], 1) == 0) list.push_back(place);
+  }
 
   void expand_in_order() {
     heap_.restart();
@@ -83,9 +100,8 @@ class Inwards {
     const Path path = seconds_[place];
     const Label label = nearest_[place].label;
     for (const Arc& arc : graph_.arcs_of(place)) {
-      if (nearest_[arc.to].label != label) continue;
       const Path longer{longer_by(path.length, arc), path.label};
-      if (!longer.is_better_than(seconds_[arc.to])) continue;
+      if (!both(nearest_[arc.to].label == label, longer.is_better_than(seconds_[arc.to]))) continue;
       seconds_[arc.to] = longer;
       push(arc.to);
     }
@@ -95,6 +111,7 @@ class Inwards {
   const std::span<const Path> nearest_;
   const std::span<Path> seconds_;
   std::vector<Place> waiting_, next_;
+  std::vector<std::uint8_t> is_waiting_;  // by place: whether it is in the list of the next round
   RadixHeap heap_;
 };
 

@@ -182,7 +182,7 @@ void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t w
            ThreadTeam& team, std::span<float> rows) {
   SUPERFACETS_ASSERT(std::cmp_equal(rows.size(), width * arcs.n_cells()));
   Buffer<float> shares(arcs.n_arcs());  // weight of the neighbor in the new row
-  team.for_each_index(arcs.n_cells(), [&](Cell cell) {
+  team.for_each_slow(arcs.n_cells(), [&](Cell cell) {
     double total = 0.0;
     for (const auto [arc, neighbor] : arcs.steps(cell)) total += conductances[arc];
     const double factor = total > 0.0 ? kDamping / total : 0.0;
@@ -195,7 +195,7 @@ void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t w
   for (int sweep = 0; sweep < n_sweeps; ++sweep) {
     const std::span<float> from = sweep % 2 == 0 ? rows : other_rows;
     const std::span<float> to = sweep % 2 == 0 ? other_rows : rows;
-    team.for_each_index(arcs.n_cells(), [&](Cell cell) {
+    team.for_each_slow(arcs.n_cells(), [&](Cell cell) {
       switch (width) {
         case 1:
           return relax_row<1>(arcs, shares.data(), width, cell, from.data(), to.data());

@@ -1,15 +1,17 @@
 #include "spectral/eigenvectors.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <numeric>
-#include <set>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 #include "base/assert.hpp"
+#include "base/versions.hpp"
 
 namespace superfacets {
 namespace {
@@ -18,6 +20,8 @@ namespace {
 // iteration reduces the error of the wanted vectors by the ratio of the largest wanted eigenvalue
 // to the lowest eigenvalue without a vector.
 constexpr std::size_t kMoreVectors = 10;
+constexpr std::size_t kUsualWidth =
+    25;  // 15 are wanted for parts: loops are compiled for this width
 constexpr int kMaxIterations = 40;
 constexpr double kTolerance = 1e-3;  // relative change of the eigenvalues
 
@@ -52,7 +56,18 @@ Square product(const Square& a, const Square& b, bool is_transposed) {
   return c;
 }
 
-// Rotates two rows and columns of a symmetric matrix so that their common entry vanishes.
+// Calls loop(width), with the width as a constant if it is the usual one.
+template <typename Loop>
+SUPERFACETS_ALWAYS_INLINE void with_width(std::size_t width, const Loop& loop) {
+  if (width == kUsualWidth) {
+    loop(std::integral_constant<std::size_t, kUsualWidth>());
+  } else {
+    loop(width);
+  }
+}
+
+// Rotates two rows and columns of a symmetric matrix so that their common entry vanishes. Vectors
+// are rows.
 void rotate(Square& matrix, Square& vectors, std::size_t p, std::size_t q) {
   if (matrix(p, q) == 0.0) return;
   const double ratio = (matrix(q, q) - matrix(p, p)) / (2.0 * matrix(p, q));
@@ -67,7 +82,7 @@ void rotate(Square& matrix, Square& vectors, std::size_t p, std::size_t q) {
   };
   for (std::size_t i = 0; i < matrix.size(); ++i) turn(matrix(i, p), matrix(i, q));
   for (std::size_t i = 0; i < matrix.size(); ++i) turn(matrix(p, i), matrix(q, i));
-  for (std::size_t i = 0; i < matrix.size(); ++i) turn(vectors(i, p), vectors(i, q));
+  for (std::size_t i = 0; i < matrix.size(); ++i) turn(vectors(p, i), vectors(q, i));
 }
 
 // Jacobi's method: makes the matrix diagonal, with the eigenvalues in any order. Returns the
@@ -92,8 +107,47 @@ Square diagonalize(Square& matrix) {
       for (std::size_t q = p + 1; q < n; ++q) rotate(matrix, vectors, p, q);
     }
   }
-  return vectors;
+  Square columns(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) columns(j, i) = vectors(i, j);
+  }
+  return columns;
 }
+
+// The cells that are not eliminated yet, by the number of their neighbors.
+class DegreeQueue {
+ public:
+  explicit DegreeQueue(Cell n_cells) : n_words_((n_cells + kBits - 1) / kBits) {}
+
+  void insert(std::size_t degree, Cell cell) {
+    while (sets_.size() <= degree) sets_.emplace_back(n_words_, 0);
+    sets_[degree][cell / kBits] |= bit_of(cell);
+    lowest_ = std::min(lowest_, degree);
+  }
+  void erase(std::size_t degree, Cell cell) { sets_[degree][cell / kBits] &= ~bit_of(cell); }
+
+  // Removes and returns the lowest cell of minimum degree, or kNoCell.
+  Cell take() {
+    for (; lowest_ < sets_.size(); ++lowest_) {
+      const Words& set = sets_[lowest_];
+      const auto word = std::ranges::find_if(set, [](std::uint64_t bits) { return bits != 0; });
+      if (word == set.end()) continue;
+      const auto cell = static_cast<Cell>(kBits * (word - set.begin()) + std::countr_zero(*word));
+      erase(lowest_, cell);
+      return cell;
+    }
+    return kNoCell;
+  }
+
+ private:
+  using Words = std::vector<std::uint64_t>;
+  static constexpr int kBits = 64;
+  static std::uint64_t bit_of(Cell cell) { return std::uint64_t{1} << (cell % kBits); }
+
+  const std::size_t n_words_;
+  std::vector<Words> sets_;  // by degree: a bit per cell
+  std::size_t lowest_ = 0;   // no cell has a lower degree
+};
 
 // Pseudorandom number from -1 to 1, the same for the same index on every platform (splitmix64).
 double noise(std::uint64_t index) {
@@ -125,6 +179,7 @@ class SparseFactor {
   };
   using Row = std::vector<Entry>;  // sorted by cell
 
+  struct Solve;
   struct Elimination {
     Cell cell;
     Cell neighbor;  // the row of this cell is updated
@@ -143,27 +198,25 @@ SparseFactor::SparseFactor(const Arcs& arcs, std::span<const double> conductance
   const Cell n_cells = arcs.n_cells();
   std::vector<double> left(diagonal.begin(), diagonal.end());  // diagonal of the reduced matrix
   std::vector<Row> rows(n_cells);                              // its off-diagonal entries
-  std::set<std::pair<std::size_t, Cell>> queue;
+  DegreeQueue queue(n_cells);
   for (Cell cell = 0; cell < n_cells; ++cell) {
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
       rows[cell].push_back({neighbor, -conductances[arc]});
     }
     std::ranges::sort(rows[cell], [](const Entry& a, const Entry& b) { return a.cell < b.cell; });
-    queue.insert({rows[cell].size(), cell});
+    queue.insert(rows[cell].size(), cell);
   }
   Row merged;
-  while (!queue.empty()) {
-    const Cell cell = queue.begin()->second;
-    queue.erase(queue.begin());
+  for (Cell cell = queue.take(); cell != kNoCell; cell = queue.take()) {
     const Row row = std::move(rows[cell]);
     const double pivot = left[cell];
     SUPERFACETS_ASSERT(pivot > 0.0);
     for (const auto& [neighbor, value] : row) {
       const double factor = value / pivot;
-      queue.erase({rows[neighbor].size(), neighbor});
+      queue.erase(rows[neighbor].size(), neighbor);
       left[neighbor] -= factor * value;
       subtract(row, factor, {cell, neighbor}, rows[neighbor], merged);
-      queue.insert({rows[neighbor].size(), neighbor});
+      queue.insert(rows[neighbor].size(), neighbor);
       entries_.push_back({neighbor, factor});
     }
     order_.push_back(cell);
@@ -194,25 +247,82 @@ void SparseFactor::subtract(const Row& pivot_row, double factor, const Eliminati
   row = merged;
 }
 
-void SparseFactor::solve(std::span<double> rows, std::size_t width) const {
-  SUPERFACETS_ASSERT(rows.size() == order_.size() * width);
-  for (std::size_t i = 0; i < order_.size(); ++i) {
-    const double* here = rows.data() + width * order_[i];
-    for (std::size_t e = starts_[i]; e < starts_[i + 1]; ++e) {
-      double* there = rows.data() + width * entries_[e].cell;
-      for (std::size_t c = 0; c < width; ++c) there[c] -= entries_[e].value * here[c];
+// The loops of `solve`.
+struct SparseFactor::Solve {
+  const SparseFactor& of;
+
+  SUPERFACETS_ALWAYS_INLINE void operator()(std::span<double> rows, std::size_t any_width) const {
+    with_width(any_width, [&](const auto width) {
+      forwards(rows.data(), width);
+      backwards(rows.data(), width);
+    });
+  }
+
+ private:
+  template <typename Width>
+  SUPERFACETS_ALWAYS_INLINE void forwards(double* rows, const Width width) const {
+    for (std::size_t i = 0; i < of.order_.size(); ++i) {
+      const double* here = rows + width * of.order_[i];
+      for (std::size_t e = of.starts_[i]; e < of.starts_[i + 1]; ++e) {
+        double* there = rows + width * of.entries_[e].cell;
+        for (std::size_t c = 0; c < width; ++c) there[c] -= of.entries_[e].value * here[c];
+      }
     }
   }
-  for (std::size_t i = order_.size(); i-- > 0;) {
-    double* here = rows.data() + width * order_[i];
-    const double inverse = 1.0 / pivots_[i];
-    for (std::size_t c = 0; c < width; ++c) here[c] *= inverse;
-    for (std::size_t e = starts_[i]; e < starts_[i + 1]; ++e) {
-      const double* there = rows.data() + width * entries_[e].cell;
-      for (std::size_t c = 0; c < width; ++c) here[c] -= entries_[e].value * there[c];
+
+  template <typename Width>
+  SUPERFACETS_ALWAYS_INLINE void backwards(double* rows, const Width width) const {
+    for (std::size_t i = of.order_.size(); i-- > 0;) {
+      double* here = rows + width * of.order_[i];
+      const double inverse = 1.0 / of.pivots_[i];
+      for (std::size_t c = 0; c < width; ++c) here[c] *= inverse;
+      for (std::size_t e = of.starts_[i]; e < of.starts_[i + 1]; ++e) {
+        const double* there = rows + width * of.entries_[e].cell;
+        for (std::size_t c = 0; c < width; ++c) here[c] -= of.entries_[e].value * there[c];
+      }
     }
   }
+};
+
+void SparseFactor::solve(std::span<double> rows, std::size_t any_width) const {
+  SUPERFACETS_ASSERT(rows.size() == order_.size() * any_width);
+  run_version(best_instruction_set(), Solve{*this}, rows, any_width);
 }
+
+// Adds Y^T W X to `products`, where W is diagonal with the weights; without weights, Y^T X.
+struct AddGram {
+  SUPERFACETS_ALWAYS_INLINE void operator()(const double* y, const double* x,
+                                            std::span<const double> weights, std::size_t n_rows,
+                                            std::pair<std::size_t, double*> products) const {
+    with_width(products.first, [&](const auto width) {
+      for (std::size_t row = 0; row < n_rows; ++row) {
+        const double weight = weights.empty() ? 1.0 : weights[row];
+        for (std::size_t i = 0; i < width; ++i) {
+          const double factor = weight * y[row * width + i];
+          double* sums = products.second + i * width;
+          for (std::size_t j = 0; j < width; ++j) sums[j] += factor * x[row * width + j];
+        }
+      }
+    });
+  }
+};
+
+// Multiplies each row by a square matrix from the right.
+struct Combine {
+  SUPERFACETS_ALWAYS_INLINE void operator()(std::span<double> rows, std::span<double> combined,
+                                            const double* matrix) const {
+    with_width(combined.size(), [&](const auto width) {
+      for (std::size_t first = 0; first < rows.size(); first += width) {
+        for (std::size_t i = 0; i < width; ++i) combined[i] = 0.0;
+        for (std::size_t k = 0; k < width; ++k) {
+          const double value = rows[first + k];
+          for (std::size_t i = 0; i < width; ++i) combined[i] += value * matrix[k * width + i];
+        }
+        for (std::size_t i = 0; i < width; ++i) rows[first + i] = combined[i];
+      }
+    });
+  }
+};
 
 // Subspace iteration with the inverse of L + shift A, and a Rayleigh-Ritz step in each iteration.
 class Subspace {
@@ -301,15 +411,9 @@ class Subspace {
   // symmetric, to remove rounding errors.
   Square gram(std::span<const double> others, bool is_weighted) const {
     Square products(width_);
-    for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
-      const double* here = rows_.data() + cell * width_;
-      const double* other = others.data() + cell * width_;
-      const double weight = is_weighted ? measures_[cell] : 1.0;
-      for (std::size_t i = 0; i < width_; ++i) {
-        const double factor = weight * here[i];
-        for (std::size_t j = 0; j < width_; ++j) products(i, j) += factor * other[j];
-      }
-    }
+    run_version(best_instruction_set(), AddGram(), rows_.data(), others.data(),
+                is_weighted ? measures_ : std::span<const double>(), measures_.size(),
+                std::pair(width_, &products(0, 0)));
     for (std::size_t i = 0; i < width_; ++i) {
       for (std::size_t j = 0; j < i; ++j) {
         products(i, j) = products(j, i) = 0.5 * (products(i, j) + products(j, i));
@@ -335,15 +439,13 @@ class Subspace {
     std::ranges::stable_sort(
         order, [&](std::size_t a, std::size_t b) { return reduced(a, a) < reduced(b, b); });
     for (std::size_t i = 0; i < width_; ++i) values_[i] = reduced(order[i], order[i]);
-    std::vector<double> combined(width_);
-    for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
-      std::ranges::fill(combined, 0.0);
-      for (std::size_t k = 0; k < width_; ++k) {
-        const double value = row(cell)[k];
-        for (std::size_t i = 0; i < width_; ++i) combined[i] += value * turned(k, order[i]);
-      }
-      std::ranges::copy(combined, row(cell).begin());
+    Square sorted(width_);
+    for (std::size_t k = 0; k < width_; ++k) {
+      for (std::size_t i = 0; i < width_; ++i) sorted(k, i) = turned(k, order[i]);
     }
+    std::vector<double> combined(width_);
+    run_version(best_instruction_set(), Combine(), std::span(rows_), std::span(combined),
+                &sorted(0, 0));
   }
 
   std::vector<double> signs_of(std::size_t n_wanted) const {

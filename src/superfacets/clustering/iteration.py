@@ -138,7 +138,8 @@ class Iteration:
                 break
             centers = clustering.centers()
             with timed(self.timings, "update"):
-                moved_to = clustering.relocate(max(1, round(share * len(centers))))
+                n_moves = max(1, round(share * len(centers)))
+                moved_to = clustering.relocate(n_moves, self.options.n_threads)
             if np.array_equal(moved_to, centers):
                 break
             with timed(self.timings, "classify"):
