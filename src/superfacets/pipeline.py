@@ -35,7 +35,14 @@ from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, OrderedCells, kind_of
 from .cells.named_features import features_of
-from .cells.parts import PART_CREASE_SCALE, SPARE, PartPrices, groups_to_embed
+from .cells.parts import (
+    FAR_STEPS,
+    PART_CREASE_SCALE,
+    SHORT_STEPS,
+    SPARE,
+    PartPrices,
+    groups_to_embed,
+)
 from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.balance import Balancer, SizeRules
@@ -142,7 +149,7 @@ def segment(
     weights: WeightName | Weights = "parts",
     eta_convex: float | None = None,
     ridges: float | None = None,
-    init: Init | Start = "geodesic",
+    init: Init | Start | None = None,
     relocate: bool | None = None,
     smooth: bool = True,
     max_num_iter: int = 50,
@@ -196,8 +203,9 @@ def segment(
     {weights}
     eta_convex, ridges : float, optional
         Weight, relative to concave creases, of convex ones, and of sharp edges between flat faces.
-    init : {"geodesic", "farthest", "flood", "grid"}, array_like of int, or Segmentation
-        How seeds are placed; or faces that are the seeds; or one label per face, or an earlier
+    init : {"geodesic", "curve", "farthest", "flood", "grid"}, array_like, or Segmentation, optional
+        How seeds are placed, by default ``"geodesic"``, or ``"curve"`` for ten thousand regions and
+        more of less than a hundred faces; or faces that are the seeds; or one label per face, or an earlier
         result, to begin with.
     relocate : bool, optional
         Whether centers may jump to where regions are large. By default with ``"parts"`` only.
@@ -322,7 +330,7 @@ class Options:
     """The checked options of all stages."""
 
     weld: bool
-    init: Init | Start
+    init: Init | Start | None
     size: SizeOptions
     weights: WeightOptions
     loop: LoopOptions
@@ -396,10 +404,10 @@ class _Work:
 
     def relocating(self) -> _Work:
         """Return the work with the default of `relocate` in place of None."""
-        loop, is_given = self.options.loop, not isinstance(self.options.init, str)
+        loop = self.options.loop
         if loop.relocate is not None:
             return self
-        relocates = self.has_parts and not is_given and loop.radius_factor is None
+        relocates = self.has_parts and not self.plan.has_seeds and loop.radius_factor is None
         loop = replace(loop, relocate=relocates)
         return replace(self, options=replace(self.options, loop=loop))
 
@@ -586,8 +594,10 @@ def price_parts(
     if levels.on_all:
         groups = groups_to_embed(graph, n_threads)
         parts = PartPrices.of(graph, groups, factors, n_threads)
-        far = has_small_regions(graph, size.n_segments)
-        parts.add_to_all(graph, levels.coarse, n_threads, far=far)
+        far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
+        if levels.is_short:
+            far_steps = SHORT_STEPS
+        parts.add_to_all(graph, levels.coarse, n_threads, far_steps=far_steps)
     else:
         groups = levels.coarse[: levels.n_finer + 1]
         parts = PartPrices.of(graph, groups, factors, n_threads)

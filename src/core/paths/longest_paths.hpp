@@ -1,6 +1,7 @@
 // Farthest-point sampling by path length; used by the seeding stage.
 #pragma once
 
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -17,6 +18,7 @@ class LongestPaths {
   LongestPaths(const OrderedGraph& graph, ThreadTeam& team);
 
   void place(Place center);
+  void place_all(std::span<const Place> centers);  // faster than one after the other
 
   // Whether a path reaches a place, and whether paths reach every place.
   bool reaches(Place place) const { return paths_.path(place).label != kNoLabel; }

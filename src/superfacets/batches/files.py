@@ -117,12 +117,13 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
         names = ", ".join(sorted(_DEFAULTS))
         raise TypeError(f"{unknown[0]} is no option for files: the options are {names}")
     for name in ("weights", "init"):
-        if not isinstance(keywords.get(name, ""), str):
+        if not isinstance(keywords.get(name) or "", str):
             raise TypeError(f"{name} must be a name: arrays suit one mesh, not many files")
     get = keywords.get
-    size = SizeOptions.checked(get("n_segments"), get("radius"), "geodesic")
+    size = SizeOptions.checked(get("n_segments"), get("radius"), None)
     WeightOptions.checked(get("weights", "parts"), get("alpha"), get("eta_convex"), get("ridges"))
-    checked_choice(get("init", "geodesic"), "init", INITS)
+    if get("init") is not None:
+        checked_choice(get("init"), "init", INITS)
     islands = get("islands", "keep")
     loop = LoopOptions.checked(
         get("max_num_iter", 1), get("tol", 0.0), get("radius_factor"), islands, get("n_threads"),

@@ -35,7 +35,7 @@ def place_seeds(
         the sum of all measures. The default is 150, or N if N is less, unless `radius` is given.
     radius : float, optional
         r as a fraction of the diagonal of the graph's bounds, > 0. Then k is A / (pi r^2), rounded.
-    init : {"geodesic", "farthest", "flood", "grid"} or array_like of int
+    init : {"geodesic", "curve", "farthest", "flood", "grid"} or array_like of int
         How to place seeds.
 
         - ``"geodesic"``: start with the central cell, the one nearest to the centroid; then add
@@ -44,6 +44,10 @@ def place_seeds(
           with the central cells of all components but islands, the largest first.
         - ``"farthest"``: the same with Euclidean distances. Exactly k seeds; O((N + k) log N) in
           practice.
+        - ``"curve"``: divide the Morton curve through all cells into equal parts, and take the
+          cell in the middle of each part as a seed, until k has three fifths of its seeds; then go
+          on as ``"geodesic"``. A cell counts with its measure times the square root of its mean arc
+          length per distance. Exactly k seeds; O(N + k log N) in practice.
         - ``"flood"``: visit cells in the order of their path length from the central cell. A cell
           that no region has reached starts a new region, which expands to 2 r. Each further
           component is flooded from its lowest cell.
@@ -55,7 +59,7 @@ def place_seeds(
     islands : {"keep", "nearest"}
         Islands are all components but the k largest, and components with less than half of the
         mean measure of a region (A / k), as long as the other components have k cells. Islands get
-        no geodesic seeds. With ``"nearest"`` they get no seeds of ``"farthest"`` and ``"flood"``
+        no seeds of ``"geodesic"`` and ``"curve"``. With ``"nearest"`` they get no seeds of ``"farthest"`` and ``"flood"``
         either, and ``"farthest"`` starts with the same central cells as ``"geodesic"``.
     n_threads : int, optional
         As for `segment`.
@@ -110,6 +114,8 @@ def run_seeding(
     of_islands = CORE_ISLANDS[islands]
     if init == "farthest":
         return _core.farthest_seeds(graph, first, size.n_segments, of_islands, n_threads)
+    if init == "curve":
+        return _core.curve_seeds(graph, first, size.n_segments, n_threads)
     if init == "geodesic":
         return _core.geodesic_seeds(graph, first, size.n_segments, n_threads)
     reach = SEED_SPACING * _positive_radius(size, init)
