@@ -204,9 +204,9 @@ def segment(
     eta_convex, ridges : float, optional
         Weight, relative to concave creases, of convex ones, and of sharp edges between flat faces.
     init : {"geodesic", "curve", "farthest", "flood", "grid"}, array_like, or Segmentation, optional
-        How seeds are placed, by default ``"geodesic"``, or ``"curve"`` for ten thousand regions and
-        more of less than a hundred faces; or faces that are the seeds; or one label per face, or an earlier
-        result, to begin with.
+        How seeds are placed: by default ``"geodesic"``, or ``"curve"`` for 10,000 or more regions
+        of less than a hundred faces. Or faces that are the seeds; or one label per face, or an
+        earlier result, to begin with.
     relocate : bool, optional
         Whether centers may jump to where regions are large. By default with ``"parts"`` only.
     smooth : bool, default True

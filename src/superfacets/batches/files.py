@@ -122,8 +122,7 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
     get = keywords.get
     size = SizeOptions.checked(get("n_segments"), get("radius"), None)
     WeightOptions.checked(get("weights", "parts"), get("alpha"), get("eta_convex"), get("ridges"))
-    if get("init") is not None:
-        checked_choice(get("init"), "init", INITS)
+    checked_choice(get("init") or "geodesic", "init", INITS)
     islands = get("islands", "keep")
     loop = LoopOptions.checked(
         get("max_num_iter", 1), get("tol", 0.0), get("radius_factor"), islands, get("n_threads"),

@@ -18,7 +18,7 @@ from .graphs import AnyGraph, CoarseCells, Levels, Regions, is_straight, regions
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
 
-RELOCATED_SHARES = (0.13, 0.0975, 0.065, 0.0325)
+RELOCATED_SHARES: tuple[float, ...] = (0.13, 0.0975, 0.065, 0.0325)
 """Largest fraction of centers that move in each round of relocation; at least one may move."""
 
 ITERATIONS_PER_ROUND = 8

@@ -59,8 +59,9 @@ def place_seeds(
     islands : {"keep", "nearest"}
         Islands are all components but the k largest, and components with less than half of the
         mean measure of a region (A / k), as long as the other components have k cells. Islands get
-        no seeds of ``"geodesic"`` and ``"curve"``. With ``"nearest"`` they get no seeds of ``"farthest"`` and ``"flood"``
-        either, and ``"farthest"`` starts with the same central cells as ``"geodesic"``.
+        no seeds of ``"geodesic"`` and ``"curve"``. With ``"nearest"`` they get no seeds of
+        ``"farthest"`` and ``"flood"`` either, and ``"farthest"`` starts with the same central cells
+        as ``"geodesic"``.
     n_threads : int, optional
         As for `segment`.
 
