@@ -30,14 +30,38 @@ Buffer<float> prices_of(const OrderedGraph& graph, ThreadTeam& team) {
   return prices;
 }
 
-// Lists the arcs of one place after another.
+// Finds the arcs of one place after another.
 class ArcFinder {
  public:
   ArcFinder(const OrderedGraph& graph, std::span<const float> prices, int n_steps)
       : graph_(graph), prices_(prices), n_steps_(n_steps), least_(graph.n_cells(), kNone) {}
 
-  // Adds the arcs of a place to those that `take` returns; returns their number.
-  std::int64_t find(Place place) {
+  // The number of arcs of a place.
+  std::int64_t count(Place place) {
+    reach(place);
+    for (const Place to : reached_) least_[to] = kNone;
+    return std::ssize(reached_);
+  }
+
+  // Writes the arcs of a place.
+  void write(Place place, Arc* arcs) {
+    reach(place);
+    for (const Place to : reached_) {
+      *arcs++ = {to, length_between(place, to, least_[to])};
+      least_[to] = kNone;
+    }
+  }
+
+ private:
+  struct Walk {
+    Place before;
+    Place here;
+    double price;  // sums of whole numbers are exact
+  };
+  static constexpr double kNone = HUGE_VAL;
+
+  // Finds the cells that arcs lead to, and the prices of the arcs.
+  void reach(Place place) {
     walks_.clear();
     reached_.clear();
     least_[place] = 0.0;
@@ -56,27 +80,7 @@ class ArcFinder {
       }
     }
     least_[place] = kNone;
-    for (const Place to : reached_) {
-      arcs_.push_back({to, length_between(place, to, least_[to])});
-      least_[to] = kNone;
-    }
-    return std::ssize(reached_);
   }
-
-  // All arcs since the last call, in memory of their own.
-  Buffer<Arc> take() {
-    Buffer<Arc> taken = copy_of<Arc>(arcs_);
-    arcs_.clear();
-    return taken;
-  }
-
- private:
-  struct Walk {
-    Place before;
-    Place here;
-    double price;  // sums of whole numbers are exact
-  };
-  static constexpr double kNone = HUGE_VAL;
 
   // Adds an arc to a walk, in all ways. The longer walks are kept if they are to be extended, too.
   template <bool kKeeps>
@@ -104,7 +108,6 @@ class ArcFinder {
   const int n_steps_;
   std::vector<Walk> walks_;
   std::vector<Place> reached_;
-  std::vector<Arc> arcs_;
   std::vector<double> least_;  // by place: the lowest price of a walk; kNone if there is none
 };
 
@@ -122,24 +125,24 @@ void add_far_arcs(OrderedGraph& graph, int most_steps, ThreadTeam& team) {
   const int n_steps = std::min(steps_of(graph), most_steps);
   if (n_steps == 1) return;
   const Buffer<float> prices = prices_of(graph, team);
-  std::vector<Buffer<Arc>> blocks((graph.n_cells() + kBlock - 1) / kBlock);
   PerThread<ArcFinder> finders(team.size());
   Buffer<std::int64_t> offsets(graph.n_cells() + 1);
   offsets[0] = 0;
-  team.for_each(std::ssize(blocks), [&](std::int64_t block, int thread) {
-    ArcFinder& finder = finders.get(thread, graph, prices.span(), n_steps);
-    const std::int64_t begin = block * kBlock;
-    const std::int64_t end = std::min<std::int64_t>(begin + kBlock, graph.n_cells());
-    for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      offsets[place + 1] = finder.find(place);
-    }
-    blocks[block] = finder.take();
-  });
+  const auto for_each_place = [&](const auto& work) {
+    team.for_each((graph.n_cells() + kBlock - 1) / kBlock, [&](std::int64_t block, int thread) {
+      ArcFinder& finder = finders.get(thread, graph, prices.span(), n_steps);
+      const std::int64_t end = std::min<std::int64_t>((block + 1) * kBlock, graph.n_cells());
+      for (auto place = static_cast<Place>(block * kBlock); place < end; ++place) {
+        work(finder, place);
+      }
+    });
+  };
+  // Arcs are counted first: writing new memory takes longer than finding arcs again.
+  for_each_place([&](ArcFinder& finder, Place place) { offsets[place + 1] = finder.count(place); });
   for (Place place = 0; place < graph.n_cells(); ++place) offsets[place + 1] += offsets[place];
   Buffer<Arc> arcs(offsets[graph.n_cells()]);
-  team.for_each(std::ssize(blocks), [&](std::int64_t block, int) {
-    std::copy(blocks[block].begin(), blocks[block].end(), arcs.data() + offsets[block * kBlock]);
-  });
+  for_each_place(
+      [&](ArcFinder& finder, Place place) { finder.write(place, arcs.data() + offsets[place]); });
   graph.offsets = std::move(offsets);
   graph.arcs = std::move(arcs);
   graph.n_arcs = std::ssize(graph.arcs);
