@@ -100,7 +100,7 @@ double share_of(const OrderedGraph& graph, Place place) {
   double lengths = 0.0;
   double steps = 0.0;
   for (const Arc& arc : graph.arcs_of(place)) {
-    if (arc.to == place) continue;  // padding
+    if (arc.to == place) continue;  // padding, or a loop
     lengths += double{arc.length};
     steps += norm(graph.positions[arc.to] - graph.positions[place]);
   }

@@ -28,6 +28,7 @@ from .clustering import (
 from .region_sizes import move_cells, walk_regions
 from .regions import RegionArc, find_bridges, merge_tree, region_arcs, region_shapes
 from .seeding import (
+    curve_seeds,
     farthest_seeds,
     find_components,
     flood_seeds,
@@ -62,6 +63,7 @@ __all__ = [
     "coarse_arcs",
     "coarse_cells",
     "count_segments",
+    "curve_seeds",
     "farthest_seeds",
     "find_bridges",
     "find_components",
