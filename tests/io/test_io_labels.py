@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 import pytest
-from mesh_files import ORDERS, VERTICES, ply_header, ply_text
+from mesh_files import ORDERS, VERTICES, ply_header, ply_text, stl_binary
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh, MeshError, PointCloud, TetMesh
@@ -238,8 +238,8 @@ def test_an_empty_file_is_refused(refuse, name):
 @pytest.mark.parametrize(("name", "ending"), [("a.json", ".json"), ("a", "none")])
 def test_an_unknown_ending_is_refused(refuse, name, ending):
     endings = (
-        ".npy, .ply, .seg, .txt, .vtp, .csv, .e57, .las, .laz, .pcd, .xyz, .mesh, .msh, .vtk, .vtu"
-        ", .label.gii, .annot"
+        ".npy, .ply, .seg, .txt, .stl, .obj, .vtp, .csv, .e57, .las, .laz, .pcd, .xyz, .mesh, .msh"
+        ", .vtk, .vtu, .label.gii, .annot"
     )
     refuse(name, b"1\n", f"expected the ending {endings}, got {ending}")
     assert ", ".join(LABEL_ENDINGS) == endings
@@ -282,6 +282,38 @@ def test_an_array_of_another_name_is_read(tmp_path, ending):
     assert not has_labels(path)
     with pytest.raises(MeshError, match="has no cell data label"):
         read_labels(path)
+
+
+@pytest.mark.parametrize("ending", [".stl", ".obj"])
+def test_regions_come_back_from_solids_and_groups(tmp_path, ending):
+    path = tmp_path / f"a{ending}"
+    mesh = Mesh(VERTICES, [[0, 1, 2], [1, 2, 3], [0, 2, 3], [0, 1, 3]])
+    write_mesh(path, mesh, [17, -1, 4, 17])
+    assert_array_equal(read_labels(path, 4), [-1, 4, 17, 17])  # faces are in the order of regions
+    assert has_labels(path)
+    write_mesh(path, mesh)
+    assert not has_labels(path)
+
+
+def test_named_parts_are_numbered_in_their_order(tmp_path):
+    path = tmp_path / "a.stl"
+    facet = "facet normal 0 0 0\nouter loop\n" + "vertex 0 0 0\n" * 3 + "endloop\nendfacet\n"
+    names = ("inlet", "wall", "Inlet", "wall", "")
+    path.write_text("".join(f"SOLID {name}\n{2 * facet}endsolid\n" for name in names))
+    assert_array_equal(read_labels(path), [0, 0, 1, 1, 2, 2, 1, 1, 3, 3])
+    assert not has_labels(path)
+    path = tmp_path / "a.obj"
+    vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+    path.write_text(f"{vertices}f 1 2 3\no car\nf 1 2 3\ng front \\\n door # left\nf 1 2 3\n")
+    assert_array_equal(read_labels(path), [-1, 0, 1])
+    path.write_text(f"{vertices}g car\nf 1 2 3\ng region_7\nf 1 2 3\n")
+    assert_array_equal(read_labels(path), [0, 1])
+
+
+def test_files_without_parts_are_refused(refuse):
+    refuse("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "the OBJ file has no groups")
+    refuse("a.obj", b"g a\nf 1 2 3\n", "faces[0] refers to vertex 1")
+    refuse("a.stl", stl_binary(), "a binary STL file names no solids")
 
 
 def test_a_missing_file_is_an_os_error(tmp_path):

@@ -17,6 +17,7 @@ from ..guards import Content, counted, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .cortex import annot_labels, gifti_labels
 from .npy import npy_array, npy_header
+from .parts import has_region_parts, obj_labels, stl_labels
 from .ply import has_ply_labels, read_ply_labels
 from .tets import TET_ENDINGS, tet_labels
 from .text import shown, split_lines
@@ -39,11 +40,13 @@ def read_labels(
     path : path-like
         The ending, in any case, tells the format: ``.npy`` (one-dimensional, any integer type),
         ``.seg`` and ``.txt`` (one integer per line, no header), ``.ply`` (integer face property
-        property ``label`` of the faces, which may be polygons, or of the vertices if there are no
+        ``label`` of the faces, which may be polygons, or of the vertices if there are no
         faces), ``.vtp``, ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh`` (integer cell data ``label``);
         and the other formats of `read_cloud` (a column or dimension ``label``). ``.label.gii``
         (GIFTI) and ``.annot`` (FreeSurfer) have a label of each vertex: the key or row of the table
-        less one, so that the first, which stands for no region, is -1.
+        less one, so that the first, which stands for no region, is -1. ``.stl`` (text) and ``.obj``
+        have parts: solids, groups or objects. ``region_17`` is label 17 if all parts are named in
+        this way; otherwise the parts are numbered in the order of the file.
     n_faces : int, optional
         Number of faces of the mesh; if given, the file must hold as many labels.
     name : str, default "label"
@@ -87,9 +90,11 @@ def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
     """Whether the file of a mesh or cloud also holds labels of this name."""
     path = Path(path)
     ending = path.suffix.lower()
-    if ending not in _FINDERS and ending != ".ply":
+    if ending not in _FINDERS and ending not in (".ply", ".stl", ".obj"):
         return False
     data = read_content(path)
+    if ending in (".stl", ".obj"):
+        return has_region_parts(data)
     with named_errors(path):
         if ending == ".ply":  # the header suffices
             return has_ply_labels(data, name)
@@ -164,6 +169,8 @@ _READERS: dict[str, Callable[[Content, str], Array]] = {
     ".ply": read_ply_labels,
     ".seg": _read_text,
     ".txt": _read_text,
+    ".stl": lambda data, name: stl_labels(data),
+    ".obj": lambda data, name: obj_labels(data),
     **{ending: partial(_read_found, ending=ending) for ending in _FINDERS},
     ".label.gii": lambda data, name: gifti_labels(data),
     ".annot": lambda data, name: annot_labels(data),

@@ -38,7 +38,7 @@ def read_stl(data: Content) -> Arrays:
     """Vertices, three per face, and faces of an STL file; the stored normals are skipped."""
     if data[: len(STEP_MAGIC)] == STEP_MAGIC:
         raise MeshError(cad_advice("STEP"))
-    corners = _read_binary(data) if _is_binary(data) else _read_ascii(data)
+    corners = _read_binary(data) if is_binary_stl(data) else _read_ascii(data)
     vertices = as_doubles(corners).reshape(-1, 3)
     index_type = np.int32 if len(vertices) <= MAX_CELLS else np.int64
     return vertices, np.arange(len(vertices), dtype=index_type).reshape(-1, 3)
@@ -55,7 +55,7 @@ def has_binary_size(data: Content) -> bool:
     return len(data) >= HEADER_SIZE + 4 and len(data) == _declared(data)[1]
 
 
-def _is_binary(data: Content) -> bool:
+def is_binary_stl(data: Content) -> bool:
     """Tell by the size first: the header of a binary file may begin with "solid" as well."""
     return (
         has_binary_size(data)
