@@ -1,4 +1,4 @@
-"""Regions of equal area beside those of METIS and pyacvd: how equal, how good, how fast."""
+"""Regions of equal area, compared with METIS and pyacvd in balance, quality and speed."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import superfacets as sf
 from superfacets import metrics
 from superfacets.study.baselines import metis_partition
 from superfacets.study.princeton import Benchmark, Model
+from superfacets.study.table_writer import markdown_table
 
 from .meshes import Arrays
 from .rivals import run_pyacvd
@@ -30,12 +31,12 @@ def _usual(mesh: sf.Mesh, k: int) -> Labels:
 
 
 def _metis(imbalance: float) -> Callable[[sf.Mesh, int], Labels]:
-    """METIS with weights of creases, and this largest excess of area."""
+    """METIS with crease weights, and this largest excess of area."""
     return lambda mesh, k: metis_partition(mesh, k, imbalance=imbalance, n_threads=1).labels
 
 
 def _pyacvd(mesh: sf.Mesh, k: int) -> Labels:
-    """Each face gets the label of most of its vertices, or of the first."""
+    """Cluster vertices; each face gets the label of most of its vertices, or of the first one."""
     of_vertices = run_pyacvd(Arrays(mesh.vertices, mesh.faces), k).labels.astype(np.int32)
     first, second, third = of_vertices[mesh.faces].T
     labels = np.where(second == third, second, first)
@@ -61,14 +62,14 @@ class Row(NamedTuple):
     compactness: float
     variation: float  # coefficient of variation of areas
     largest: float  # in mean areas
-    apart: float  # share of regions that are in several pieces
+    apart: float  # number of extra pieces per region
     seconds: float
 
 
 def measure_balance(
     folder: Path, ks: Sequence[int], every: int, say: Callable[[str], None]
 ) -> list[Row]:
-    """Measure all methods on every n-th model of the Princeton benchmark; one thread."""
+    """Measure all methods on every n-th model of the Princeton benchmark, on one thread."""
     benchmark = Benchmark(folder)
     models = [benchmark.load(number) for number in sorted(benchmark.numbers)[::every]]
     rows = []
@@ -97,13 +98,12 @@ def _measured(model: Model, method: Callable[[sf.Mesh, int], Labels], k: int) ->
 
 def balance_table(rows: Sequence[Row]) -> str:
     """Return the rows as a table in Markdown."""
-    lines = [
-        "| k | method | UE | compactness | CV of areas | max / mean | extra pieces | seconds |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    lines += [
-        f"| {row.k} | {row.method} | {row.error:.4f} | {row.compactness:.3f} |"
-        f" {row.variation:.3f} | {row.largest:.3f} | {row.apart:.2%} | {row.seconds:.3f} |"
-        for row in rows
-    ]
-    return "\n".join(lines)
+    head = ["k", "method", "UE", "compactness", "CV of areas", "max / mean", "extra pieces"]
+    return markdown_table(
+        [*head, "seconds"],
+        (
+            [row.k, row.method, f"{row.error:.4f}", f"{row.compactness:.3f}",
+             f"{row.variation:.3f}", f"{row.largest:.3f}", f"{row.apart:.2%}", f"{row.seconds:.3f}"]
+            for row in rows
+        ),
+    )  # fmt: skip

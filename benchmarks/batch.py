@@ -12,6 +12,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from superfacets.study.table_writer import markdown_table
+
 from .checks import require
 from .clock import interleaved, median, summary
 
@@ -27,8 +29,8 @@ try:
 except ChildProcessError:
     sys.exit(result)
 """
-"""Program that runs a command and ends after all processes of the command: they become its
-children, so that their processor time is counted."""
+"""Program that runs a command, and waits for all processes of the command. These processes become
+its children, so that their processor time is counted."""
 
 
 def measure_batch(
@@ -36,9 +38,9 @@ def measure_batch(
 ) -> list[dict[str, Any]]:
     """Return a row for each number of workers: seconds, processor time, gain over the first.
 
-    The runs take turns, each with its own output folder, and all must write the same bytes. The
-    processor time is the sum over all processes of a command; other programs change it less than
-    the wall time. With `n_files`, the batch is made of `n_files` copies of the files.
+    Runs alternate between the numbers of workers, and must all write the same bytes. The processor
+    time is the sum over all processes of a command; other programs affect it less than the wall
+    time. With `n_files`, the batch consists of `n_files` copies of the files.
     """
     with tempfile.TemporaryDirectory() as scratch:
         if n_files is not None:
@@ -65,7 +67,7 @@ def measure_batch(
 
 
 def _copied(folder: Path, copies: Path, n_files: int) -> Path:
-    """Copy the files in turn until there are `n_files` copies; return the folder of the copies."""
+    """Copy the files repeatedly until there are `n_files` copies; return their folder."""
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     copies.mkdir()
     for number in range(n_files):
@@ -95,13 +97,8 @@ def _results(folder: Path) -> dict[str, bytes]:
 
 def table(rows: Sequence[dict[str, Any]]) -> str:
     """The rows as a table in Markdown."""
-    lines = [
-        "| workers | files | seconds | fastest | processor | gain |",
-        "|---|---|---|---|---|---|",
-    ]
-    lines += [
-        f"| {row['workers']} | {row['files']} | {row['seconds']:.2f} | {row['fastest']:.2f} |"
-        f" {row['processor_seconds']:.2f} | {row['gain']:.2f} |"
-        for row in rows
-    ]
-    return "\n".join(lines)
+    times = ("seconds", "fastest", "processor_seconds", "gain")
+    return markdown_table(
+        ["workers", "files", *times],
+        ([row["workers"], row["files"], *(f"{row[name]:.2f}" for name in times)] for row in rows),
+    )

@@ -1,4 +1,4 @@
-"""Labels are checked before times are kept: against hashes, readable twins, and invariants."""
+"""Checks of labels, before times are kept: by hashes, readable twins, and invariants."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from superfacets import reference
 from .meshes import Arrays
 
 PLAIN: dict[str, Any] = {"weights": "superfacets", "init": "farthest", "smooth": False}
-"""The paper's weights and seeds, and the labels that the loop returns, without smoothing."""
+"""Keywords for the paper's weights and seeds, without smoothing."""
 
 EXPECTED = Path(__file__).with_name("expected.json")
 """Hashes of meshes and labels; ``python -m benchmarks expect`` writes them."""
@@ -26,7 +26,7 @@ Expected = dict[str, Any]
 
 
 class WrongLabelsError(AssertionError):
-    """The labels are wrong, so times of this run mean nothing."""
+    """The labels are wrong, so the times of this run have no meaning."""
 
 
 def require(holds: bool, message: str) -> None:
@@ -36,7 +36,7 @@ def require(holds: bool, message: str) -> None:
 
 
 def load_expected(path: Path = EXPECTED) -> Expected:
-    """Return the stored hashes; no meshes if there is no such file."""
+    """Return the stored hashes; without a file, there are no meshes."""
     if not path.exists():
         return {"meshes": {}}
     stored: Expected = json.loads(path.read_text())
@@ -44,7 +44,7 @@ def load_expected(path: Path = EXPECTED) -> Expected:
 
 
 def save_expected(expected: Expected, path: Path = EXPECTED) -> None:
-    """Write the hashes sorted, so that a changed hash is one changed line."""
+    """Write the hashes in sorted order, so that a changed hash changes one line."""
     path.write_text(json.dumps(expected, indent=1, sort_keys=True) + "\n")
 
 
@@ -53,16 +53,16 @@ def check_labels(
 ) -> str:
     """Return how the labels were checked: by the stored hash, or by invariants and one thread.
 
-    Subdivided meshes depend on numpy's random numbers, sample meshes on its linear algebra. If the
-    mesh has the stored hash, its labels must have the stored hash, too. Otherwise the labels are
-    checked by invariants, and compared with the labels of one thread.
+    If the mesh has the stored hash, its labels must have the stored hash. Otherwise the labels are
+    checked by invariants, and compared with the labels of one thread: subdivided meshes depend on
+    numpy's random numbers, and sample meshes depend on its linear algebra.
 
     Parameters
     ----------
     expected : dict
         From `load_expected`.
     mesh, run : str
-        Name of the mesh; name of the run, which has the number of regions and the settings.
+        Name of the mesh; name of the run, which consists of number of regions and settings.
     arrays : Arrays
         The mesh.
     result : Segmentation
@@ -97,8 +97,8 @@ def _check_one_thread(arrays: Arrays, result: sf.Segmentation) -> None:
 def check_invariants(arrays: Arrays, result: sf.Segmentation) -> None:
     """Raise an error unless labels are int32, and each of K connected regions contains its center.
 
-    K is the number that was asked for, plus at most one for each component of the mesh but the
-    first. With halted expansions, regions may be in several pieces, and there may be more regions.
+    K is the requested number, plus at most one for each further component of the mesh. With halted
+    expansions, regions may be disconnected, and there may be more regions.
     """
     labels, n_segments = result.labels, result.n_segments
     require(labels.shape == (len(arrays.faces),), "there is not one label per face")
@@ -106,7 +106,7 @@ def check_invariants(arrays: Arrays, result: sf.Segmentation) -> None:
     counts = np.bincount(labels, minlength=n_segments)
     require(len(counts) == n_segments and bool(counts.all()), "labels have gaps")
     own = labels[result.centers]
-    require(np.array_equal(own, np.arange(n_segments)), "a center lies in another region")
+    require(np.array_equal(own, np.arange(n_segments)), "a center is in another region")
     asked = result.params["n_segments"]
     if result.params["radius_factor"] is not None:
         require(n_segments >= asked, f"{n_segments} regions, {asked} asked for")
@@ -122,7 +122,7 @@ def check_invariants(arrays: Arrays, result: sf.Segmentation) -> None:
 def n_pieces(
     offsets: npt.NDArray[Any], neighbors: npt.NDArray[Any], labels: npt.NDArray[Any]
 ) -> int:
-    """Return the number of connected pieces of all regions. Needs SciPy."""
+    """Return the total number of connected pieces of all regions. Needs SciPy."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 

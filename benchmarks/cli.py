@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -54,14 +55,14 @@ class Group(click.Group):
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
 def commands() -> None:
-    """Time superfacets: labels are checked first, tables are printed, JSON is written."""
+    """Time superfacets: check labels first, print tables, and write JSON."""
 
 
 def selection(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options that select meshes."""
     options = [
-        click.option("--meshes", help="Names, separated by commas, as bunny,hand-x64,bear60k."),
-        click.option("--max-faces", type=click.IntRange(min=1), help="No larger meshes."),
+        click.option("--meshes", help="Names, separated by commas: bunny,hand-x64,bear60k."),
+        click.option("--max-faces", type=click.IntRange(min=1), help="Largest number of faces."),
         click.option("--data", type=FOLDER, help="Folder with `meshes`.  [SUPERFACETS_DATA]"),
     ]
     for option in reversed(options):
@@ -73,8 +74,8 @@ def running(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options of commands that measure; a decorator of commands."""
     options = [
         click.option("--quick", is_flag=True, help="Meshes up to 500,000 faces, 3 runs of each."),
-        click.option("--repeats", type=click.IntRange(min=1), help="Runs that count."),
-        click.option("--json", "output", type=FILE, help="Write all results there."),
+        click.option("--repeats", type=click.IntRange(min=1), help="Number of counted runs."),
+        click.option("--json", "output", type=FILE, help="File for all results."),
     ]
     for option in reversed(options):
         command = option(command)
@@ -95,7 +96,7 @@ def _run(sections: set[str], **options: Any) -> None:
     meshes = _names(options.pop("meshes"))
     plan = make_plan(meshes=meshes, **options)
     if plan.data is None:
-        _say("no folder of data (SUPERFACETS_DATA, ../shared/data): sample meshes are used")
+        _say("there is no folder of data (SUPERFACETS_DATA, ../shared/data): using sample meshes")
     results = measure(plan, frozenset(sections), load_expected(), _say)
     click.echo(report.render(results))
     if output:
@@ -106,9 +107,9 @@ def _run(sections: set[str], **options: Any) -> None:
 @commands.command("targets")
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True)
 @click.option("--data", type=FOLDER, help="Folder with `meshes`.  [SUPERFACETS_DATA]")
-@click.option("--json", "output", type=FILE, help="Write all results there.")
+@click.option("--json", "output", type=FILE, help="File for all results.")
 def measure_targets(repeats: int, data: Path | None, output: Path | None) -> None:
-    """Rows of the documentation that have a target, in about five minutes."""
+    """Measure the rows of the documentation that have a target, in about five minutes."""
     check_against_reference()
     before = facts()  # the load of other processes
     found = targets.measure(targets.Meshes(), find_data(data), repeats, load_expected(), _say)
@@ -119,46 +120,16 @@ def measure_targets(repeats: int, data: Path | None, output: Path | None) -> Non
         _say(f"wrote {output}")
 
 
-@commands.command()
-@running
-def stages(**options: Any) -> None:
-    """Arrays to labels stage by stage, and single passes."""
-    _run({"stages", "passes"}, **options)
-
-
-@commands.command()
-@running
-def scaling(**options: Any) -> None:
-    """More numbers of regions, settings and threads."""
-    _run({"scaling"}, **options)
-
-
-@commands.command()
-@running
-def orders(**options: Any) -> None:
-    """Large meshes in their own order, and with faces and vertices in random order."""
-    _run({"orders"}, **options)
-
-
-@commands.command()
-@running
-def rivals(**options: Any) -> None:
-    """METIS, pyacvd, SLIC and SciPy side by side with superfacets."""
-    _run({"rivals"}, **options)
-
-
-@commands.command()
-@running
-def memory(**options: Any) -> None:
-    """Peak memory, in fresh processes."""
-    _run({"memory"}, **options)
-
-
-@commands.command("all")
-@running
-def everything(**options: Any) -> None:
-    """Run all of the above."""
-    _run(set(SECTIONS), **options)
+SECTION_COMMANDS = {
+    "stages": ({"stages", "passes"}, "Time all stages from arrays to labels, and single passes."),
+    "scaling": ({"scaling"}, "Time more numbers of regions, settings and threads."),
+    "orders": ({"orders"}, "Time large meshes in their order, and in random order."),
+    "rivals": ({"rivals"}, "Time METIS, pyacvd, SLIC and SciPy side by side with superfacets."),
+    "memory": ({"memory"}, "Measure peak memory, in fresh processes."),
+    "all": (set(SECTIONS), "Run all of the commands above."),
+}
+for _name, (_sections, _help) in SECTION_COMMANDS.items():
+    commands.command(_name, help=_help)(running(partial(_run, _sections)))
 
 
 @commands.command()
@@ -176,9 +147,9 @@ def timings(repeats: int) -> None:
 @click.argument("folder", type=FOLDER)
 @click.option("--workers", default="1,2", show_default=True, help="Numbers, separated by commas.")
 @click.option("--repeats", type=click.IntRange(min=1), default=5, show_default=True)
-@click.option("--files", type=click.IntRange(min=1), help="Copy the files until there are so many.")
+@click.option("--files", type=click.IntRange(min=1), help="Number of files; the files are copied.")
 def batch(folder: Path, workers: str, repeats: int, files: int | None) -> None:
-    """Time `superfacets batch` on the meshes in FOLDER, on several numbers of workers in turns."""
+    """Time `superfacets batch` on the meshes in FOLDER, alternating between numbers of workers."""
     counts = [int(count) for count in workers.split(",")]
     click.echo(table(measure_batch(folder, counts, repeats, files)))
 
@@ -188,7 +159,7 @@ def batch(folder: Path, workers: str, repeats: int, files: int | None) -> None:
 @click.option("-k", "ks", type=click.IntRange(min=1), multiple=True, help="Numbers of regions.")
 @click.option("--every", type=click.IntRange(min=1), default=1, help="Every n-th model.")
 def balance(folder: Path, ks: tuple[int, ...], every: int) -> None:
-    """Equal areas beside METIS and pyacvd, on the Princeton benchmark in FOLDER."""
+    """Compare regions of equal area with METIS and pyacvd, on the Princeton benchmark in FOLDER."""
     click.echo(balance_table(measure_balance(folder, ks or (50, 150, 300), every, _say)))
 
 
@@ -197,7 +168,7 @@ def balance(folder: Path, ks: tuple[int, ...], every: int) -> None:
 @click.option("--segments", type=click.IntRange(min=1), default=2_000, show_default=True)
 @click.option("--frames", type=click.IntRange(min=1), default=20, show_default=True)
 @click.option("--data", type=FOLDER, help="Folder with `meshes`.  [SUPERFACETS_DATA]")
-@click.option("--json", "output", type=FILE, help="Write all results there.")
+@click.option("--json", "output", type=FILE, help="File for all results.")
 def page(mesh: str, segments: int, frames: int, data: Path | None, output: Path | None) -> None:
     """Open the page of MESH and turn it.
 
@@ -216,7 +187,7 @@ def _mesh_of_page(mesh: str, data: Path | None) -> sf.Mesh | sf.PolygonMesh:
         return sf.Mesh(*build(mesh, find_data(data)))
     found = sf.read_mesh(mesh)
     if isinstance(found, sf.TetMesh):
-        raise click.UsageError(f"{mesh} is of tetrahedra: name a mesh of faces")
+        raise click.UsageError(f"{mesh} has tetrahedra: give a mesh of faces")
     return found
 
 
@@ -245,13 +216,13 @@ def _known(names: str | None, separator: str, known: Collection[str]) -> list[st
     wanted = names.split(separator) if names else list(known)
     unknown = [name for name in wanted if name not in known]
     if unknown:
-        raise click.UsageError(f"no {unknown[0]!r}: expected some of {', '.join(known)}")
+        raise click.UsageError(f"there is no {unknown[0]!r}: choose from {', '.join(known)}")
     return wanted
 
 
 @commands.command("report")
 @click.argument("results", type=FILE)
-@click.option("--into", "document", type=FILE, help="Fill the tables of this document instead.")
+@click.option("--into", "document", type=FILE, help="Document whose tables are filled.")
 def render_report(results: Path, document: Path | None) -> None:
     """Print the tables of a file of results, or put them into a document."""
     loaded = json.loads(results.read_text())
@@ -264,11 +235,11 @@ def render_report(results: Path, document: Path | None) -> None:
 
 @commands.command()
 @selection
-@click.option("--output", type=FILE, default=EXPECTED, help="Where the hashes go.")
+@click.option("--output", type=FILE, default=EXPECTED, help="File for the hashes.")
 def expect(meshes: str | None, output: Path, **options: Any) -> None:
-    """Store new hashes of the labels, after comparing a small mesh with the slow twins.
+    """Store new hashes of labels, after a comparison with the slow twins on a small mesh.
 
-    Hashes of meshes that are not run are kept.
+    Hashes of other meshes are kept.
     """
     check_against_reference()
     plan = make_plan(meshes=_names(meshes), **options)
@@ -284,7 +255,7 @@ def expect(meshes: str | None, output: Path, **options: Any) -> None:
 
 
 def _hash_of_labels(arrays: Arrays, n_segments: int, settings: str) -> str:
-    """Return the hash of labels that satisfy the invariants, and do not depend on the threads."""
+    """Return the hash of labels, after a check of the invariants and of one thread."""
     keywords = runs.SETTINGS[settings]
     result = sf.segment(arrays, n_segments, **keywords)
     alone = sf.segment(arrays, n_segments, n_threads=1, **keywords)

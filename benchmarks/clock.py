@@ -1,4 +1,4 @@
-"""Time jobs in turns, so that a slow minute of the machine affects all of them alike."""
+"""Times of interleaved jobs: a slow minute of the machine affects all jobs equally."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ def interleaved(
     repeats: int,
     accept: Callable[[Key, Any], Any],
 ) -> dict[Key, list[Sample]]:
-    """Run all jobs once to warm up, then `repeats` times in turns; return the samples of each.
+    """Run all jobs once as warm-up, then `repeats` rounds; return the samples of each job.
 
-    Garbage is collected before each job and not during it. `accept(key, result)` is called after
-    each run, also in the warm-up, and is not timed. It raises an error if the result is wrong,
-    before any time is kept. Otherwise it returns the facts to keep, and the result is dropped.
+    Garbage is collected before each job, and not during a job. After each run, also in the warm-up,
+    `accept(key, result)` is called. It raises an error if the result is wrong; otherwise it returns
+    the facts to keep, and the result is dropped.
     """
     samples: dict[Key, list[Sample]] = {key: [] for key in jobs}
     keys = list(jobs)
     for turn in range(repeats + 1):
-        first = turn % max(1, len(keys))  # so that a job does not always follow the same other job
+        first = turn % max(1, len(keys))  # each round starts with another job
         for key in keys[first:] + keys[:first]:
             sample = _timed(jobs[key], partial(accept, key))
             if turn > 0:

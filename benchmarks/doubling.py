@@ -1,10 +1,10 @@
-"""Growth of CPU time with the number of cells, for inputs where algorithms may become quadratic.
+"""Growth of CPU time with the number of cells, on inputs that may make algorithms quadratic.
 
     python -m benchmarks doubling
     python -m benchmarks doubling --shapes star,dust --smallest 64000
 
-Each row is one job on one shape at sizes that double. The exponent is the slope of a line through
-the logarithms of times and sizes: 1 is linear, 2 quadratic.
+Each row is one job on one shape, at sizes that double. The exponent is the slope of a line through
+the logarithms of times and sizes: 1 means linear, 2 means quadratic.
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ import numpy as np
 import numpy.typing as npt
 
 import superfacets as sf
+from superfacets.study.table_writer import markdown_table
 
 LIMIT = 1.2
-"""Largest exponent that counts as linear: sorting and trees add a logarithm, and arrays beyond the
-cache some tenths."""
+"""Largest exponent that counts as linear. Sorting and trees add a logarithm, and arrays larger than
+the cache add some tenths."""
 
 N_COPIES = 1000
 """Number of distinct positions in the cloud `copies`."""
@@ -161,8 +162,8 @@ SHAPES_OF: dict[str, tuple[str, ...]] = {
     "cut_borders": ("flat grid", "star", "coin", "dust"),
     "vertex_labels": ("flat grid", "star", "coin", "dust", "spindle"),
 }
-"""Shapes of jobs that need faces, or vertices. The thickness of the dust is not measured: a ray
-passes as many triangles as a row of the lattice has, so it is not linear."""
+"""Shapes of jobs that need faces or vertices. The thickness of dust is not linear: a ray passes all
+triangles in a row of the lattice."""
 
 
 @dataclass(frozen=True)
@@ -181,14 +182,14 @@ class Growth:
 
 
 def exponent(sizes: Sequence[float], seconds: Sequence[float]) -> float:
-    """Return p where seconds grow as size to the power p, by least squares in logarithms."""
+    """Return the p of seconds ~ size^p, by least squares of logarithms."""
     return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
 
 
 def measure_doubling(
     shapes: Sequence[str], jobs: Sequence[str], sizes: Sequence[int], repeats: int
 ) -> Iterator[Growth]:
-    """Run each job on each shape at these sizes, and keep the shortest CPU time for each size."""
+    """Run each job on each shape at these sizes; yield the shortest CPU times."""
     for shape in shapes:
         inputs = [SHAPES[shape](size) for size in sizes]
         for job in jobs:
@@ -213,9 +214,8 @@ def doubling_table(results: Sequence[Growth]) -> str:
     """Return the exponents as a table in Markdown, with a column for each shape."""
     shapes = list(dict.fromkeys(growth.shape for growth in results))
     found = {(growth.job, growth.shape): growth for growth in results}
-    rows = [f"| job | {' | '.join(shapes)} |", f"|---|{'---:|' * len(shapes)}"]
+    rows = []
     for job in dict.fromkeys(growth.job for growth in results):
         cells = [found.get((job, shape)) for shape in shapes]
-        texts = ["" if cell is None else f"{cell.exponent:.2f}" for cell in cells]
-        rows.append(f"| {job} | {' | '.join(texts)} |")
-    return "\n".join(rows)
+        rows.append([job, *("" if cell is None else f"{cell.exponent:.2f}" for cell in cells)])
+    return markdown_table(["job", *shapes], rows)

@@ -1,4 +1,4 @@
-"""Facts about the machine that times depend on; nothing that identifies it."""
+"""Facts about the machine that affect times; none of them identifies the machine."""
 
 from __future__ import annotations
 
@@ -10,15 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import superfacets as sf
+from superfacets import _validate
+
+usable_cores = _validate.usable_cores
 
 PACKAGES = ("numpy", "scipy", "pymetis", "pyacvd", "pyvista", "vtk", "scikit-image")
-
-
-def usable_cores() -> int:
-    """Return the number of cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def thread_counts() -> list[int]:
@@ -30,8 +26,8 @@ def thread_counts() -> list[int]:
 def facts() -> dict[str, Any]:
     """Return platform, processor, cores, load, memory, compiler and versions.
 
-    ``load`` is the average number of processes that wanted a core in the last minute. A load above
-    0 before a benchmark comes from other processes.
+    ``load`` is the mean number of processes that could run in the last minute. Before a benchmark,
+    it is caused by other programs.
     """
     return {
         "system": platform.system(),
@@ -71,15 +67,12 @@ def _memory_gib() -> float | None:
 
 
 def _compiler() -> str | None:
-    """Return the version that the compiler wrote into the core; None if there is none."""
+    """Return the compiler version in the binary of the core, if there is one."""
     from superfacets import _core
 
-    found = re.search(rb"GCC: \([^)\0]*\) [\d.]+|clang version [\d.]+", _read(_core.__file__))
+    content = Path(_core.__file__).read_bytes()
+    found = re.search(rb"GCC: \([^)\0]*\) [\d.]+|clang version [\d.]+", content)
     return found[0].decode() if found else None
-
-
-def _read(path: str) -> bytes:
-    return Path(path).read_bytes()
 
 
 def _versions() -> dict[str, str]:

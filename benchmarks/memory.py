@@ -28,8 +28,8 @@ ROOT = Path(__file__).resolve().parents[1]
 def measure(mesh: str, arrays: Arrays, n_segments: int) -> dict[str, Any]:
     """Return a row with the peak memory in bytes per face, above the memory with the arrays loaded.
 
-    The result counts; the input does not, and neither do threads and buffers, which stay after a
-    small mesh is segmented first. Without faces, the vertices are a cloud of points.
+    The peak includes the result. It excludes the input, and the threads and buffers that remain
+    from a smaller mesh. Without faces, the vertices are a point cloud.
     """
     n_faces = len(arrays.faces) or len(arrays.vertices)
     with tempfile.TemporaryDirectory() as folder:

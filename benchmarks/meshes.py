@@ -23,8 +23,8 @@ from superfacets.adapters.convert import as_triangles
 from superfacets.mesh.triangle_mesh import split_in_four
 
 NOISE = 0.05
-"""Largest shift of a vertex along an axis, in mean edge lengths. It is large enough that no two
-neighboring triangles stay coplanar, and small enough that none folds over."""
+"""Largest shift of a vertex along an axis, in mean edge lengths. Neighboring triangles are then not
+coplanar, and no triangle folds over."""
 
 SEED = 0
 
@@ -33,21 +33,21 @@ BEARS = {"bear5k": 5_000, "bear60k": 60_000}
 
 
 class Arrays(NamedTuple):
-    """A mesh as the arrays that a caller would hold."""
+    """A mesh as arrays, the input of a caller."""
 
     vertices: npt.NDArray[np.float64]
     faces: npt.NDArray[np.int32]
 
 
 def find_data(given: Path | None = None) -> Path | None:
-    """Return the folder with ``meshes``: given, SUPERFACETS_DATA or ../shared/data; or None."""
+    """Return the folder with ``meshes``: given, SUPERFACETS_DATA or ../shared/data, if any."""
     beside = Path(__file__).resolve().parents[2] / "shared" / "data"
     folder = given or Path(os.environ.get("SUPERFACETS_DATA", beside))
     return folder if (folder / "meshes").is_dir() else None
 
 
 def split_name(name: str) -> tuple[str, int]:
-    """Return the base of a mesh, and how many times it is subdivided.
+    """Return the base of a mesh, and the number of subdivisions.
 
     Examples
     --------
@@ -58,18 +58,18 @@ def split_name(name: str) -> tuple[str, int]:
     factor = int(match[2] or 1) if match else 0
     levels = factor.bit_length() // 2
     if match is None or factor != 4**levels:
-        raise ValueError(f"{name!r} is no name of a mesh: expected a base, or base-x4, -x16, ...")
+        raise ValueError(f"{name!r} is not the name of a mesh: expected BASE, BASE-x4, -x16, ...")
     return match[1], levels
 
 
 @functools.lru_cache(maxsize=1)
 def build(name: str, data: Path | None) -> Arrays:
-    """Return the mesh of that name; the last one is cached.
+    """Return the mesh with this name; the last mesh is cached.
 
     Raises
     ------
     ValueError
-        If there is no such mesh.
+        If there is no mesh with this name.
     """
     base, levels = split_name(name)
     arrays = _base(base, data)
@@ -81,7 +81,7 @@ def build(name: str, data: Path | None) -> Arrays:
 
 
 def count_faces(name: str, data: Path | None) -> int:
-    """Return the number of faces of the mesh of that name, without building it."""
+    """Return the number of faces of the mesh with this name, without building the mesh."""
     base, levels = split_name(name)
     return len(_base(base, data).faces) * int(4**levels)
 
@@ -98,7 +98,7 @@ def file_of(base: str, data: Path | None) -> Path:
     """Return the file of a mesh in the data folder; a ValueError if there is none."""
     files = sorted((data / "meshes").glob(f"{base}.*")) if data else []
     if not files:
-        raise ValueError(f"no mesh {base!r}: it is not in the data folder, or there is none")
+        raise ValueError(f"there is no mesh {base!r} in the data folder; see --data")
     return files[0]
 
 
@@ -110,7 +110,7 @@ def subdivide(arrays: Arrays) -> Arrays:
 def perturb(arrays: Arrays) -> Arrays:
     """Shift each vertex at random, by at most `NOISE` mean edge lengths along each axis. Seeded.
 
-    The mean is rounded to a power of two, because its last bits depend on how numpy adds.
+    The mean is rounded to a power of two, because its last bits depend on numpy's summation.
     """
     vertices, faces = arrays
     starts, ends = vertices[faces], vertices[np.roll(faces, -1, axis=1)]
@@ -121,7 +121,7 @@ def perturb(arrays: Arrays) -> Arrays:
 
 
 def shuffle(arrays: Arrays, *, vertices: bool) -> Arrays:
-    """Put the faces in random order and, if `vertices`, the vertices, too. Seeded."""
+    """Put faces and, if `vertices` is set, vertices in random order. Seeded."""
     rng = np.random.default_rng(SEED)
     faces = arrays.faces[rng.permutation(len(arrays.faces))]
     if not vertices:
@@ -132,7 +132,7 @@ def shuffle(arrays: Arrays, *, vertices: bool) -> Arrays:
 
 
 def icosahedron() -> Arrays:
-    """Return the regular icosahedron of radius 1: 12 vertices, 20 faces, with normals outwards."""
+    """Return the regular icosahedron of radius 1: 12 vertices, 20 faces, outward normals."""
     g = (1.0 + math.sqrt(5.0)) / 2.0
     around_x = [[0.0, s, t * g] for s in (-1.0, 1.0) for t in (-1.0, 1.0)]
     vertices = np.array([np.roll(v, turn) for turn in range(3) for v in around_x])

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 import superfacets as sf
+from superfacets.study.table_writer import markdown_table
 
 OPTIONS = [
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox",
@@ -114,7 +115,7 @@ def measure_page(mesh: sf.Mesh | sf.PolygonMesh, n_segments: int, frames: int) -
 
     path = shutil.which("chromium") or shutil.which("google-chrome")
     if path is None:
-        raise ValueError("there is no Chromium: tools/ensure-chromium installs it")
+        raise ValueError("Chromium was not found: run tools/ensure-chromium")
     labels = sf.segment(mesh, n_segments).labels
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         start = time.perf_counter()
@@ -154,13 +155,13 @@ def page_table(found: dict[str, Any]) -> str:
     """Return the results as a table in Markdown."""
     megabytes = {
         "size of the file": "page_bytes", "buffers and textures": "gpu_bytes",
-        "JavaScript heap": "heap_bytes", "of it, arrays": "array_bytes",
+        "JavaScript heap": "heap_bytes", "arrays in the heap": "array_bytes",
     }  # fmt: skip
     rows = [("faces; regions", f"{found['faces']:,}; {found['regions']:,}")]
     rows += [(name, f"{found[key] / 1e6:.1f} MB") for name, key in megabytes.items()]
     rows += [
-        ("the page is written in", f"{found['write_seconds']:.1f} s"),
-        ("the first frame is there after", f"{found['first_frame_seconds']:.1f} s"),
+        ("time to write the page", f"{found['write_seconds']:.1f} s"),
+        ("time until the first frame", f"{found['first_frame_seconds']:.1f} s"),
     ]
     for name in ("fine", "moving"):
         part = found[name]
@@ -177,6 +178,4 @@ def page_table(found: dict[str, Any]) -> str:
         ("corners; border edges", f"{found['corners']:,}; {found['borders']:,}"),
         ("drawn by", found["renderer"]),
     ]
-    return "\n".join(
-        ["| what | |", "|---|---:|", *(f"| {name} | {value} |" for name, value in rows)]
-    )
+    return markdown_table(["what", ""], rows)

@@ -1,4 +1,4 @@
-"""Times of one classification of all faces."""
+"""Times of a single classification of all faces."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Key = tuple[int, int]  # number of regions, threads
 def measure(mesh: str, arrays: Arrays, keys: list[Key], repeats: int) -> list[dict[str, Any]]:
     """Return a row for each number of regions and threads: one full pass from the first seeds.
 
-    The pass is ``timings["classify"]`` of `segment_graph` with one iteration: from centers to
-    labels of all faces, without knowledge from an earlier pass. It includes the memory for the
-    result. It does not include the copy of the graph along the curve, which is made once for all
-    passes, the seeds, and the update.
+    The time of a pass is ``timings["classify"]`` of `segment_graph` with one iteration: from
+    centers to labels of all faces, without results of an earlier pass. It includes the allocation
+    of the result. It excludes the seeds, the update, and the sorted copy of the graph, which is
+    made once for all passes.
     """
     surface = sf.Mesh(*arrays)
     faces = sf.build_face_graph(surface)

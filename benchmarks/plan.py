@@ -14,21 +14,21 @@ CATALOG = (
     "bear60k", "bear60k-x4", "bear60k-x16", "bear60k-x64",
 )  # fmt: skip
 """Meshes of 13 thousand to 7 million faces: real meshes, the same surfaces at several resolutions,
-and a mesh of 1.31 million faces on which rivals are compared."""
+and a sphere of 1.31 million faces for the comparison with rivals."""
 
 SAMPLES = ("bear5k", "bear60k", "bear60k-x4", "bear60k-x16", "sphere-x65536", "bear60k-x64")
-"""Meshes that are run without a folder of data."""
+"""Meshes for runs without a folder of data."""
 
 RACES = (("bunny", 150), ("bear60k", 150), ("sphere-x65536", 2_000), ("hand-x16", 2_000))
 
 HALTED = ("bunny", "hand-x4", "hand-x16")
-"""Meshes on which the paper's halted expansions are compared with exact ones."""
+"""Meshes for the comparison of halted with exact expansions."""
 
 RACED = ("defaults", "plain", "10 iterations")
-"""Names of the settings that rivals are compared with."""
+"""Names of the settings for the comparison with rivals."""
 
 MANY = ("hand-x16", 100_000)
-"""A mesh, and a number of regions as it is used by superpoint networks."""
+"""A mesh, and a number of regions that is typical for superpoint networks."""
 
 N_SEGMENTS = (150, 2_000)
 K_SERIES = (50, 150, 500, 2_000, 8_000)
@@ -46,12 +46,12 @@ class Plan:
     races: tuple[tuple[str, int], ...]
     """Meshes and numbers of regions for the comparison with rivals."""
     wanted_repeats: int | None
-    """Number of runs that are counted, if the user gives it; None: 5, or 3 for large meshes and
-    with `is_quick`."""
+    """Number of counted runs, if given by the user. The default is 5; with large meshes or
+    `is_quick`, it is 3."""
     is_quick: bool
 
     def repeats(self, mesh: str) -> int:
-        """Return the number of runs of a mesh that are counted."""
+        """Return the number of counted runs of a mesh."""
         if self.wanted_repeats is not None:
             return self.wanted_repeats
         return 3 if self.is_quick or self.meshes[mesh] >= LARGE else 5
@@ -67,7 +67,7 @@ class Plan:
         return list(dict.fromkeys(fitting))
 
     def hashed_runs(self, mesh: str) -> list[tuple[int, str]]:
-        """Return number of regions and settings of all runs of a mesh whose labels are hashed."""
+        """Return number of regions and settings of all runs of a mesh with hashed labels."""
         cases = self.cases(mesh, frozenset({"stages", "scaling"}))
         runs = [(case.n_segments, case.settings) for case in cases]
         runs += [(k, settings) for raced, k in self.races for settings in RACED if raced == mesh]
@@ -94,7 +94,7 @@ class Plan:
         return cases
 
     def _mesh_of_k_series(self) -> str:
-        """Return the largest mesh that is small enough to be run with many numbers of regions."""
+        """Return the largest mesh with fewer than 1.2 million faces."""
         return max(
             self.meshes, key=lambda mesh: (self.meshes[mesh] < 1.2 * LARGE, self.meshes[mesh])
         )
@@ -113,7 +113,7 @@ def make_plan(
     Raises
     ------
     ValueError
-        If there is no such mesh, or all meshes are too large.
+        If a mesh does not exist, or all meshes are too large.
     """
     data = find_data(data)
     limit = max_faces or (QUICK_FACES if quick else None)

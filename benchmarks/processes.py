@@ -20,8 +20,8 @@ from .clock import interleaved, median, summary
 def measure_imports(repeats: int) -> dict[str, Any]:
     """Return the milliseconds by which ``import superfacets`` takes longer than ``import numpy``.
 
-    Each import is a separate process, and the two take turns. A first pair, which is not counted,
-    fills the caches of the file system.
+    Each import is a separate process, and imports alternate. An uncounted first pair fills the
+    caches of the file system.
     """
     jobs = {
         module: partial(_run, ["-c", f"import {module}"]) for module in ("numpy", "superfacets")

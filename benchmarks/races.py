@@ -1,4 +1,4 @@
-"""Rivals and superfacets side by side, in turns, with the same mesh and number of regions."""
+"""Interleaved runs of rivals and superfacets, with the same mesh and number of regions."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def race_for_labels(
 ) -> list[dict[str, Any]]:
     """Return a row for superfacets with each of its settings, and for each installed rival.
 
-    Each run starts from arrays and ends with labels; the images for SLIC are made beforehand.
-    ``ratio`` is the time divided by the time of superfacets with the defaults or, for runs with 10
-    iterations such as SLIC, with 10 iterations.
+    Each run starts from arrays and ends with labels; the images for SLIC are prepared before.
+    ``ratio`` is the time divided by the time of superfacets with defaults. For runs with 10
+    iterations, such as SLIC, it is the time divided by superfacets with 10 iterations.
     """
     checked: dict[Key, npt.NDArray[np.int32]] = {}
 
@@ -100,14 +100,14 @@ def race_for_one_pass(
 ) -> list[dict[str, Any]]:
     """Return rows for `superfacets.classify`, on all threads and on one, and for SciPy's Dijkstra.
 
-    All get the same graph and the same centers, and the distances must agree.
+    All use the same graph and the same centers, and the distances must agree.
     """
     surface = sf.Mesh(*arrays)
     faces = sf.build_face_graph(surface)
     graph = faces.with_weights(sf.superfacet_weights(surface, faces))
     first = sf.classify(graph, sf.place_seeds(graph, n_segments, init="farthest"))
-    # Distances of superfacets are sums of integer multiples of a unit, with an error of half a unit
-    # for each arc of a path. This is far less than this fraction of the longest path.
+    # Arcs are rounded to multiples of a unit, with an error of half a unit. The sum of these errors
+    # along a path is far less than this accuracy.
     accuracy = 1e-4 * float(first.distances.max())
 
     def accept(key: Key, result: sf.Classification | ScipyOutcome) -> None:

@@ -9,8 +9,9 @@ from typing import Any
 from superfacets.study.table_writer import EMPTY, markdown_table
 
 Results = dict[str, Any]
-
-CONTESTANT = ("mesh", "k", "who", "settings", "labels", "regions", "size spread")
+Row = dict[str, Any]
+Column = tuple[str, Callable[[Row], str]]
+"""Title, and the function that makes a cell from a row of results."""
 
 
 def _number(value: float | None) -> str:
@@ -20,110 +21,78 @@ def _number(value: float | None) -> str:
     return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
 
 
-def _runs(results: Results) -> str:
-    rows = results["runs"]
-    stages = list(dict.fromkeys(stage for row in rows for stage in row["stages"]))
-    header = [
-        "mesh",
-        "faces",
-        "k",
-        "settings",
-        "threads",
-        "iterations",
-        "seconds",
-        "range",
-        *stages,
-    ]
+def _column(key: str, form: Callable[[Any], str] = str, title: str | None = None) -> Column:
+    """Return the column of a field, whose title is the name of the field by default."""
+    return title or key, lambda row: form(row[key])
+
+
+def _stages(rows: list[Row]) -> list[Column]:
+    """Return a column for each stage that occurs."""
+
+    def seconds_of(name: str) -> Column:
+        return name, lambda row: _number(row["stages"].get(name))
+
+    return [seconds_of(name) for name in dict.fromkeys(s for row in rows for s in row["stages"])]
+
+
+def _table(rows: list[Row], *columns: Column) -> str:
     return markdown_table(
-        [*header, "checked by"],
-        (
-            [
-                *_place(row),
-                row["settings"],
-                row["threads"],
-                _iterations(row),
-                _number(row["seconds"]),
-                _range(row),
-                *(_number(row["stages"].get(stage)) for stage in stages),
-                row["checked"],
-            ]
-            for row in rows
-        ),
+        [title for title, _ in columns], ([cell(row) for _, cell in columns] for row in rows)
     )
 
 
-def _place(row: dict[str, Any]) -> list[str]:
-    return [row["mesh"], f"{row['faces']:,}", f"{row['k']:,}"]
+def _integer(value: int) -> str:
+    return f"{value:,}"
 
 
-def _range(row: dict[str, Any]) -> str:
+def _ratio(value: float) -> str:
+    return f"{value:.2f}"
+
+
+def _range_of(row: Row) -> str:
     return f"{_number(row['fastest'])} to {_number(row['slowest'])}"
 
 
-def _iterations(row: dict[str, Any]) -> str:
-    """Return the numbers of iterations on all levels, the coarsest level first."""
-    return " + ".join(str(n_iter) for _, n_iter in row["levels"])
+PLACE = (_column("mesh"), _column("faces", _integer), _column("k", _integer))
+SETTINGS, THREADS, WHO = _column("settings"), _column("threads"), _column("who")
+SECONDS = (_column("seconds", _number), ("range", _range_of))
+TIMES_OURS = _column("ratio", _number, "times ours")
+
+
+def _runs(results: Results) -> str:
+    rows = results["runs"]
+    # Numbers of iterations on all levels, the coarsest level first.
+    iterations = _column("levels", lambda levels: " + ".join(str(n) for _, n in levels))
+    columns = (SETTINGS, THREADS, ("iterations", iterations[1]), *SECONDS, *_stages(rows))
+    return _table(rows, *PLACE, *columns, _column("checked", title="checked by"))
 
 
 def _passes(results: Results) -> str:
-    return markdown_table(
-        ["mesh", "faces", "k", "threads", "seconds", "ns per face"],
-        (
-            [
-                *_place(row),
-                row["threads"],
-                *(_number(row[name]) for name in ("pass_seconds", "ns_per_face")),
-            ]
-            for row in results["passes"]
-        ),
-    )
+    seconds = _column("pass_seconds", _number, "seconds")
+    per_face = _column("ns_per_face", _number, "ns per face")
+    return _table(results["passes"], *PLACE, THREADS, seconds, per_face)
 
 
 def _speedups(results: Results) -> str:
     rows = results["speedups"]
-    stages = list(dict.fromkeys(stage for row in rows for stage in row["stages"]))
-    return markdown_table(
-        ["mesh", "faces", "k", "threads", "times faster than one", *stages],
-        (
-            [
-                *_place(row),
-                row["threads"],
-                f"{row['speedup']:.2f}",
-                *(_number(row["stages"].get(stage)) for stage in stages),
-            ]
-            for row in rows
-        ),
-    )
+    speedup = _column("speedup", _ratio, "times faster than one")
+    return _table(rows, *PLACE, THREADS, speedup, *_stages(rows))
 
 
 def _rivals(results: Results) -> str:
-    return markdown_table(
-        [*CONTESTANT, "seconds", "range", "parts", "times ours"],
-        (
-            [
-                *_contestant(row),
-                _number(row["seconds"]),
-                _range(row),
-                ", ".join(f"{name} {_number(value)}" for name, value in row["parts"].items()),
-                _number(row["ratio"]),
-            ]
-            for row in results["label_races"]
-        ),
+    parts = _column(
+        "parts", lambda part: ", ".join(f"{name} {_number(value)}" for name, value in part.items())
     )
+    return _table(
+        results["label_races"], PLACE[0], PLACE[2], WHO, SETTINGS,
+        _column("elements", title="labels"), _column("regions", _integer),
+        _column("spread", _ratio, "size spread"), *SECONDS, parts, TIMES_OURS,
+    )  # fmt: skip
 
 
 def _orders(results: Results) -> str:
-    return markdown_table(
-        ["mesh", "faces", "k", "order", "seconds", "range", "times the first", "processor time"],
-        (
-            [*_place(row), row["order"], _number(row["seconds"]), _range(row), *_order_ratios(row)]
-            for row in results["orders"]
-        ),
-    )
-
-
-def _order_ratios(row: dict[str, Any]) -> list[str]:
-    return [f"{row['ratio']:.2f}", f"{row['cpu']:.2f}"]
+    ratios = _column("ratio", _ratio, "times the first"), _column("cpu", _ratio, "processor time")
+    return _table(results["orders"], *PLACE, _column("order"), *SECONDS, *ratios)
 
 
 def _rival_ratios(results: Results) -> str:
@@ -142,67 +111,41 @@ def _rival_ratios(results: Results) -> str:
 
 
 def _targets(results: Results) -> str:
-    """Return the rows with a target, each in its unit."""
-    return markdown_table(
-        ["", "now", "target", "machine", "unit"],
-        (
-            [
-                row["what"],
-                _number(row["now"]),
-                "" if row["target"] is None else _number(row["target"]),
-                _number(row["floor"]) if row["floor"] else "",
-                row["unit"],
-            ]
-            for row in results["targets"]
-        ),
-    )
+    """Return the rows with a target, each row in its unit."""
 
+    def number(value: float | None) -> str:
+        return _number(value) if value else ""
 
-def _contestant(row: dict[str, Any]) -> list[str]:
-    names = [row["mesh"], f"{row['k']:,}", row["who"], row["settings"], row["elements"]]
-    return [*names, f"{row['regions']:,}", f"{row['spread']:.2f}"]
+    target, floor = _column("target", number), _column("floor", number, "machine")
+    return _table(
+        results["targets"], ("", lambda row: str(row["what"])), _column("now", _number), target,
+        floor, _column("unit"),
+    )  # fmt: skip
 
 
 def _pass_rivals(results: Results) -> str:
-    return markdown_table(
-        ["mesh", "faces", "k", "who", "settings", "seconds", "times ours"],
-        (
-            [
-                *_place(row),
-                row["who"],
-                row["settings"],
-                _number(row["seconds"]),
-                _number(row["ratio"]),
-            ]
-            for row in results["pass_races"]
-        ),
-    )
+    seconds = SECONDS[0]
+    return _table(results["pass_races"], *PLACE, WHO, SETTINGS, seconds, TIMES_OURS)
 
 
 def _memory(results: Results) -> str:
-    return markdown_table(
-        ["mesh", "faces", "k", "input, bytes per face", "peak above it, bytes per face"],
-        (
-            [
-                *_place(row),
-                _number(row["input_bytes_per_face"]),
-                _number(row["bytes_per_face"]),
-            ]
-            for row in results["memory"]
-        ),
-    )
+    input_bytes = _column("input_bytes_per_face", _number, "input, bytes per face")
+    peak = _column("bytes_per_face", _number, "peak above it, bytes per face")
+    return _table(results["memory"], *PLACE, input_bytes, peak)
 
 
 def _processes(results: Results) -> str:
     rows = []
     if "imports" in results:
         imports = results["imports"]
-        rows += [[f"import {name}", _number(imports[name]["seconds"]), _range(imports[name])]
+        rows += [[f"import {name}", _number(imports[name]["seconds"]), _range_of(imports[name])]
                  for name in ("numpy", "superfacets")]  # fmt: skip
-        rows.append(["the difference, pair by pair", _number(1e-3 * imports["more_ms"]), ""])
+        rows.append(["median difference of a pair", _number(1e-3 * imports["more_ms"]), ""])
     if "command" in results:
         row = results["command"]
-        rows.append([f"superfacets segment, {row['mesh']}", _number(row["seconds"]), _range(row)])
+        rows.append(
+            [f"superfacets segment, {row['mesh']}", _number(row["seconds"]), _range_of(row)]
+        )
     return markdown_table(["process", "seconds", "range"], rows)
 
 
@@ -247,7 +190,7 @@ EMPTY_RESULTS: Results = {
 
 
 def render(results: Results) -> str:
-    """Return all tables that the results have rows for, with absolute times."""
+    """Return all tables that have rows in the results, with absolute times."""
     parts = [(title, make(EMPTY_RESULTS | results)) for title, make in TABLES.items()]
     return "\n\n".join(f"## {title}\n\n{text}" for title, text in parts if text != EMPTY)
 
@@ -256,7 +199,7 @@ def fill(document: str, results: Results) -> str:
     """Return the document with new tables between its marks.
 
     A table is between ``<!-- table: NAME -->`` and ``<!-- end -->``; names are the keys of
-    `DOC_TABLES`. Tables that the results have no rows for stay as they are.
+    `DOC_TABLES`. A table without rows in the results is not changed.
 
     Raises
     ------
@@ -274,10 +217,5 @@ def fill(document: str, results: Results) -> str:
 
 def readme_table(rows: list[dict[str, Any]]) -> str:
     """Return the table of times for the README."""
-    return markdown_table(
-        ["faces", "regions", "iterations", "seconds"],
-        (
-            [f"{row['faces']:,}", f"{row['k']:,}", row["iterations"], f"{row['seconds']:.2f}"]
-            for row in rows
-        ),
-    )
+    regions, seconds = _column("k", _integer, "regions"), _column("seconds", _ratio)
+    return _table(rows, PLACE[1], regions, _column("iterations"), seconds)

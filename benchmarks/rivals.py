@@ -1,10 +1,11 @@
-"""Alternatives to superfacets, each with its best settings; they return labels and seconds by part.
+"""Alternatives to superfacets with their best settings; each returns labels and seconds by part.
 
-Only the benchmark needs these packages; each is imported where it is used.
+Only the benchmark needs these packages. Each package is imported where it is used.
 """
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import math
 import time
@@ -34,10 +35,10 @@ class Rival(NamedTuple):
     name: str
     module: str
     elements: str
-    """Name of the elements that it labels."""
+    """Name of the labeled elements."""
     settings: str
     prepare: Callable[[Arrays], Any]
-    """Function that makes its input from the mesh; it is not timed."""
+    """Function that makes the input from the mesh; it is not timed."""
     run: Callable[[Any, int], Outcome]
 
 
@@ -54,9 +55,9 @@ def _part(seconds: dict[str, float], name: str) -> Iterator[None]:
 
 
 def run_metis(arrays: Arrays, n_segments: int) -> Outcome:
-    """Partition the dual graph with METIS into contiguous parts, with equal weights of all arcs.
+    """Partition the dual graph with METIS into contiguous parts, with equal arc weights.
 
-    METIS ignores the option for contiguous parts if the graph is not connected.
+    METIS ignores the option for contiguous parts if the graph is disconnected.
     """
     import pymetis
 
@@ -71,9 +72,9 @@ def run_metis(arrays: Arrays, n_segments: int) -> Outcome:
 
 
 def face_adjacency(arrays: Arrays) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return offsets and neighbors of faces that share an edge, with numpy alone and one sort.
+    """Return offsets and neighbors of faces that share an edge, by one sort.
 
-    An edge must have at most two faces. pymetis takes int64 without a copy.
+    An edge must have at most two faces. pymetis uses int64 arrays without a copy.
     """
     corners = arrays.faces.astype(np.int64)
     following = np.roll(corners, -1, axis=1)
@@ -92,7 +93,7 @@ def face_adjacency(arrays: Arrays) -> tuple[npt.NDArray[np.int64], npt.NDArray[n
 
 
 def run_pyacvd(arrays: Arrays, n_segments: int) -> Outcome:
-    """Cluster the vertices with pyacvd, which by default does not subdivide the mesh."""
+    """Cluster the vertices with pyacvd, without subdividing the mesh."""
     return _cluster_vertices(arrays, lambda clustering: clustering.cluster(n_segments))
 
 
@@ -119,7 +120,7 @@ def _cluster_vertices(arrays: Arrays, cluster: Callable[[Any], npt.NDArray[Any]]
 
 
 def gray_image(n_pixels: int) -> npt.NDArray[np.float32]:
-    """Return a smooth image with a little noise, seeded, of at most and about `n_pixels` pixels."""
+    """Return a smooth image with a little noise, seeded, of about (at most) `n_pixels` pixels."""
     height = math.isqrt(n_pixels)
     width = n_pixels // height
     y, x = np.meshgrid(np.linspace(0, 9, height), np.linspace(0, 9, width), indexing="ij")
@@ -132,30 +133,21 @@ def _image_of_mesh_size(arrays: Arrays) -> npt.NDArray[np.float32]:
 
 
 def run_slic(image: npt.NDArray[np.float32], n_segments: int, *, connect: bool) -> Outcome:
-    """Segment a gray image of float32, the fastest kind, with 10 iterations of SLIC."""
+    """Segment a gray float32 image, the fastest kind, with 10 iterations of SLIC."""
     from skimage.segmentation import slic
 
     seconds: dict[str, float] = {}
     with _part(seconds, "slic"):
         labels = slic(
-            image,
-            n_segments=n_segments,
-            max_num_iter=10,
-            channel_axis=None,
-            enforce_connectivity=connect,
+            image, n_segments, max_num_iter=10, channel_axis=None, enforce_connectivity=connect,
             start_label=0,
-        )
+        )  # fmt: skip
     return Outcome(labels.ravel(), seconds)
 
 
-def run_slic_connected(image: npt.NDArray[np.float32], n_segments: int) -> Outcome:
-    """SLIC with regions that are made connected afterwards, like those of superfacets."""
-    return run_slic(image, n_segments, connect=True)
-
-
-def run_slic_loose(image: npt.NDArray[np.float32], n_segments: int) -> Outcome:
-    """SLIC without that step; its regions may be in several pieces."""
-    return run_slic(image, n_segments, connect=False)
+run_slic_connected = functools.partial(run_slic, connect=True)
+run_slic_loose = functools.partial(run_slic, connect=False)
+"""SLIC whose regions may be disconnected."""
 
 
 class ScipyOutcome(NamedTuple):
@@ -167,7 +159,7 @@ class ScipyOutcome(NamedTuple):
 
 
 def run_scipy(graph: sf.CellGraph, centers: npt.NDArray[np.int32]) -> ScipyOutcome:
-    """Classify once with SciPy's Dijkstra from all centers; arcs go in both directions."""
+    """Classify once with SciPy's Dijkstra from all centers; arcs have both directions."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 

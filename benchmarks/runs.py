@@ -1,4 +1,4 @@
-"""Times from arrays to labels, and of the stages between, as `superfacets.segment` reports them."""
+"""Times from arrays to labels, and times of the stages, as reported by `superfacets.segment`."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def run_name(n_segments: int, settings: str) -> str:
 
 
 def measure(arrays: Arrays, cases: list[Case], repeats: int, expected: Expected) -> list[Row]:
-    """Return a row for each case of one mesh, with medians over runs that take turns.
+    """Return a row for each case of one mesh, with medians over interleaved runs.
 
     The labels of the warm-up are checked. All later runs, on any number of threads, must give the
     same labels.
@@ -86,7 +86,7 @@ def _row(arrays: Arrays, case: Case, samples: list[Sample]) -> Row:
 
 
 def measure_orders(mesh: str, arrays: Arrays, n_segments: int, repeats: int) -> list[Row]:
-    """Return rows for a mesh as it is, with its faces shuffled, and with vertices shuffled, too.
+    """Return rows for a mesh in its order, with shuffled faces, and with shuffled vertices, too.
 
     Labels are checked by invariants, and must be the same in all runs of one order.
     """
@@ -116,13 +116,13 @@ def measure_orders(mesh: str, arrays: Arrays, n_segments: int, repeats: int) -> 
 
 
 def _over(samples: list[Sample], first: list[Sample], clock: str) -> float:
-    """Return the ratio of the medians of two lists of samples, by one of their clocks."""
+    """Return the ratio of the medians of two lists of samples, by wall or processor time."""
     one, other = (median([getattr(s, clock) for s in taken]) for taken in (samples, first))
     return one / other
 
 
 def speedups(rows: list[Row]) -> list[Row]:
-    """Return a row for each run that was also measured on one thread: how much faster it is."""
+    """Return a row with the speedup of each run that was also measured on one thread."""
     alone = {_without_threads(row): row for row in rows if row["threads"] == 1}
     return [
         {name: row[name] for name in ("mesh", "faces", "k", "settings", "threads")}

@@ -1,4 +1,4 @@
-"""Sections of the benchmark, mesh by mesh, so that each mesh is built only once."""
+"""Sections of the benchmark. They run mesh by mesh, so that each mesh is built only once."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from .plan import N_SEGMENTS, Plan
 SECTIONS = ("stages", "scaling", "passes", "orders", "rivals", "memory", "processes")
 
 MEMORABLE_FACES = 50_000
-"""Fewest faces of a mesh whose memory is measured. For smaller meshes, memory that the allocator
-retains hides the memory of a run."""
+"""Smallest mesh whose memory is measured, in faces. With smaller meshes, a run may only use memory
+that the allocator has retained."""
 
 Results = dict[str, Any]
 Say = Callable[[str], None]
@@ -32,10 +32,10 @@ def measure(plan: Plan, sections: frozenset[str], expected: Expected, say: Say) 
     Raises
     ------
     WrongLabelsError
-        If labels of superfacets are wrong; no times are returned then.
+        If labels of superfacets are wrong; then no times are returned.
     """
     check_against_reference()
-    say("labels of a small mesh are those of superfacets.reference")
+    say("labels of a small mesh equal the labels of superfacets.reference")
     results: Results = {
         "machine": facts(),
         "runs": [],
@@ -91,7 +91,7 @@ def _measure_memory(mesh: str, arrays: Arrays) -> dict[str, Any]:
 
 
 def _measure_processes(plan: Plan) -> Results:
-    """Time imports, and the command on the bunny, or on the sample mesh without a data folder."""
+    """Time imports and the command, on the bunny or, without a data folder, on the sample mesh."""
     repeats = plan.wanted_repeats or 11
     results = {"imports": processes.measure_imports(repeats)}
     if plan.data:

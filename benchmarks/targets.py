@@ -1,4 +1,4 @@
-"""The rows that have a target: the defaults, beside a rival or a bound of the machine."""
+"""The rows that have a target: defaults, compared with a rival or with a bound of the machine."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Meshes(NamedTuple):
     """Names of the meshes."""
 
     ladder: tuple[str, ...] = ("bear60k", "bear60k-x4", "bear60k-x16")
-    """One surface at several resolutions. The last one is also shuffled, and made a cloud."""
+    """One surface at several resolutions. The last mesh is also shuffled, and made a cloud."""
     small: str = "bunny"
     even: str = "sphere-x65536"
     many: str = "hand-x16"
@@ -37,13 +37,13 @@ FEW, SOME, MANY = 150, 2_000, 100_000
 """Numbers of regions."""
 
 SMALL_FACES = 100_000
-"""Meshes with fewer faces are run twice more, as their times vary more."""
+"""Meshes with fewer faces get two additional runs, because their times vary more."""
 
 
 def measure(
     meshes: Meshes, data: Path | None, repeats: int, expected: Expected, say: Callable[[str], None]
 ) -> dict[str, Any]:
-    """Return the rows of this table as ``targets``, and of others that come with them.
+    """Return the rows of this table as ``targets``, and rows of the tables of runs and rivals.
 
     Labels of all runs are checked as in the other sections.
     """
@@ -66,7 +66,7 @@ def measure(
 
 
 class _Bench(NamedTuple):
-    """What all rows need, and the rows so far."""
+    """Input of all rows, and the rows so far."""
 
     data: Path | None
     repeats: int
@@ -77,11 +77,11 @@ class _Bench(NamedTuple):
     races: list[Row]
 
     def add(self, what: str, now: float, unit: str, target: float | None, floor: float = 0) -> None:
-        """Add a row; `floor` is the bound of the machine in the same unit, 0 if there is none."""
+        """Add a row; `floor` is the bound of the machine in the same unit, or 0."""
         self.rows.append({"what": what, "now": now, "unit": unit, "target": target, "floor": floor})
 
     def timed(self, arrays: Arrays, name: str, k: int, settings: tuple[str, ...]) -> list[float]:
-        """Return seconds with some settings, in turns."""
+        """Return the seconds of interleaved runs, one number for each of the settings."""
         cases = [runs.Case(name, k, setting, usable_cores()) for setting in settings]
         repeats = self.repeats + 2 if len(arrays.faces) < SMALL_FACES else self.repeats
         found = runs.measure(arrays, cases, repeats, self.expected)
@@ -91,7 +91,7 @@ class _Bench(NamedTuple):
     def peak_and_floor(self, arrays: Arrays, name: str, k: int) -> tuple[float, float]:
         """Return the peak memory in bytes per cell, and the bound of the machine in seconds.
 
-        The bound is the time for writing new memory of that size, and reading it once.
+        The bound is the time to write new memory of this size, and to read it once.
         """
         row = memory.measure(name, arrays, k)
         n_bytes = row["bytes_per_face"] * row["faces"]
@@ -99,7 +99,7 @@ class _Bench(NamedTuple):
 
 
 def _memory_speeds(n_bytes: int = 1 << 28) -> tuple[float, float]:
-    """Return bytes per second on all threads: of the first writing, and of reading."""
+    """Return bytes per second on all threads: for writing new memory, and for reading."""
     n_threads = usable_cores()
 
     def write(_: int) -> npt.NDArray[np.float64]:

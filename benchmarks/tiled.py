@@ -4,9 +4,10 @@
     python -m benchmarks.tiled measure scan.ply -o measured.json
     python -m benchmarks.tiled plan measured.json
 
-The first command times `superfacets segment` with and without tiles, in turns. The second runs a
-mesh in tiles with all arrays on the disk. It records, for each pass over the tiles, processor time
-and bytes read and written per face. The third simulates the same passes for more faces and workers.
+`compare` times `superfacets segment` with and without tiles, in interleaved runs. `measure` runs a
+mesh in tiles with all arrays on the disk; for each pass over the tiles, it records the processor
+time and the bytes read and written, per face. `plan` simulates the same passes for more faces and
+workers.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ class Pass:
     name : str
         Name of the function that works on a piece.
     jobs : int
-        Number of pieces that were worked on.
+        Number of pieces in this pass.
     pieces : int
         Number of all pieces.
     seconds : float
@@ -81,12 +82,12 @@ class Measured:
     n_faces, n_segments, tile_size, workers : int
     passes : list of Pass
     driver : dict of str to float
-        Processor time per face outside of passes, in the process that was started, by stage. With
-        several workers it includes the time to hand out tiles.
+        Processor time per face of the main process outside of passes, by stage. With several
+        workers, it includes the time to distribute tiles.
     wall : float
         Wall time of the run in seconds.
     halo : float
-        Mean number of outer cells of a tile, as a fraction of its cells: an estimate of its halo.
+        Estimated size of halos: mean number of outer cells of a tile, as a fraction of its cells.
     """
 
     n_faces: int
@@ -152,7 +153,7 @@ def measure(
         in_passes = sum(done.seconds for done in recorders[0].passes) if workers == 1 else 0.0
         marks.append((stage, time.process_time() / n_faces - in_passes))
 
-    started: list[float] = []  # starts after the workers are running
+    started: list[float] = []  # time at which the workers are running
     marks: list[tuple[str, float]] = []
     with mock.patch.object(segmenting, "open_run", recorded):
         segmenting.segment_tiled(
@@ -182,7 +183,7 @@ class Cluster:
     shared : float
         Bytes per second that all workers read or write together.
     dispatch : float
-        Seconds that the scheduler takes to hand out a tile and to receive its result.
+        Seconds that the scheduler needs to send a tile and to receive its result.
     """
 
     workers: int
@@ -194,11 +195,11 @@ class Cluster:
 def simulate(
     measured: Measured, n_faces: int, tile_size: int, cluster: Cluster
 ) -> tuple[float, float]:
-    """Seconds that a mesh would take, and the part of them in which only the driver works.
+    """Simulated seconds for a mesh, and the seconds in which only the driver works.
 
-    Passes follow each other. In a pass, tiles are handed out one by one, each to the first worker
-    that is free; a tile takes its processor time, plus the time to move its bytes. Halos grow
-    relative to tiles as tiles get smaller: by the square root of the ratio of sizes.
+    Passes run one after the other. In a pass, each tile goes to the first free worker. The duration
+    of a tile is its processor time, plus the time to transfer its bytes. The relative size of halos
+    grows with the square root of 1 / (size of a tile).
     """
     seconds = 0.0
     n_tiles = math.ceil(n_faces / tile_size)
@@ -216,7 +217,7 @@ def simulate(
 
 
 def _makespan(n_jobs: int, seconds: float, n_bytes: float, cluster: Cluster) -> float:
-    """Seconds until all of `n_jobs` equal jobs are done."""
+    """Seconds until `n_jobs` equal jobs are done."""
     n_busy = min(n_jobs, cluster.workers)
     bandwidth = min(cluster.bandwidth, cluster.shared / n_busy)
     duration = seconds + n_bytes / bandwidth
@@ -231,7 +232,7 @@ def _makespan(n_jobs: int, seconds: float, n_bytes: float, cluster: Cluster) -> 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 def commands() -> None:
-    """Measure runs in tiles, and plan larger ones."""
+    """Measure runs in tiles, and simulate larger runs."""
 
 
 @commands.command("measure")
@@ -260,7 +261,7 @@ def measure_command(
 @click.option("-n", "--n-segments", type=int, default=2_000, show_default=True)
 @click.option("--repeats", type=int, default=5, show_default=True)
 def compare_command(mesh: Path, n_segments: int, repeats: int) -> None:
-    """Time `superfacets segment` from MESH to labels with and without --tiled, in turns."""
+    """Time `superfacets segment` from MESH to labels with and without --tiled."""
     with tempfile.TemporaryDirectory() as folder:
         files = {name: Path(folder) / f"{name}.npy" for name in ("memory", "tiles")}
 
@@ -300,7 +301,7 @@ def plan_command(
     measured: Path, tile_size: int, bandwidth: float, shared: float, dispatch: float,
     spread: tuple[str, ...],
 ) -> None:  # fmt: skip
-    """Print passes, and times for more faces and workers, from the file MEASURED."""
+    """Print passes, and simulated times for more faces and workers, from the file MEASURED."""
     runs = [_run_of(facts) for facts in json.loads(measured.read_text())]
     alone = next(run for run in runs if run.workers == 1)
     _print_passes(alone)
@@ -323,7 +324,7 @@ def plan_command(
 
 
 def _spread(run: Measured, stages: Sequence[str]) -> Measured:
-    """The run with these stages of the driver turned into passes over the tiles."""
+    """The run in which these stages of the driver are passes over the tiles."""
     n_tiles = math.ceil(run.n_faces / run.tile_size)
     more = [Pass(stage, n_tiles, n_tiles, run.driver[stage], 0.0, 0.0, 0.0) for stage in stages]
     left = {stage: spent for stage, spent in run.driver.items() if stage not in stages}
@@ -335,7 +336,7 @@ def _run_of(facts: dict[str, Any]) -> Measured:
 
 
 def _print_passes(run: Measured) -> None:
-    """Print the costs of each kind of pass; repeated passes of a kind are added up."""
+    """Print the costs of each kind of pass, summed over its repetitions."""
     click.echo("| pass | times | ns per face | bytes read per face | bytes written |")
     click.echo("|---|---|---|---|---|")
     names = dict.fromkeys(done.name for done in run.passes)

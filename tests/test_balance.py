@@ -254,12 +254,12 @@ def test_islands_that_are_too_small_are_told():
         ({"balance": 1.5}, "balance must be 0 to 1"),
         ({"balance": True}, "balance must be a number"),
         ({"max_measure": -1.0}, "max_measure must be finite and positive"),
-        ({"max_measure": 1.0, "min_measure": 2.0}, "more than max_measure"),
+        ({"max_measure": 1.0, "min_measure": 2.0}, "must not exceed max_measure"),
         ({"max_measure": 20.0, "n_segments": 3}, "at least 40 are needed"),
         ({"min_measure": 300.0, "n_segments": 3}, "at most 2 are possible"),
         ({"min_measure": 900.0, "n_segments": 3}, "is 900, more than the whole mesh has: 800"),
         ({"max_measure": 0.1, "n_segments": 3}, "but the largest cell has measure 0.5"),
-        ({"cell_weights": np.ones(1600)}, "cell_weights need balance"),
+        ({"cell_weights": np.ones(1600)}, "cell_weights have no effect"),
         ({"balance": 1.0, "cell_weights": np.ones(7)}, r"cell_weights must have shape \(1600,\)"),
         ({"balance": 1.0, "cell_weights": -np.ones(1600)}, r"cell_weights\[0\] is -1.0"),
         ({"balance": 1.0, "cell_weights": ["a"] * 1600}, "cell_weights must be numbers"),
@@ -268,7 +268,10 @@ def test_islands_that_are_too_small_are_told():
         ({"balance": 1.0, "min_size": 0.1}, "leave min_size out"),
         ({"cells_per_region": 0}, "cells_per_region must be at least 1"),
         ({"cells_per_region": 64, "balance": 1.0}, "leave balance out"),
-        ({"cells_per_region": 64, "n_segments": 3}, "give cells_per_region, or n_segments"),
+        (
+            {"cells_per_region": 64, "n_segments": 3},
+            "cells_per_region sets the number",
+        ),
         ({"cells_per_region": 64, "islands": "nearest"}, "leave islands out"),
     ],
 )
@@ -508,7 +511,10 @@ def test_the_command_balances_and_writes_solids(tmp_path):
     for wrong, message in [
         (("--balance", "2"), "0.0<=x<=1.0"),
         (("-n", "20", "--max-measure", "0.01"), "at least"),
-        (("--cells-per-region", "64", "-n", "20"), "give cells_per_region, or n_segments"),
+        (
+            ("--cells-per-region", "64", "-n", "20"),
+            "cells_per_region sets the number",
+        ),
         (("--tiled", "--balance", "1"), "--balance does not go with --tiled"),
         (("--tiled", "--cells-per-region", "64"), "--cells-per-region does not go with --tiled"),
     ]:
@@ -532,7 +538,7 @@ def test_batches_take_balance_and_refuse_arrays(tmp_path):
     sf.write_mesh(tmp_path / "scan.ply", sf.sample_mesh(5_000))
     done = sf.batch([tmp_path / "scan.ply"], tmp_path / "out", n_segments=20, balance=1.0)
     assert done.n_failed == 0
-    with pytest.raises(TypeError, match="cell_weights is no option for files"):
+    with pytest.raises(TypeError, match="cell_weights is not an option for files"):
         sf.batch([tmp_path / "scan.ply"], tmp_path / "out", cell_weights=[1.0])
     with pytest.raises(ValueError, match="leave min_size out"):
         sf.batch([tmp_path / "scan.ply"], tmp_path / "out", balance=1.0, min_size=0.1)
@@ -585,6 +591,6 @@ def test_fewer_regions_than_asked_for_are_explained():
         result = sf.segment(block, 12, balance=1, barriers=edges)
     assert result.n_unreached == 0
     assert str(warned[0].message) == (
-        f"{result.n_segments} regions in place of 12: some components of the mesh, or parts between"
-        " barriers, are too small to be divided into as many regions as their area asks for"
+        f"{result.n_segments} regions instead of 12: some components of the mesh, or parts between"
+        " barriers, have too few cells for the number of regions that their area requires"
     )

@@ -261,7 +261,7 @@ def test_pieces_between_edges_stay_and_whole_parts_join_the_nearest():
     speck = Mesh([[9, 0, 0], [9.1, 0, 0], [9, 0.1, 0]], [[0, 1, 2]])
     mesh = shapes.together([square, speck])
     wall = [[2, 7], [7, 12], [12, 17], [17, 22]]
-    with pytest.warns(IslandWarning, match="2 regions in place of 1: 1 part between barriers"):
+    with pytest.warns(IslandWarning, match="2 regions instead of 1: 1 part between barriers"):
         result = segment(mesh, 1, barriers=wall, islands="nearest")
     right = square.vertices[square.faces].mean(axis=1)[:, 0] > 2
     labels = result.labels
@@ -275,7 +275,7 @@ def test_islands_join_the_nearest_region_of_their_number():
     specks = [Mesh([[x, 5, 0], [x + 0.1, 5, 0], [x, 5.1, 0]], [[0, 1, 2]]) for x in (0, 6, 9)]
     mesh = shapes.together([*parts, *specks])
     sides = np.repeat([0, 1, 2, 2, 0, 3], [4, 4, 4, 1, 1, 1])
-    with pytest.warns(IslandWarning, match=r"4 regions in place of 3: 1 part between"):
+    with pytest.warns(IslandWarning, match=r"4 regions instead of 3: 1 part between"):
         result = segment(mesh, 3, barriers=sides, islands="nearest")
     of_parts = result.labels[[0, 4, 8]]
     assert result.labels[12:14].tolist() == of_parts[[2, 0]].tolist()

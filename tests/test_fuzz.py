@@ -86,4 +86,4 @@ def test_some_search_finds_nothing():
 def test_a_case_can_be_run_again():
     done = run_fuzz("--seed", "3", "--case", "6", "--only", "graphs", "cells")
     assert done.returncode == 0, done.stderr
-    assert re.match(r"case 6 is of (graphs|cells); its files are in ", done.stdout)
+    assert re.match(r"case 6, (graphs|cells): its files are in ", done.stdout)

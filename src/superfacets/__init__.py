@@ -7,8 +7,8 @@ from typing import Any
 
 __version__ = "0.1.0"
 
-# `__init__.pyi` lists the public names, for type checkers and for this module, which imports each
-# name on first use: programs load only the parts that they need.
+# `__init__.pyi` lists the public names. This module imports each name on first use: programs load
+# only the parts that they need.
 _STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
 _HOMES = {name: home for home, name in re.findall(r"^from (\S+) import (\w+)", _STUB, re.MULTILINE)}
 __all__ = list(_HOMES)

@@ -1,4 +1,4 @@
-"""Start of the command `superfacets`, also as ``python -m superfacets``."""
+"""Entry point of the command `superfacets` and of ``python -m superfacets``."""
 
 from typing import NoReturn
 

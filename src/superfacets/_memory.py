@@ -12,7 +12,7 @@ _GROUPS = Path("/sys/fs/cgroup")
 """File where Linux lists the control groups of a process, and folder with their limits."""
 
 _IF_UNKNOWN = 4 << 30
-"""Assumed memory in bytes if the system does not tell."""
+"""Assumed memory in bytes if the system does not report it."""
 
 
 def usable_memory() -> int:
@@ -21,7 +21,7 @@ def usable_memory() -> int:
 
 
 def free_memory() -> int:
-    """Free memory of the machine in bytes, at most `usable_memory`; if unknown, `usable_memory`."""
+    """Free memory of the machine in bytes, at most `usable_memory`, which is also the fallback."""
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = next(line for line in lines if line.startswith("MemAvailable"))
@@ -30,7 +30,7 @@ def free_memory() -> int:
 
 
 def memory_of_process() -> int:
-    """Memory limit of this process in bytes: `usable_memory`, or its address space if smaller."""
+    """Memory limit of this process in bytes: `usable_memory`, or a smaller address space."""
     limit = address_limit()
     return usable_memory() if limit is None else min(usable_memory(), limit)
 
@@ -46,7 +46,7 @@ def _machine_memory() -> int:
 
 
 def _group_limits() -> list[int]:
-    """The limits of the control groups of this process, and of their parents."""
+    """Limits of the control groups of this process and of their parents, in bytes."""
     limits = []
     with contextlib.suppress(OSError, ValueError):  # no such file, or another format
         for line in _OWN_GROUPS.read_text().splitlines():
@@ -59,7 +59,7 @@ def _group_limits() -> list[int]:
 
 
 def _limits_above(root: Path, name: str, file: str) -> list[int]:
-    """The limits of a group, its parents, and the root, which a container sees."""
+    """Limits of a group, its parents and the root group, in bytes; a container sees the root."""
     group = root / name.lstrip("/")
     limits = []
     for folder in (group, *group.parents):

@@ -1,7 +1,7 @@
 """Checked arguments of `segment`, in one object per stage.
 
-``checked`` takes arguments of `segment`, and raises an error before any work is done if one is
-wrong; ``params`` are reported in the result.
+``checked`` raises an error for wrong arguments before any work is done. ``params`` are reported in
+the result.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ INITS: tuple[str, ...] = get_args(Init)
 
 Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
-"""Choices for cells that no center reaches, and for small regions that have no neighbor."""
+"""What to do with cells that no center reaches, and with small regions without a neighbor."""
 
 Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
 CLIPS: tuple[str, ...] = get_args(Clip)
 """Halves of a volume that `render` can show."""
 
 Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
-"""Faces that are the first centers. Not `ArrayLike`, which would accept a misspelled name."""
+"""Faces that are the first centers. `ArrayLike` would also accept a misspelled name."""
 
 Progress = Callable[[int, int], object]
 
@@ -51,11 +51,11 @@ class SizeOptions:
 
     n_segments: int | None
     radius: float | None  # as a fraction of the diagonal of the bounding box
-    seeds: Any  # None: seeds are still to be placed
+    seeds: Any  # first centers from the caller; None if a method places them
 
     @classmethod
     def checked(cls, n_segments: int | None, radius: float | None, init: object) -> SizeOptions:
-        """Raise an error if arguments contradict each other, or are wrong for any mesh."""
+        """Return the checked options; arguments are as for `segment`."""
         if n_segments is not None and radius is not None:
             raise ValueError("give n_segments or radius, not both")
         if n_segments is not None:
@@ -71,12 +71,12 @@ class LoopOptions:
 
     max_num_iter: int
     tol: float  # as a fraction of the radius of a region
-    radius_factor: float | None  # None: expansions are not limited
+    radius_factor: float | None  # None means that expansions are not limited
     islands: str
     n_threads: int
     progress: Progress | None
     on_stage: OnStage | None = None
-    relocate: bool | None = False  # None: decided once the cells are known
+    relocate: bool | None = False  # None means that weights and cells decide
 
     @classmethod
     def checked(
@@ -118,7 +118,7 @@ class BalanceOptions:
     max_measure: float | None = None
     min_measure: float | None = None
     cells_per_region: int | None = None
-    cell_weights: Any = None  # checked once the number of cells is known
+    cell_weights: Any = None  # checked when the number of cells is known
 
     @classmethod
     def checked(
@@ -131,20 +131,22 @@ class BalanceOptions:
         low = None if low is None else checked_number(low, "min_measure", zero=True)
         high = None if high is None else checked_number(high, "max_measure", zero=False)
         if low is not None and high is not None and low > high:
-            raise ValueError(f"min_measure is {low:g}, more than max_measure, {high:g}")
+            raise ValueError(f"min_measure is {low:g}: it must not exceed max_measure, {high:g}")
         if cells_per_region is not None:
             cells_per_region = checked_count(cells_per_region, "cells_per_region")
             given = {"balance": balance or None, "min_measure": low, "max_measure": high}
             for name, value in (given | {"cell_weights": cell_weights}).items():
                 if value is not None:
-                    raise ValueError(f"cells_per_region makes regions equal: leave {name} out")
+                    raise ValueError(f"cells_per_region makes all regions equal: leave {name} out")
         options = cls(balance, high, low, cells_per_region, cell_weights)
         if cell_weights is not None and not options.is_used:
-            raise ValueError("cell_weights need balance, max_measure or min_measure")
+            raise ValueError(
+                "cell_weights have no effect without balance, max_measure or min_measure: give one"
+            )
         return options
 
     def check_with(self, size: SizeOptions, loop: LoopOptions, min_size: float) -> None:
-        """Raise a ValueError if other options of `segment` contradict these."""
+        """Raise a ValueError if other options of `segment` contradict these options."""
         if not self.is_used:
             return
         name = "balance" if self.cells_per_region is None else "cells_per_region"
@@ -153,29 +155,34 @@ class BalanceOptions:
                 f"{name} needs the shortest paths to all centers: leave radius_factor out"
             )
         if min_size > 0:
-            raise ValueError(f"{name} gives regions their sizes: leave min_size out")
+            raise ValueError(f"{name} sets the sizes of regions: leave min_size out")
         if self.cells_per_region is None:
             return
         if size.n_segments is not None or size.radius is not None or size.seeds is not None:
-            raise ValueError("give cells_per_region, or n_segments, radius or seeds in init")
+            raise ValueError(
+                "cells_per_region sets the number of regions: leave n_segments, radius, and seeds"
+                " in init out"
+            )
         if loop.islands == "nearest":
-            raise ValueError("regions of exact size are of one component: leave islands out")
+            raise ValueError(
+                "cells_per_region keeps each region in one component: leave islands out"
+            )
 
     @property
     def is_used(self) -> bool:
-        """Whether regions are to have other sizes than by paths alone."""
+        """Whether any option limits or balances the sizes of regions."""
         bounds = (self.max_measure, self.min_measure, self.cells_per_region)
         return self.balance > 0 or any(bound is not None for bound in bounds)
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Least and greatest size of a region."""
+        """Smallest and largest size of a region."""
         low, high = self.min_measure, self.max_measure
         return 0.0 if low is None else low, math.inf if high is None else high
 
     @property
     def strength(self) -> float:
-        """How equal sizes are to be, 0 to 1."""
+        """How equal sizes become, 0 to 1."""
         return 1.0 if self.cells_per_region is not None else self.balance
 
     def checked_cell_weights(self, n_cells: int) -> Floats:
@@ -218,7 +225,7 @@ class CleanupOptions:
 
     @property
     def is_needed(self) -> bool:
-        """Whether any step of the clean-up is asked for."""
+        """Whether any step of the clean-up is requested."""
         return self.smooth or self.enforce_connectivity or self.min_size > 0
 
     @property

@@ -10,7 +10,7 @@ OnStage = Callable[[str], object]
 
 @contextmanager
 def timed(timings: dict[str, float], stage: str, on_stage: OnStage | None = None) -> Iterator[None]:
-    """Add the wall time of the block to a stage, and tell `on_stage` that it begins."""
+    """Add the wall time of the block to the time of a stage; call `on_stage` at the start."""
     if on_stage is not None:
         on_stage(stage)
     start = time.perf_counter()

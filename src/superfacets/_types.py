@@ -1,4 +1,4 @@
-"""Arrays by the type of their elements."""
+"""Type aliases of arrays, named by the type of their elements."""
 
 from __future__ import annotations
 
@@ -21,4 +21,4 @@ ArcLists: TypeAlias = tuple[Longs, Ints]
 """Arcs in CSR form: offsets, (N + 1,), and neighbors, (M,)."""
 
 Viewpoint: TypeAlias = tuple[float, float, float]
-"""Place from which all points of a cloud were seen."""
+"""Position from which all points of a cloud were seen."""

@@ -1,8 +1,8 @@
 """All checks and conversions of arguments.
 
-The core checks nothing: arrays that leave this module have the dtype and layout that it expects.
-Integers that serve as indices are copied before they are checked, so that neither the caller, nor
-another thread, nor the file behind a memory map can change them afterwards. Floats are not copied.
+The core checks nothing: arrays that leave this module have the dtype and layout that the core
+expects. Indices are copied before they are checked, so that no other thread and no memory-mapped
+file can change them afterwards. Floats are not copied.
 """
 
 from __future__ import annotations
@@ -26,37 +26,39 @@ from ._types import ArcLists, Array, Bools, Floats, Ints, Longs, Singles
 from .errors import MeshError
 
 MAX_CELLS = 2**31 - 1
-"""Largest number of cells, labels or vertices, because they are int32 in the core."""
+"""Largest number of cells, labels or vertices: their indices are int32 in the core."""
 
 EXTENT_RANGE = (1e-15, 1e15)
-"""Extents for which labels do not depend on the unit of length. The determinant of the second
-moments of tetrahedra, a product of fifteen lengths, stays normal down to 1e-5 of the extent."""
+"""Range of extents for which labels do not depend on the unit of length. The determinant of second
+moments of tetrahedra, a product of fifteen lengths, is then a normal number down to 1e-5 of the
+extent."""
 
 VALUE_RANGE = (1e-150, 1e150)
-"""Range of the largest area or weight: sums, and products with positions, then stay normal."""
+"""Range of the largest area or weight. Sums and products with positions are then normal numbers."""
 
 MAX_SIDE = 1 << 16
 """Largest width and height of an image, in pixels."""
 
 MAX_ROTATION_ERROR = 1e-3
-"""Largest error of products of the axes of a pose: four digits are enough, a scale is not."""
+"""Largest error in the scalar products of the axes of a pose: poses with four digits are accepted,
+poses with a scale are not."""
 
 MAX_THREADS_PER_CORE = 4
-"""Upper bound of threads per usable core. More only wait for each other: on two cores, 1,024
-threads take four times as long as two."""
+"""Upper bound of threads per usable core. On two cores, 1,024 threads take four times as long as
+two threads, because they wait for each other."""
 
 
 def exact_array(array: Any, dtype: Any) -> Array:
-    """Return the numbers as a contiguous, aligned array of this type; a copy only if needed."""
+    """Return a contiguous, aligned array of this dtype; the numbers are copied only if needed."""
     return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED", "ENSUREARRAY"])
 
 
 def exact_doubles(array: Array) -> Floats:
-    """Return `exact_array` as float64, infinite where numbers are too large.
+    """Return `exact_array` as float64; numbers that are too large become infinite.
 
-    Memory mapped from a file is copied: if the file shrank, reading it would end the process.
+    Memory-mapped arrays are copied: if the file shrank, reading the map would kill the process.
     """
-    # Later checks find a signaling NaN, or a longdouble beyond float64.
+    # Later checks find signaling NaNs, and long doubles that do not fit into float64.
     with np.errstate(over="ignore", invalid="ignore"):
         doubles: Floats = exact_array(array, np.float64)
     owner: Any = doubles
@@ -72,8 +74,8 @@ def owned(array: Array, dtype: Any) -> Array:
 
 
 def owned_indices(array: Array) -> Ints:
-    """A copy of integers as int32; -1 where one does not fit."""
-    # Numbers of 2**63 or more become negative here, and do not fit either.
+    """A copy of integers as int32; integers that do not fit become -1."""
+    # Numbers of 2**63 or more become negative here, so they become -1, too.
     given = exact_array(array, np.int32 if array.dtype == np.int32 else np.int64)
     narrow = _core.narrow_indices(given.ravel(), checked_threads(None))
     return narrow.reshape(array.shape)
@@ -81,16 +83,16 @@ def owned_indices(array: Array) -> Ints:
 
 def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
     """Raise an error if entries are masked: numpy would use the values under the mask."""
-    if "numpy.ma" not in sys.modules:  # slow to import; until then no array has a mask
+    if "numpy.ma" not in sys.modules:  # masked arrays exist only after this slow import
         return
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        raise error(f"{name} has masked entries: fill them, or leave them out")
+        raise error(f"{name} has masked entries: fill these entries or leave them out")
 
 
 def restored(state: Any, names: Sequence[str]) -> list[Any]:
-    """Return fields of the state of a copy or a pickle, to be checked as for a new object."""
+    """Return fields of the state of a copy or a pickle; the caller checks their values."""
     if not isinstance(state, dict) or not set(names) <= state.keys():
-        raise ValueError(f"a damaged copy: it does not hold {', '.join(names)}")
+        raise ValueError(f"a damaged copy: it needs the fields {', '.join(names)}")
     return [state[name] for name in names]
 
 
@@ -105,17 +107,11 @@ def freeze(instance: object, **arrays: Array) -> None:
 def checked_mesh(
     vertices: Any, faces: Any, *, are_new: bool = False
 ) -> tuple[Floats, Ints, Floats]:
-    """Vertices, faces, and the bounding box (2, 3) of the vertices used; a MeshError if wrong.
+    """Vertices, faces, and the bounding box (2, 3) of the used vertices; a MeshError if wrong.
 
-    Arrays that no one else refers to (`are_new`), such as a reader's, are not copied.
+    With `are_new`, no one else refers to the arrays, and they are not copied.
     """
-    points = _point_array(vertices)
-    given = _corner_rows(faces, "faces", 3)
-    corners = _int32_corners(given, are_new)
-    place, box = _checked_corners(points, corners.ravel())
-    if place is not None:
-        raise_index_error(place // 3, given.ravel()[place], len(points))
-    return points, corners, box
+    return _checked_simplices(vertices, faces, "faces", 3, are_new)
 
 
 def checked_polygons(
@@ -136,12 +132,18 @@ def checked_polygons(
 
 def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
     """Vertices, tetrahedra, and the bounding box as `checked_mesh`; a MeshError if wrong."""
+    return _checked_simplices(vertices, tets, "tets", 4, False)
+
+
+def _checked_simplices(
+    vertices: Any, cells: Any, name: str, n_corners: int, are_new: bool
+) -> tuple[Floats, Ints, Floats]:
     points = _point_array(vertices)
-    given = _corner_rows(tets, "tets", 4)
-    corners = owned_indices(given)
+    given = _corner_rows(cells, name, n_corners)
+    corners = _int32_corners(given, are_new)
     place, box = _checked_corners(points, corners.ravel())
     if place is not None:
-        raise_index_error(place // 4, given.ravel()[place], len(points), "tets")
+        raise_index_error(place // n_corners, given.ravel()[place], len(points), name)
     return points, corners, box
 
 
@@ -151,7 +153,7 @@ def _int32_corners(given: Array, are_new: bool) -> Ints:
 
 
 def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
-    """Return one bool per cell; all are True if `mask` is None."""
+    """Return one bool per cell; without a mask, all are True."""
     if mask is None:
         return np.ones(n_cells, dtype=bool)
     array = np.asarray(mask)
@@ -163,16 +165,18 @@ def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
 
 
 def polygon_arrays(faces: Any) -> tuple[Array, Array]:
-    """Offsets and corners of faces given as rows of an array, or as lists of vertices."""
+    """Offsets and corners of faces, which are rows of an array or lists of vertices."""
     array = faces if isinstance(faces, np.ndarray) else None
     if array is None or array.dtype == object:
         rows = [_row_of_integers(face, "a face") for face in faces]
         lengths = np.array([len(row) for row in rows], dtype=np.int64)
-        filled = [row for row in rows if len(row)]  # empty lists become arrays of floats
+        filled = [row for row in rows if len(row)]  # an empty list would be an array of floats
         corners = np.concatenate(filled) if filled else np.empty(0, dtype=np.int64)
         return np.concatenate([[0], np.cumsum(lengths)]), corners
     if array.ndim != 2:
-        raise MeshError(f"faces must be lists of vertices, or an array (F, n), got {array.shape}")
+        raise MeshError(
+            f"faces must be lists of vertices or an array of shape (F, n), got {array.shape}"
+        )
     refuse_mask(array, "faces", MeshError)
     return np.arange(len(array) + 1) * array.shape[1], array.ravel()
 
@@ -187,14 +191,14 @@ def _row_of_integers(value: Any, name: str) -> Array:
 
 
 def _check_offsets(offsets: Longs, n_corners: int) -> None:
-    """Raise a MeshError unless offsets cut the corners into faces of three and more."""
+    """Raise a MeshError unless offsets split the corners into faces of at least three corners."""
     if len(offsets) < 2:
         raise MeshError("the mesh has no faces")
     _check_size(len(offsets) - 1, "the mesh", "faces")
     if offsets[0] != 0 or offsets[-1] != n_corners:
         raise MeshError(
-            f"offsets must run from 0 to the number of corners, {n_corners},"
-            f" got {offsets[0]} to {offsets[-1]}"
+            f"offsets must start at 0 and end at the number of corners, {n_corners},"
+            f" got {offsets[0]} and {offsets[-1]}"
         )
     sizes = np.diff(offsets)
     if sizes.min() < 3 or sizes.max() > MAX_CELLS:
@@ -203,7 +207,7 @@ def _check_offsets(offsets: Longs, n_corners: int) -> None:
 
 
 def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
-    """Index of the first invalid corner, or None, and the box of the used vertices."""
+    """Index of the first invalid corner, or None, and the bounding box of the used vertices."""
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
         _raise_not_finite(points, "vertices")
@@ -215,7 +219,7 @@ def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]
 
 
 def _point_array(vertices: Any) -> Floats:
-    """Vertex positions as a contiguous (V, 3) float64 array; a MeshError if they are not valid."""
+    """Vertex positions as a contiguous (V, 3) float64 array."""
     array = _rows(vertices, "vertices", count="V")
     _check_size(len(array), "the mesh", "vertices")
     return exact_doubles(array)
@@ -227,14 +231,14 @@ def _check_size(n: int, whole: str, things: str, most: int = MAX_CELLS) -> None:
 
 
 def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
-    """Triangles or tetrahedra, one row of integers each, in the type given."""
+    """Triangles or tetrahedra, one row of integers each, in their original dtype."""
     array = _numeric_array(value, name)
     noun, count = ("faces", "F") if n_corners == 3 else ("tetrahedra", "N")
     if array.size == 0:
         raise MeshError(f"the mesh has no {noun}")
     if n_corners == 3 and array.ndim == 2 and array.shape[1] > 3:
         raise MeshError(
-            f"faces have {array.shape[1]} corners: a Mesh has triangles, make a PolygonMesh"
+            f"faces have {array.shape[1]} corners, but a Mesh has triangles: use a PolygonMesh"
         )
     if array.ndim != 2 or array.shape[1] != n_corners:
         raise MeshError(f"{name} must have shape ({count}, {n_corners}), got {array.shape}")
@@ -245,7 +249,7 @@ def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
 
 
 def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "faces") -> None:
-    """Raise the MeshError for a corner that is no vertex of the mesh."""
+    """Raise a MeshError: a corner of this cell is not a vertex of the mesh."""
     raise MeshError(
         f"{name}[{cell}] refers to vertex {vertex} but the mesh has {n_vertices} vertices"
     )
@@ -254,14 +258,14 @@ def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "face
 def refuse_first(
     is_wrong: Bools, name: str, values: Array, must: str, error: type[ValueError] = ValueError
 ) -> None:
-    """Raise an error that names the first wrong value, and says how it must be."""
+    """Raise an error with the first wrong value and what it must be."""
     if is_wrong.any():
         place = int(np.argmax(is_wrong))
         raise error(f"{name}[{place}] is {values[place]}; {must}")
 
 
 def check_extent(low: Floats, high: Floats, what: str = "faces lie", whole: str = "mesh") -> None:
-    """Raise a MeshError if a box has no size, or one too small or too large."""
+    """Raise a MeshError if a bounding box has no size, or is too small or too large."""
     if np.array_equal(low, high):
         raise MeshError(f"all {what} at one point: the bounding box has no size")
     with np.errstate(over="ignore"):
@@ -274,7 +278,7 @@ def check_extent(low: Floats, high: Floats, what: str = "faces lie", whole: str 
 
 
 def is_extent_valid(bounds: Floats) -> Bools:
-    """Whether each box, (K, 2, 3), has a size that a mesh may have: (K,)."""
+    """Whether the size of each box, (K, 2, 3), is allowed for a mesh: (K,)."""
     with np.errstate(over="ignore"):
         sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
     return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))
@@ -284,7 +288,7 @@ def _numeric_array(value: Any, name: str) -> Array:
     refuse_mask(value, name, MeshError)
     try:
         array = np.asarray(value)
-    except ValueError as error:  # ragged nested lists
+    except ValueError as error:  # the nested lists are ragged
         raise MeshError(f"{name} must be a rectangular array: {error}") from None
     if array.dtype.kind not in "fiu":
         raise MeshError(f"{name} must be numbers, got {array.dtype}")
@@ -298,17 +302,17 @@ def checked_points(points: Any) -> tuple[Floats, Floats]:
         raise MeshError("the cloud has no points")
     _check_size(len(given), "the cloud", "points")
     array = exact_doubles(given)
-    # Column by column: a tenth of the time of min(axis=0).
+    # Separate columns take a tenth of the time of min(axis=0).
     box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
     if not np.isfinite(box).all():
         _raise_not_finite(array, "points")
-    if not np.array_equal(*box):  # stages that need a size call `check_spread`
+    if not np.array_equal(*box):  # stages that need different points call `check_spread`
         check_spread(box)
     return array, box
 
 
 def check_spread(bounds: Floats) -> None:
-    """Raise a MeshError if all points of a cloud lie at one place."""
+    """Raise a MeshError if all points of a cloud are at the same position."""
     check_extent(bounds[0], bounds[1], "points lie", "cloud")
 
 
@@ -320,21 +324,21 @@ def checked_queries(points: Any) -> Floats:
     largest = float(np.abs(array).max(initial=0.0))
     if largest > VALUE_RANGE[1]:
         raise MeshError(
-            f"the largest coordinate of points is {largest:.3g}: rescale to {VALUE_RANGE[1]:g} at"
-            " most"
+            f"the largest coordinate of points is {largest:.3g}: rescale the points to at most"
+            f" {VALUE_RANGE[1]:g}"
         )
     return array
 
 
 def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
-    """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong.
+    """One vector of length 1 or 0 per point, (N, 3) float64; a MeshError if they are wrong.
 
-    Error messages number the points from `first`.
+    Messages count the points from `first`.
     """
     array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
     if not np.isfinite(array).all():
         _raise_not_finite(array, name, first)
-    largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)  # so that no length overflows
+    largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)  # avoids overflow of squares
     np.divide(array, largest, out=array, where=largest > 0)
     lengths = np.sqrt(np.einsum("ij,ij->i", array, array))[:, None]
     np.divide(array, lengths, out=array, where=lengths > 0)
@@ -342,7 +346,7 @@ def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "no
 
 
 def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
-    """One place (3,), or one per point (N, 3), float64; a MeshError if wrong."""
+    """One viewpoint (3,), or one per point (N, 3), float64; a MeshError if wrong."""
     array = _numeric_array(viewpoints, "viewpoints")
     if array.shape not in ((3,), (n_points, 3)):
         raise MeshError(f"viewpoints must have shape (3,) or ({n_points}, 3), got {array.shape}")
@@ -363,7 +367,7 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
         shades = np.asarray(array[:, :3], np.float32)
         return np.asarray(shades / np.float32(np.iinfo(array.dtype).max), np.float32)
     shades = owned(array[:, :3], np.float32)
-    is_wrong = ~((shades >= 0) & (shades <= 1)).all(axis=1)  # also where one is NaN
+    is_wrong = ~((shades >= 0) & (shades <= 1)).all(axis=1)  # True if a shade is NaN
     if is_wrong.any():
         first = int(np.argmax(is_wrong))
         raise MeshError(f"colors[{first}] is not from 0 to 1: {shades[first].tolist()}")
@@ -385,12 +389,12 @@ def _raise_not_finite(rows: Floats, name: str, first: int = 0) -> None:
 
 
 def checked_bounds(bounds: Any, positions: Floats) -> Floats:
-    """Low and high corner of a box, (2, 3) float64; the box of the positions if None is given."""
+    """Low and high corner of a box, (2, 3) float64; by default the box of the positions."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
     array = exact_doubles(_numeric_array(bounds, "bounds"))
     if array.shape != (2, 3) or not np.isfinite(array).all() or np.any(array[0] > array[1]):
-        raise ValueError("bounds must hold a low and a high corner, shape (2, 3), finite")
+        raise ValueError("bounds must be a low and a high corner, shape (2, 3), finite")
     return array
 
 
@@ -434,12 +438,12 @@ def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads
 
 def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
     """Arcs in CSR form, as (N + 1,) int64 offsets and (M,) int32 neighbors."""
-    starts = owned(_integer_array(offsets, "offsets"), np.int64)  # 2**63 or more: negative
+    starts = owned(_integer_array(offsets, "offsets"), np.int64)  # 2**63 becomes negative
     targets = owned_indices(_integer_array(neighbors, "neighbors"))
     if len(starts) != n_cells + 1:
         raise ValueError(f"offsets must have shape ({n_cells + 1},), got {starts.shape}")
     if starts[0] != 0 or starts[-1] != len(targets) or np.any(np.diff(starts) < 0):
-        raise ValueError("offsets must rise from 0 to the number of arcs")
+        raise ValueError("offsets must increase from 0 to the number of arcs")
     if len(targets) and not 0 <= targets.min() <= targets.max() < n_cells:
         raise ValueError(f"neighbors must be cells, 0 to {n_cells - 1}")
     return starts, targets
@@ -452,13 +456,13 @@ def checked_angles(angles: Any, n_arcs: int) -> Floats:
         raise ValueError(
             f"angles must have one value per arc, shape ({n_arcs},), got {array.shape}"
         )
-    is_wrong = ~(np.abs(array) <= math.pi)  # also where it is NaN
+    is_wrong = ~(np.abs(array) <= math.pi)  # True for NaN
     refuse_first(is_wrong, "angles", array, "it must be from -pi to pi")
     return array
 
 
 def checked_sides(sides: Any, offsets: Longs) -> Ints:
-    """One side >= 0 per arc, (M,) int32, ascending for the arcs of each cell."""
+    """One side >= 0 per arc, (M,) int32, in ascending order for each cell."""
     array = owned_indices(_integer_array(sides, "sides"))
     if len(array) != offsets[-1]:
         raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
@@ -480,12 +484,12 @@ def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
     refuse_first(is_wrong, name, given, f"it must be 0 to {n_cells - 1}")
     values, counts = np.unique(array, return_counts=True)
     if len(values) < len(array):
-        raise ValueError(f"{name} holds {values[np.argmax(counts > 1)]} more than once")
+        raise ValueError(f"{name} contains {values[np.argmax(counts > 1)]} more than once")
     return array
 
 
 def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int) -> Ints:
-    """One cell of each region, in the order of the labels, as (K,) int32; a ValueError if not."""
+    """One cell of each region, in the order of the labels, as (K,) int32."""
     cells = checked_seeds(centers, len(labels))
     if len(cells) != n_regions:
         raise ValueError(f"there are {len(cells)} centers for {n_regions} regions")
@@ -493,7 +497,10 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
     if is_wrong.any():
         region = int(np.argmax(is_wrong))
         cell = cells[region]
-        raise ValueError(f"centers[{region}] is {cell}, which has label {labels[cell]}")
+        raise ValueError(
+            f"centers[{region}] is {cell}, which has label {labels[cell]}: it must be a cell of"
+            f" region {region}"
+        )
     return cells
 
 
@@ -517,11 +524,11 @@ def checked_partial_labels(
 ) -> tuple[Ints, int]:  # fmt: skip
     """Labels as an (N,) int32 array, and the number K of regions.
 
-    Each of 0..K-1 must occur. -1 stands for no region, and is refused if `least` is 0.
+    Each label from 0 to K - 1 must occur. -1 means no region; it is an error if `least` is 0.
     """
     given = _row_of_labels(labels, n_cells, name, n_vertices)
     is_wrong = (given < least) | (given >= n_cells)
-    refuse_first(is_wrong, name, given, f"labels are {least}..K-1, K <= {n_cells}")
+    refuse_first(is_wrong, name, given, f"labels must be {least} to K - 1, K <= {n_cells}")
     array = owned_indices(given)
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
@@ -538,7 +545,7 @@ def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) ->
 
 
 def checked_classes(labels: Any, n_cells: int, name: str) -> Ints:
-    """Labels that may have gaps, as an (N,) int32 array: 0 and up, or -1 for no label."""
+    """Labels >= 0 that may have gaps, or -1 for no label, as an (N,) int32 array."""
     given = _row_of_labels(labels, n_cells, name)
     array = given.astype(np.int32, order="C")  # a copy
     is_wrong = (array < -1) | (array != given)
@@ -555,11 +562,11 @@ def _row_of_labels(labels: Any, n_cells: int, name: str, n_vertices: int | None 
 
 
 def hint_at_vertices(n_labels: int, n_vertices: int | None) -> str:
-    """The end of the message on a wrong number of labels, if it is that of the vertices."""
+    """Advice for a wrong number of labels, if there is one label per vertex."""
     if n_labels != n_vertices:
         return ""
     call = "superfacets.transfer(mesh.vertices, labels, mesh)"
-    return f", as many as the vertices: {call} gives labels of faces"
+    return f": the mesh has {n_vertices} vertices, and {call} gives labels of faces"
 
 
 def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None) -> Longs:
@@ -574,26 +581,27 @@ def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None)
 def compact_partial_labels(
     labels: Any, n_cells: int, n_vertices: int | None = None
 ) -> tuple[Ints, Array]:
-    """Return `ranked_labels` of labels that may be any integers."""
+    """Labels, which may be any integers, ranked as by `ranked_labels`."""
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 
 def compact_complete(
     labels: Any, n_cells: int, name: str = "labels", n_vertices: int | None = None
 ) -> tuple[Ints, int]:
-    """Labels of 0 and up, renamed to 0..K-1 in their order, and K; a MeshError if one is below 0.
+    """Labels >= 0, renumbered as 0 to K - 1 in ascending order, and K; for metrics.
 
-    This is for metrics, which would count cells without a region as one more region.
+    A MeshError if a label is negative: metrics would count its cells as one more region.
     """
     array = checked_any_labels(labels, n_cells, n_vertices)
-    refuse_first(array < 0, name, array, "metrics need each cell in a region, 0 and up", MeshError)
+    must = "metrics need a region for each cell, labels >= 0"
+    refuse_first(array < 0, name, array, must, MeshError)
     ranks, names = ranked_labels(array)
     return ranks, len(names)
 
 
 def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
-    """Labels renamed to 0..K-1 in their order, but -1 stays -1; and the K labels that occur."""
-    if labels.min() >= -1 and labels.max() < len(labels):  # no need to sort
+    """Labels renumbered as 0 to K - 1 in ascending order (-1 is kept), and the K old labels."""
+    if labels.min() >= -1 and labels.max() < len(labels):  # a table replaces sorting
         is_used = np.bincount(labels + 1) > 0
         names, places = np.arange(-1, len(is_used) - 1), labels + 1
     else:
@@ -608,11 +616,13 @@ def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
 def checked_count(
     value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
 ) -> int:
-    """Check an integer from `low` to `high`; messages call `high` the number of `of`."""
+    """Check an integer from `low` to `high`; messages say that there are `high` things `of`."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
     if isinstance(value, np.ndarray):
-        raise TypeError(f"{name} must be an integer, got an array: a mesh is one (vertices, faces)")
+        raise TypeError(
+            f"{name} must be an integer, got an array: pass a mesh as one pair (vertices, faces)"
+        )
     count = operator.index(value)
     if count < low:
         raise ValueError(f"{name} must be at least {low}, got {count}")
@@ -653,9 +663,7 @@ def checked_cell_weights(weights: Any, n_cells: int) -> Floats:
         raise ValueError(f"cell_weights must have shape ({n_cells},), got {given.shape}")
     array = exact_doubles(given)
     is_wrong = ~(np.isfinite(array) & (array >= 0))
-    if is_wrong.any():
-        place = int(np.argmax(is_wrong))
-        raise ValueError(f"cell_weights[{place}] is {given[place]}, not finite and >= 0")
+    refuse_first(is_wrong, "cell_weights", given, "it must be finite and not negative")
     return array
 
 
@@ -677,7 +685,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def says_what_is_meant(others: Mapping[str, str]) -> Callable[[Function], Function]:
-    """Decorate a function: for a parameter of another tool, the error says which one is meant."""
+    """Decorate a function: its error for a parameter of another tool names the parameter to use."""
 
     def decorate(function: Function) -> Function:
         @functools.wraps(function)
@@ -692,7 +700,7 @@ def says_what_is_meant(others: Mapping[str, str]) -> Callable[[Function], Functi
 
 
 def checked_generator(value: Any, name: str) -> np.random.Generator:
-    """A generator of random numbers: as given, or seeded with an integer >= 0."""
+    """A random number generator: the given one, or a new one with an integer >= 0 as seed."""
     if isinstance(value, np.random.Generator):
         return value
     if isinstance(value, (bool, np.bool_, np.ndarray)) or not hasattr(value, "__index__"):
@@ -709,7 +717,7 @@ def checked_pose(pose: Any) -> Floats:
     if given.shape not in ((4, 4), (3, 4)):
         raise ValueError(f"pose must have shape (4, 4) or (3, 4), got {given.shape}")
     if not np.isfinite(given).all():
-        raise ValueError("pose is not finite: leave out images without a pose")
+        raise ValueError("pose is not finite: leave out images whose pose is unknown")
     array = np.eye(4)
     array[: len(given)] = given
     if np.any(array[3] != (0, 0, 0, 1)):
@@ -718,20 +726,20 @@ def checked_pose(pose: Any) -> Floats:
     error = float(np.abs((rotation[:, :, None] * rotation[:, None]).sum(axis=0) - np.eye(3)).max())
     if error > MAX_ROTATION_ERROR:
         raise ValueError(
-            "pose must be a rotation and a position, without scale and shear: products of its axes"
-            f" are off by {error:.2g}"
+            "pose must be a rotation and a position, without scale or shear: scalar products of its"
+            f" axes have errors of {error:.2g}"
         )
     if np.dot(np.cross(rotation[0], rotation[1]), rotation[2]) < 0:
-        raise ValueError("pose mirrors the world: one of its axes points the wrong way")
+        raise ValueError("pose is a mirror image, not a rotation: reverse one of its axes")
     return array
 
 
 def checked_intrinsics(intrinsics: Any) -> Floats:
-    """Focal lengths and principal point, (4,) float64, from these or from their matrix."""
+    """Focal lengths and principal point, (4,) float64, from four numbers or a matrix."""
     given = _numbers_of(intrinsics, "intrinsics")
     if given.shape in ((3, 3), (4, 4)):
         if given[0, 1] != 0:
-            raise ValueError(f"intrinsics have a skew of {given[0, 1]:g}; it must be 0")
+            raise ValueError(f"the skew of intrinsics is {given[0, 1]:g}; it must be 0")
         given = given[(0, 1, 0, 1), (0, 1, 2, 2)]
     if given.shape != (4,):
         raise ValueError(
@@ -739,15 +747,15 @@ def checked_intrinsics(intrinsics: Any) -> Floats:
         )
     if not np.isfinite(given).all() or given[:2].min() <= 0:
         raise ValueError(
-            f"intrinsics must be finite, and focal lengths positive, got {given.tolist()}"
+            f"intrinsics must be finite, with positive focal lengths, got {given.tolist()}"
         )
     return owned(given, np.float64)
 
 
 def checked_image_size(size: Any) -> tuple[int, int]:
-    """Width and height of an image, 1 and up."""
+    """Width and height of an image in pixels, both at least 1."""
     if not isinstance(size, (tuple, list, np.ndarray)) or len(size) != 2:
-        raise TypeError(f"size must be width and height, got {reprlib.repr(size)}")
+        raise TypeError(f"size must be a pair of width and height, got {reprlib.repr(size)}")
     width, height = (checked_count(value, "size", MAX_SIDE, "pixels") for value in size)
     return width, height
 
@@ -756,7 +764,7 @@ def _numbers_of(value: Any, name: str) -> Floats:
     refuse_mask(value, name)
     try:
         array = np.asarray(value)
-    except ValueError:  # ragged nested lists
+    except ValueError:  # the nested lists are ragged
         array = np.empty(0, object)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} must be an array of numbers")
@@ -773,14 +781,14 @@ def checked_callable(value: Any, name: str) -> Any:
 def checked_threads(n_threads: Any) -> int:
     """The number of threads: as given, else SUPERFACETS_NUM_THREADS, else one per usable core.
 
-    Never more than `MAX_THREADS_PER_CORE` for each usable core; labels do not depend on it.
+    At most `MAX_THREADS_PER_CORE` per usable core. Labels do not depend on the number of threads.
     """
     if n_threads is not None:
         return min(checked_count(n_threads, "n_threads"), MAX_THREADS_PER_CORE * usable_cores())
     from_environment = os.environ.get("SUPERFACETS_NUM_THREADS", "")
     if from_environment:
         if not from_environment.isdecimal():
-            raise ValueError(f"SUPERFACETS_NUM_THREADS is {from_environment!r}, not a number")
+            raise ValueError(f"SUPERFACETS_NUM_THREADS must be a number, got {from_environment!r}")
         return checked_threads(checked_count(int(from_environment), "SUPERFACETS_NUM_THREADS"))
     return usable_cores()
 
@@ -793,7 +801,7 @@ def usable_cores() -> int:
 
 
 def _integer_array(value: Any, name: str) -> Array:
-    """A one-dimensional array of integers, in the type given."""
+    """A one-dimensional array of integers, in its original dtype."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.ndim != 1:

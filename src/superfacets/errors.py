@@ -5,14 +5,14 @@ from typing import Any
 
 
 class MeshError(ValueError):
-    """The mesh, or the file that should hold it, cannot be used; the message says where and why."""
+    """The mesh or its file cannot be used; the message says where and why."""
 
 
 class MissingExtraError(ImportError):
     """A feature needs an optional dependency; the message says how to install it."""
 
     def __init__(self, task: str, extra: str) -> None:
-        """Name the task; `extra` is ``"torch"`` where the package has to be installed itself."""
+        """Name the task and its extra; ``"torch"`` is a package that no extra installs."""
         needs, package = "an extra", f"'superfacets[{extra}]'"
         if extra == "torch":
             needs, package = extra, extra
@@ -29,7 +29,7 @@ def import_extra(module: str, task: str, extra: str) -> Any:
 
 
 class RenderError(RuntimeError):
-    """No picture can be made on this machine; the message says what to install."""
+    """Pictures cannot be made on this machine; the message says what to install."""
 
 
 class IslandWarning(UserWarning):
@@ -37,11 +37,11 @@ class IslandWarning(UserWarning):
 
 
 class BalanceWarning(UserWarning):
-    """Regions had to fall apart to have the number of cells that was asked for."""
+    """Some regions are disconnected, because only then they have the requested number of cells."""
 
 
 class MismatchWarning(UserWarning):
-    """Labels are carried over from a mesh that does not lie where the target does."""
+    """Labels are transferred between meshes that do not cover each other."""
 
 
 class SliverWarning(UserWarning):
@@ -49,7 +49,7 @@ class SliverWarning(UserWarning):
 
 
 class ViewWarning(UserWarning):
-    """Images that give no votes: their masks are empty, or their cameras see nothing."""
+    """Some images give no votes: their masks are empty, or their cameras see nothing."""
 
 
 def reason_of(error: BaseException) -> str:

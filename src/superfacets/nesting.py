@@ -43,56 +43,55 @@ def hierarchy(
 ) -> Hierarchy:
     r"""Return nested levels of regions: each region is a union of regions of the finer levels.
 
-    The finest level comes from `segment` (or the labels given). Then the two neighboring regions
-    whose merge costs least are merged, again and again, until no neighbors are left. So the result
-    can be cut at any number of regions. Merging regions of areas a and b, with centroids p and q,
-    costs
+    The finest level comes from `segment`, or from given labels. Then the pair of neighboring
+    regions with the lowest cost is merged, until no neighbors are left. The result can be cut at
+    any number of regions. The cost of merging regions with areas a and b and centroids p and q is
 
     .. math:: \frac{a b}{a + b} \cdot \frac{|p - q| + 12 r (1 - c)}{L}, \qquad
               r = \sqrt{\frac{a + b}{\pi}}
 
-    with the length L of their border and its openness c: 1 if the border is smooth, down to 0 if
-    all of it lies in a deep crease. So sizes stay balanced (the first factor is Ward's), regions
-    stay compact, and borders stay in creases. In a volume, r is the radius of a ball, and L an
-    area.
+    where L is the length of their border, and c is its openness: 1 if the border is smooth, and 0
+    if all of the border is in a deep crease. The first factor is from Ward and keeps sizes
+    balanced; the second keeps regions compact and borders in creases. In a volume, r is the radius
+    of a ball, and L is an area.
 
     Parameters
     ----------
     cells : Mesh or mesh-like, cloud-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells.
     counts : sequence of int
-        Numbers of regions of the levels, different from each other, in any order.
+        Number of regions of each level. The numbers must differ and may have any order.
     labels : array_like of int, shape (N,), optional
-        The regions to begin with, 0..K-1, each at least once; -1 for cells that are left out.
-        By default ``segment(cells, max(counts), **options)``, or `segment_graph` for a graph.
+        Regions of the finest level, 0 to K - 1, each at least once; -1 for cells that are left
+        out. The default is ``segment(cells, max(counts), **options)``, or `segment_graph` for a
+        graph.
     features : array_like, shape (N, F) or (V, F), optional
-        Numbers of each cell (or vertex) that decide which regions merge, instead of geometry. The
-        cost is then ``a b / (a + b)`` times the squared distance of the mean features of two
-        regions (Ward); pairs with equal costs are compared by the cost above. If no labels are
-        given, the finest regions follow the features as well, as in `segment`.
+        Numbers of each cell or vertex that decide which regions merge, instead of geometry. The
+        cost is then ``a b / (a + b)`` times the squared distance between the mean features of two
+        regions (Ward). Pairs with equal costs are compared by the cost above. Without `labels`, the
+        finest regions also follow the features, as in `segment`.
     scale_features : bool, default True
-        Divide each feature by its standard deviation over the area first.
+        Whether each feature is first divided by its area-weighted standard deviation.
     islands : {"keep", "nearest"}
-        Treatment of components. ``"keep"``: only regions that touch merge, and no level can
-        have fewer regions than there are components. ``"nearest"``: each component but the largest
-        may also merge across the gap to the nearest cell of larger components; a gap counts as a
-        border of length r in a deep crease. Regions may then extend over several components. It is
-        passed to `segment`, too.
+        With ``"keep"``, only regions that touch merge, and no level can have fewer regions than
+        there are components. With ``"nearest"``, a component may also merge across the gap to the
+        nearest cell of a larger component, and regions may extend over several components. A gap
+        counts as a border of length r in a deep crease. `islands` is also passed to `segment`.
     barriers : array_like of int, shape (N,) or (E, 2), optional
-        As for `segment`: regions never merge across them. Not allowed with ``islands="nearest"``,
-        because a merge across a gap might lead around a barrier.
+        As for `segment`: regions never merge across barriers. They are not allowed with
+        ``islands="nearest"``, because a merge across a gap could bypass a barrier.
     weld, n_threads
         As for `segment`. The result does not depend on the number of threads.
     **options
-        Further options of `segment` for the finest level, if no labels are given. With a `mask`,
-        faces that it leaves out have label -1 on all levels.
+        Further options of `segment` for the finest level, if no labels are given. Faces that a
+        `mask` leaves out have label -1 on all levels.
 
     Returns
     -------
     Hierarchy
-        Levels with exactly these numbers of regions. If the regions of the finest level are
-        connected, all regions are, except across gaps that were merged. Of several pairs that cost
-        the same, the pair with the lower nodes is merged first.
+        Levels with exactly these numbers of regions. If the finest regions are connected, all
+        regions are connected, except across merged gaps. If several pairs have the same cost, the
+        pair with the lower nodes is merged first.
 
     Warns
     -----
@@ -104,16 +103,15 @@ def hierarchy(
     MeshError
         If the mesh is not a valid mesh.
     ValueError, TypeError
-        If a level has more regions than there are at the beginning, or fewer than there are
-        components; if given labels cross barriers; or if another parameter is out of range or of
-        the wrong type.
+        If a level has more regions than the finest one, or fewer than there are components; if
+        given labels cross barriers; or if a parameter is out of range or of the wrong type.
 
     Notes
     -----
     Time is O(N + M) for the borders between regions, and O(m log K) for a merge of regions with m
-    neighbors. The openness of an edge is e^(-x). Here x is the length that `crease_weights` (for a
-    graph, its own weights) add to the step across the edge, in 1.6 expected radii of the finest
-    level. The openness of a border is the mean over its length.
+    neighbors. The openness of an edge is exp(-x), where x is the length that `crease_weights` adds
+    to the step across the edge, in units of 1.6 expected radii of the finest level. A graph uses
+    its own weights. The openness of a border is the mean over its length.
 
     References
     ----------
@@ -140,7 +138,7 @@ def hierarchy(
     source = cells if isinstance(cells, CellGraph) else as_cells(cells)
     constraints = ConstraintOptions(None, barriers)
     if islands == "nearest" and constraints.is_used:
-        raise ValueError("islands='nearest' takes no barriers: a gap might lead around one")
+        raise ValueError("islands='nearest' takes no barriers: merging across a gap may bypass one")
     found = None
     if labels is None:
         if features is not None:
@@ -148,7 +146,7 @@ def hierarchy(
         options = {**options, "islands": islands, "barriers": barriers, "n_threads": threads}
         found = _finest(source, wanted[0], weld, options)
         labels = found.labels
-    with _core.Workspace():  # threads for all that follows
+    with _core.Workspace():  # all steps share its threads
         graph, surface = graph_and_surface(source, weld, threads)
         costs, regions, n_regions = read_regions(surface, labels)
         table = _checked_features(given.table(source, surface.measures))
@@ -163,10 +161,12 @@ def hierarchy(
 
 
 def _checked_features(table: Floats | None) -> Floats | None:
-    """Refuse features whose squares would overflow; only features that were not scaled could."""
+    """Refuse features whose squares would overflow, which is possible only without scaling."""
     largest = 0.0 if table is None else float(np.abs(table).max())
     if largest > VALUE_RANGE[1] ** (2 / 3):
-        raise ValueError(f"features are up to {largest:.3g}: rescale them, or scale_features=True")
+        raise ValueError(
+            f"the largest feature is {largest:.3g}: rescale features, or use scale_features=True"
+        )
     return table
 
 
@@ -179,16 +179,16 @@ def _checked_counts(counts: Any) -> tuple[int, ...]:
         raise ValueError("counts must hold at least one number of regions")
     for one, next_one in pairwise(checked):
         if one == next_one:
-            raise ValueError(f"counts holds {one} more than once")
+            raise ValueError(f"counts contains {one} more than once")
     return tuple(checked)
 
 
 def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segmentation:
-    """Regions to begin with: as many as on the finest level, or more where there are islands."""
+    """Regions to start from: n regions, or more if there are islands."""
     if isinstance(source, CellGraph):
         return segment_graph(source, n, **options)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", IslandWarning)  # levels are cut at exact numbers
+        warnings.simplefilter("ignore", IslandWarning)  # each level has an exact number of regions
         return segment(source, n, weld=weld, **options)
 
 

@@ -1,4 +1,4 @@
-"""From a mesh to its superfacets: all stages in a row."""
+"""`segment`: run all stages on a mesh, from its faces to its superfacets."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import partial
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -73,28 +73,28 @@ PAPER: Mapping[str, Any] = MappingProxyType(
 )
 """Keywords for the paper's algorithm exactly as published: ``segment(mesh, 150, **PAPER)``.
 
-Weights follow eq. 1-3, seeds are the farthest from each other in space, expansions halt at
-2 r, the loop ends when no center changes, and borders are not smoothed.
+Weights follow eq. 1-3, and seeds are placed by farthest-point sampling. Expansions halt at 2 r, and
+the loop stops when no center changes. Borders are not smoothed.
 """
 
 PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": True})
-"""Keywords for regions that stay within the parts of a shape: the same as the defaults."""
+"""Keywords for regions that stay within the parts of a shape. They equal the defaults."""
 
 SCANS: Mapping[str, Any] = MappingProxyType({"denoise": 5, "alpha": 80.0})
-"""Keywords for scans of rooms, fused from depth images: ``segment(mesh, 1000, **SCANS)``.
+"""Keywords for room scans that were fused from depth images: ``segment(mesh, 1000, **SCANS)``.
 
-Noise is smoothed, and borders follow creases at more cost in compactness.
+Noise is smoothed before creases are measured, and borders follow creases more closely.
 """
 
 OTHER_NAMES: Mapping[str, str] = MappingProxyType(
     {
         "compactness": "use alpha: higher values follow creases more, 0 gives the roundest regions",
         "sigma": "use denoise: steps of smoothing before creases are measured",
-        "spacing": "lengths are in the unit of the mesh",
+        "spacing": "scale the vertices instead; lengths are in the unit of the mesh",
         "convert2lab": "use features='color'",
-        "channel_axis": "use features: one row of numbers per face",
+        "channel_axis": "use features, an array with one row of numbers per face",
         "min_size_factor": "use min_size: a fraction of the mean area of regions",
-        "start_label": "labels begin with 0",
+        "start_label": "labels always start at 0",
         "max_iter": "use max_num_iter",
         "num_threads": "use n_threads",
         "n_jobs": "use n_threads",
@@ -104,18 +104,18 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "segMinVerts": "use min_size: a fraction of the mean area of regions",
         "scans": "use **superfacets.SCANS",
         "n_clusters": "use n_segments",
-        "seed": "labels are the same on every run; init takes faces that are the seeds",
+        "seed": "labels are the same on every run; init accepts the faces to start from",
     }
 )
-"""Parameters of ``slic`` of scikit-image and of other tools, and their counterparts here."""
+"""Parameters of scikit-image's ``slic`` and of other tools, and what to use here instead."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """Stages 0 and 1 of a mesh, which do not depend on options, so that they are run once.
+    """Result of stages 0 and 1, which several calls of `segment` can share.
 
-    `segment` takes it in place of the mesh; `weld` then has no effect, and weights go by name. The
-    labels are the same.
+    `segment` accepts a `Prepared` in place of the mesh and returns the same labels. `weld` then has
+    no effect, and weights must be given by name.
     """
 
     source: Cells
@@ -124,11 +124,11 @@ class Prepared:
     graph: Any
     found: Any
     order: Ints | None
-    """This and the three above as in `OrderedCells`."""
+    """`cells`, `graph`, `found` and `order` are as in `OrderedCells`."""
 
     @classmethod
     def of(cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True) -> Prepared:
-        """Find the graph of cells from `as_cells`: by far the longest part of the preparation."""
+        """Build the graph of cells from `as_cells`: by far the longest part of the preparation."""
         kind = kind_of(source)
         ordered = kind.sorted_graph(source, weld, n_threads) if is_sorted else None
         if ordered is None:
@@ -173,95 +173,101 @@ def segment(
 ) -> Segmentation:
     """Label every face of a mesh with one of k compact regions that follow its concave creases.
 
-    Of a point cloud, every point; of a tetrahedral mesh, every tetrahedron. The page "Parameters"
-    of the documentation explains each parameter at length.
+    In a point cloud every point gets a label, and in a tetrahedral mesh every tetrahedron does. The
+    page "Parameters" of the documentation explains each parameter in detail.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any mesh of triangles or polygons: open, non-manifold, degenerate, in many components, or
-        soup. Or tetrahedra, or a point cloud: a PointCloud, an (N, 3) array, or a file of points.
+        Any mesh of triangles, polygons or tetrahedra. It may be open, non-manifold, degenerate or
+        disconnected. A point cloud is a PointCloud, an (N, 3) array, or a file of points.
     n_segments : int, optional
-        Number of regions k, 1 to N. 150, or N if that is less, if `radius` is not given either.
+        Number of regions k, from 1 to the number of faces N. The default is 150, or N if N is less.
     alpha : float, optional
-        How much borders follow creases, >= 0. 0 gives the most compact regions.
+        Strength with which borders follow creases, >= 0. At 0, regions are most compact.
     features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
-        Data that borders follow besides creases: F numbers per face or vertex, or ``"color"``,
-        ``"texture"`` (see `texture_colors`), ``"texture_spread"``, ``"normals"``, ``"height"``, or
-        the name of a property in the file.
+        Data that borders follow in addition to creases: F numbers per face or per vertex, or a
+        name. Names are ``"color"``, ``"texture"`` (see `texture_colors`), ``"texture_spread"``,
+        ``"normals"``, ``"height"``, and the properties in the file.
     denoise : int or "auto", optional
-        Steps of smoothing before creases are measured; labels belong to the mesh as it is.
+        Number of smoothing steps before creases are measured. The input mesh is not changed.
     n_threads : int, optional
-        By default ``SUPERFACETS_NUM_THREADS``, or one per core. Labels do not depend on it.
+        Number of threads. The default is ``SUPERFACETS_NUM_THREADS`` from the environment, or one
+        thread per core. Labels do not depend on the number of threads.
 
     Other Parameters
     ----------------
     radius : float, optional
-        Expected radius r of a region, as a fraction of the diagonal, in place of `n_segments`.
+        Expected radius r of a region, as a fraction of the diagonal of the bounding box. It
+        replaces `n_segments`.
     weights : str, or array_like of shape (M,)
-        Arc weights by name, or one per arc of `build_face_graph`:
+        One weight per arc of `build_face_graph`, or the name of a formula:
     {weights}
     eta_convex, ridges : float, optional
-        Weight, relative to concave creases, of convex ones, and of sharp edges between flat faces.
+        Weights relative to concave creases: `eta_convex` for convex edges, `ridges` for sharp
+        convex edges between flat faces.
     init : {"geodesic", "curve", "farthest", "flood", "grid"}, array_like, or Segmentation, optional
-        How seeds are placed: by default ``"geodesic"``, or ``"curve"`` for 10,000 or more regions
-        of less than a hundred faces. Or faces that are the seeds; or one label per face, or an
-        earlier result, to begin with.
+        Method that places the seeds. The default is ``"geodesic"``, or ``"curve"`` for 10,000 or
+        more regions of less than a hundred faces. Alternatively the seed faces, or a start for the
+        loop: one label per face, or an earlier result.
     relocate : bool, optional
-        Whether centers may jump to where regions are large. By default with ``"parts"`` only.
+        Whether centers may jump into large regions. The default is True for ``"parts"`` only.
     smooth : bool, default True
-        Whether borders become straight where the surface is smooth; see `smooth_borders`.
+        Whether borders are straightened where the surface is smooth; see `smooth_borders`.
     max_num_iter, tol : int, float
-        The loop ends after so many iterations, or when centers move by at most `tol` * r.
+        The loop stops after `max_num_iter` iterations, or when centers move by at most `tol` * r.
     radius_factor : float, optional
-        Expansions halt at this many r from their center, as in the paper (2).
+        Distance from the center, in units of r, at which expansions halt. The paper uses 2.
     islands : {"keep", "nearest"}
-        Components without a seed become regions of their own, or join the nearest region.
+        Each component without a seed becomes a region (``"keep"``) or joins the nearest region.
     min_size : float
-        Regions below this fraction of the mean area join a neighbor; see `merge_small_regions`.
+        Regions smaller than this fraction of the mean area are merged into a neighbor; see
+        `merge_small_regions`.
     enforce_connectivity : bool
-        Whether regions keep one piece each, with `radius_factor`; see `enforce_connectivity`.
+        Whether each region keeps only one connected piece. Only `radius_factor` makes several
+        pieces. See `enforce_connectivity`.
     balance : float
-        How equal the areas (volumes) of regions are to be, 0 to 1.
+        How equal the areas (volumes) of regions become, from 0 to 1.
     max_measure, min_measure : float, optional
-        Greatest and least area (volume) of a region; an error if they cannot be kept.
+        Largest and smallest area (volume) of a region. An error is raised if this is impossible.
     cell_weights : array_like of float, shape (N,), optional
-        Sizes of the cells for these three, >= 0, in place of areas: such as costs.
+        Sizes of cells, >= 0, that `balance`, `max_measure` and `min_measure` use instead of areas.
     cells_per_region : int, optional
-        Exact number of cells in each region, in place of `n_segments`; the remainder of each
-        component is smaller. See `Segmentation.patches`.
+        Exact number of cells in each region. It replaces `n_segments`. In each component, one
+        region holds the remainder. See `Segmentation.patches`.
     mask : array_like of bool, shape (N,), optional
-        Faces where it is False are left out, with the label -1.
+        Faces where the mask is False are left out and get the label -1.
     barriers : array_like of int, shape (N,) or (E, 2), optional
-        A number per face, or edges as pairs of vertices: no region crosses from one number to
-        another, or such an edge.
+        Either one number per face, and regions never mix numbers; or edges as pairs of vertices,
+        and regions never cross these edges.
     feature_weight, scale_features : float, bool
-        How much `features` count, in r per standard deviation; whether they are scaled to that.
+        Cost of a difference of features, in units of r per standard deviation; and whether features
+        are divided by their standard deviations.
     weld : bool
-        Whether vertices at exactly the same position are one.
+        Whether vertices at exactly the same position count as one vertex.
     progress : callable, optional
-        Called after each iteration with its number and how many centers moved. If it returns False,
-        the loop ends with ``stop_reason="cancelled"``.
+        Called after each iteration with its number and the number of centers that moved. If the
+        callable returns False, the loop stops with ``stop_reason="cancelled"``.
     on_stage : callable, optional
-        Called with the name of each stage when it begins. An exception from it ends the run.
+        Called with the name of each stage when the stage begins. An exception ends the run.
 
     Returns
     -------
     Segmentation
-        Labels are int32, 0..K-1, one per face in the order of the input, and the same each time;
-        -1 where the mask is False. K is k with ``islands="nearest"``; otherwise there is one more
-        for each component without a seed. With ``init="flood"`` or ``"grid"``, and with
-        `radius_factor`, K is about k.
+        Labels are int32 from 0 to K - 1, one per face in input order, and -1 where the mask is
+        False. They are the same on every run. K equals k with ``islands="nearest"``; with
+        ``"keep"``, each component without a seed adds one region. K only approximates k with
+        ``init="flood"`` or ``"grid"`` and with `radius_factor`.
 
     Warns
     -----
     BalanceWarning
-        If regions had to fall apart for `cells_per_region`.
+        If `cells_per_region` made some regions disconnected.
     SliverWarning
-        If more than a tenth of the area is in faces so long and thin that regions become stripes;
+        If faces that are too long and thin for good regions cover more than a tenth of the area;
         see `subdivide`.
     IslandWarning
-        If there are more regions than `n_segments`, for components without a seed.
+        If components without a seed made more regions than `n_segments`.
 
     Raises
     ------
@@ -282,35 +288,13 @@ def segment(
     >>> segmentation.n_segments, segmentation.labels.dtype, int(segmentation.labels.max())
     (20, dtype('int32'), 19)
     """
-    # Wrong parameters are found before the mesh is read.
-    size = SizeOptions.checked(n_segments, radius, init)
-    if isinstance(init, str):
-        checked_choice(init, "init", INITS)
-    loop = LoopOptions.checked(
-        max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage,
-        relocate=relocate,
-    )  # fmt: skip
-    bounds = (min_measure, max_measure)
-    sizes = BalanceOptions.checked(balance, bounds, cells_per_region, cell_weights)
-    sizes.check_with(size, loop, min_size)
-    options = Options(
-        weld,
-        init,
-        size,
-        WeightOptions.checked(weights, alpha, eta_convex, ridges),
-        loop,
-        CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands),
-        FeatureOptions.checked(features, feature_weight, scale_features),
-        ConstraintOptions(mask, barriers),
-        checked_denoise(denoise),
-        sizes,
-    )
-    with _core.Workspace():  # threads for all that follows
+    options = Options.checked(locals())  # parameters are checked before the mesh is read
+    with _core.Workspace():  # all stages share its threads
         return _run(mesh, options)
 
 
 def _list_of_weights() -> str:
-    """A list item for each entry of the table of weights, as the docstring of `segment` has it."""
+    """List items for the docstring of `segment`, one for each entry of the table of weights."""
     items = []
     for name, weight in WEIGHTS.items():
         values = [f"{key} {value:g}" for key, value in weight.defaults.items() if key != "gamma"]
@@ -321,7 +305,7 @@ def _list_of_weights() -> str:
     return "\n" + "\n".join(items) + "\n"
 
 
-if segment.__doc__ is not None:  # python -OO
+if segment.__doc__ is not None:  # python -OO removes docstrings
     segment.__doc__ = segment.__doc__.replace("{weights}", _list_of_weights())
 
 
@@ -337,20 +321,46 @@ class Options:
     cleanup: CleanupOptions
     features: FeatureOptions = field(default_factory=FeatureOptions)
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
-    denoise: Denoise = None  # once cells are prepared, the number of steps
+    denoise: Denoise = None  # "auto" becomes a number of steps when cells are prepared
     balance: BalanceOptions = field(default_factory=BalanceOptions)
 
-    def needs_order(self, kind: Kind) -> bool:
-        """Whether the order of the input is kept, even a bad one.
+    @classmethod
+    def checked(cls, arguments: Mapping[str, Any]) -> Options:
+        """Return the checked options for all parameters of `segment`, by name."""
+        given = SimpleNamespace(**arguments)
+        size = SizeOptions.checked(given.n_segments, given.radius, given.init)
+        if isinstance(given.init, str):
+            checked_choice(given.init, "init", INITS)
+        loop = LoopOptions.checked(
+            given.max_num_iter, given.tol, given.radius_factor, given.islands, given.n_threads,
+            given.progress, given.on_stage, relocate=given.relocate,
+        )  # fmt: skip
+        bounds = (given.min_measure, given.max_measure)
+        sizes = BalanceOptions.checked(
+            given.balance, bounds, given.cells_per_region, given.cell_weights
+        )
+        sizes.check_with(size, loop, given.min_size)
+        return cls(
+            given.weld, given.init, size,
+            WeightOptions.checked(given.weights, given.alpha, given.eta_convex, given.ridges), loop,
+            CleanupOptions.checked(
+                given.smooth, given.enforce_connectivity, given.min_size, given.islands
+            ),
+            FeatureOptions.checked(given.features, given.feature_weight, given.scale_features),
+            ConstraintOptions(given.mask, given.barriers), checked_denoise(given.denoise), sizes,
+        )  # fmt: skip
 
-        Given weights are numbered as the arcs of its graph. In the halted mode, faces that no
-        center reaches become centers by their numbers.
+    def needs_order(self, kind: Kind) -> bool:
+        """Whether cells must keep their input order, even if it is bad for the cache.
+
+        Weights from the caller follow the arcs of the input order. In the halted mode, the lowest
+        face that no center reaches becomes a center.
         """
         is_halted = self.loop.radius_factor is not None and not kind.are_points
         return is_halted or self.weights.given is not None
 
     def params(self, result: Segmentation) -> dict[str, Any]:
-        """The parameters as the result reports them, with the parameters of the loop."""
+        """All parameters for the result, by name; `result` has the parameters of the loop."""
         return {
             "weld": self.weld,
             "denoise": self.denoise,
@@ -367,43 +377,40 @@ class Options:
 class _Work:
     """Results of the stages so far.
 
-    A field is None before the stage that sets it, and again after the last stage that needs it, so
-    that the memory of large arrays is free for the stages that follow.
+    A field is None before a stage sets it. After the last stage that needs the field, it is None
+    again, which frees the memory of large arrays.
     """
 
     options: Options
-    prepared: Any  # Prepared, or the input that it is made of
+    prepared: Any  # Prepared; the mesh before the first stage
     source: Any = None  # cells as given
-    order: Any = None  # numbers of the cells in the source; None: 0 to N - 1
+    order: Any = None  # indices of the cells in the source; None means 0 to N - 1
     plan: Any = None  # Plan
     sizes: SizeRules | None = None
     balancer: Balancer | None = None
     sliver_share: float = 0.0
     surface: Any = None  # Surface of all cells
-    weights: Any = None  # one per arc of all cells
+    weights: Any = None  # one weight per arc of all cells
     steps: FeatureSteps | None = None
     lengths: Any = None  # the weights as whole numbers of a unit
     unit: float = 0.0
-    arcs: Any = None  # ArcLengths of the cells that are left
-    graph: Any = None  # OrderedGraph of the cells that are left
-    levels: Any = None  # Levels: coarser and coarser graphs
-    of_machine_part: bool = False  # whether weights are those of a machine part
+    arcs: Any = None  # ArcLengths of the kept cells
+    graph: Any = None  # OrderedGraph of the kept cells
+    levels: Any = None  # Levels: the graph and its coarser versions
+    of_machine_part: bool = False  # whether the mesh was weighed as a machine part
     parts: PartPrices | None = None
-    result: Any = None  # Segmentation, of the cells that are left until the last stage
+    result: Any = None  # Segmentation of the kept cells; of all cells after the last stage
     timings: dict[str, float] = field(default_factory=dict)
 
     @property
     def has_parts(self) -> bool:
-        """Whether steps are straight, and steps between parts have a price.
-
-        False in volumes, and for cells that have weights of their own.
-        """
+        """Whether steps between parts have a price; given weights of a surface exclude prices."""
         surface, is_asked = self.surface, self.options.weights.has_parts
         has_creases = surface.weights is None and surface.dimension == 2
         return is_asked and has_creases and self.plan.size.radius > 0.0
 
     def relocating(self) -> _Work:
-        """Return the work with the default of `relocate` in place of None."""
+        """Return the work with None for `relocate` replaced by its default."""
         loop = self.options.loop
         if loop.relocate is not None:
             return self
@@ -412,12 +419,12 @@ class _Work:
         return replace(self, options=replace(self.options, loop=loop))
 
     def timed(self, stage: str, *, begins: bool = True) -> AbstractContextManager[None]:
-        """Measure the time of a block, and tell the caller of `segment` if a stage begins."""
+        """Measure the time of a block, and call `on_stage` if the stage begins here."""
         return timed(self.timings, stage, self.options.loop.on_stage if begins else None)
 
 
 def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentation:
-    """Run all stages; the caller of `segment` is warned."""
+    """Run all stages. The stack levels of warnings count the calls from `segment` to here."""
     work = _Work(options, mesh)
     for stage in (
         _prepare,
@@ -438,16 +445,16 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
 
 
 def _prepare(work: _Work) -> _Work:
-    """Stages 0 and 1: read the cells and find their neighbors, or take prepared cells."""
+    """Stages 0 and 1: read the cells and find their neighbors, unless they are prepared."""
     options, mesh = work.options, work.prepared
     if isinstance(mesh, Prepared):
         if mesh.order is not None and options.needs_order(mesh.kind):
             raise ValueError(
-                "the cells are prepared in an order of their own: name the weights, and leave out"
+                "the prepared cells are not in input order: give weights by name, and leave out"
                 " radius_factor"
             )
         if options.denoise is not None:
-            raise ValueError("the cells are prepared already: denoise needs the mesh")
+            raise ValueError("denoise needs the mesh, but the cells are already prepared")
         return replace(work, source=mesh.source, order=mesh.order)
     with work.timed("mesh"):
         source, options = _with_named_features(mesh, options)
@@ -461,7 +468,7 @@ def _prepare(work: _Work) -> _Work:
 
 
 def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[Cells, Options]:
-    """Read the cells, and the features that options name."""
+    """Read the cells and the named features."""
     names = options.features.names
     if not names:
         return as_cells(mesh), options
@@ -471,15 +478,15 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
         source, attributes = as_cells(mesh), None
         if "color" in names and kind_of(source).has_faces:
             raise MeshError(
-                "features color: there are normals, height; a Mesh holds no colors: pass the path"
-                " of the file, or an array of colors"
+                "features color: a Mesh holds no colors, only normals and height: pass the path of"
+                " its file, or an array of colors"
             )
     table = features_of(names, source, attributes, options.loop.n_threads)
     return source, replace(options, features=replace(options.features, given=table))
 
 
 def _denoised(source: Cells, options: Options) -> tuple[Cells, Options]:
-    """Return cells for stages 1 to 5, and options with the number of steps of smoothing."""
+    """Return the smoothed cells, and options with the number of smoothing steps."""
     if options.denoise is None:
         return source, options
     kind = kind_of(source)
@@ -493,7 +500,7 @@ def _denoised(source: Cells, options: Options) -> tuple[Cells, Options]:
 
 
 def _plan(work: _Work) -> _Work:
-    """Decide which cells are left, how large regions are, and how to begin."""
+    """Decide which cells are kept, how large regions are, and where the loop starts."""
     options, cells, n_threads = work.options, work.prepared, work.options.loop.n_threads
     with work.timed("face_graph", begins=False):
         cut = options.constraints.cut(
@@ -514,7 +521,7 @@ def _plan(work: _Work) -> _Work:
 
 
 def _weigh(work: _Work) -> _Work:
-    """Stage 2: weigh the arcs between all cells for regions of this size."""
+    """Stage 2: compute the weights of all arcs, for regions of the planned size."""
     cells = work.prepared
     adapted = cells.kind.weight_options(cells.graph, work.options.weights)
     options = replace(work.options, weights=adapted)
@@ -523,7 +530,7 @@ def _weigh(work: _Work) -> _Work:
         weights, of_machine_part = cells.kind.weights(
             surface, cells.graph, cells.found, work.plan.size.radius, options.weights
         )
-        if not options.weights.has_other_unit:  # or else border costs will need all of the surface
+        if not options.weights.has_other_unit:  # otherwise border costs need the whole surface
             surface = cells.kind.bare_surface(surface, cells.cells, cells.graph, surface.n_threads)
     cells = replace(cells, found=None)
     work = replace(work, options=options, surface=surface, weights=weights, prepared=cells)
@@ -531,7 +538,7 @@ def _weigh(work: _Work) -> _Work:
 
 
 def _add_features(work: _Work) -> _Work:
-    """Stage 2: add the price of differences of features, if there are any."""
+    """Stage 2: add the cost of feature differences to the weights, if there are features."""
     surface, measures = work.surface, work.prepared.graph.measures
     with work.timed("weights", begins=False):
         steps = work.options.features.steps(work.source, measures, surface.n_threads, work.order)
@@ -543,7 +550,7 @@ def _add_features(work: _Work) -> _Work:
 
 
 def _quantize(work: _Work) -> _Work:
-    """Stage 2: make weights whole numbers, whose sums are exact."""
+    """Stage 2: round weights to whole multiples of a unit, so that path lengths are exact."""
     with work.timed("weights", begins=False):
         spare = SPARE if work.has_parts else 1.0
         lengths, unit = work.prepared.graph.quantized(work.weights, work.surface.n_threads, spare)
@@ -551,13 +558,13 @@ def _quantize(work: _Work) -> _Work:
 
 
 def _order(work: _Work) -> _Work:
-    """Put the cells that are left in order."""
+    """Sort the kept cells along a space-filling curve, for the cache."""
     with work.timed("order"):
         n_threads = work.surface.n_threads
         placed, arcs = work.plan.placed_cells(work.prepared.graph, work.lengths, n_threads)
         offsets, neighbors, lengths = arcs
-        work = replace(work, prepared=None, arcs=arcs)  # a surface finds centroids again
-        is_symmetric = work.options.weights.given is None  # by the formulas
+        work = replace(work, prepared=None, arcs=arcs)  # the surface can recompute centroids
+        is_symmetric = work.options.weights.given is None  # all formulas are symmetric
         straight_unit = work.unit * work.surface.weight_unit if work.has_parts else 0.0
         graph = _core.OrderedGraph(
             placed, offsets, neighbors, lengths, n_threads, is_symmetric, straight_unit
@@ -568,13 +575,13 @@ def _order(work: _Work) -> _Work:
 
 
 def _coarsen(work: _Work) -> _Work:
-    """Stage 4: group cells in coarse cells, on which most of the loop runs."""
+    """Stage 4: group cells into coarse cells, on which most iterations run."""
     levels = coarsened(work.graph, work.plan, work.options.loop, work.timings)
     return replace(work, levels=levels)
 
 
 def _add_parts(work: _Work) -> _Work:
-    """Stage 2: add arcs to cells farther away, and the prices of steps between parts."""
+    """Stage 2: add far arcs and the prices of steps between parts."""
     if not work.has_parts:
         return work
     options, size, n_threads = work.options.weights, work.plan.size, work.surface.n_threads
@@ -588,7 +595,7 @@ def price_parts(
 ) -> PartPrices:
     """Price steps between parts, and add far arcs, on the graphs that the loop runs on.
 
-    `graph` may be one of tiles, unless the loop also runs on all of its cells.
+    `graph` may be a tiled graph, unless the loop also runs on all of its cells.
     """
     factors = (options.params["gamma"], options.crease_price(size.radius))
     if levels.on_all:
@@ -606,7 +613,7 @@ def price_parts(
 
 
 def _cluster(work: _Work) -> _Work:
-    """Stages 3 and 4: place seeds, and move centers until they stay."""
+    """Stages 3 and 4: place seeds, and move centers until they settle."""
     options = work.options
     note = sliver_note(work.sliver_share, sliver_advice(work.plan.size.radius))
     if note is not None:
@@ -627,7 +634,7 @@ def _cluster(work: _Work) -> _Work:
 
 
 def _clean(work: _Work) -> _Work:
-    """Stage 5: make regions one piece each, large enough, and with straight borders."""
+    """Stage 5: make regions connected and large enough, and straighten their borders."""
     options, plan, n_threads = work.options, work.plan, work.surface.n_threads
     if not (options.cleanup.is_needed or options.balance.is_used):
         return work
@@ -652,7 +659,7 @@ def _clean(work: _Work) -> _Work:
 def _sized(
     costs: BorderCosts, result: Segmentation, goals: Goals, smoothing: SmoothOptions | None
 ) -> Segmentation:
-    """Return the result with sizes of regions within limits."""
+    """Return the result after moving cells until the sizes of regions are within their limits."""
     labels, centers = settle(costs, result.labels, result.centers, goals, smoothing)
     n_extra = count_extra_pieces(costs, labels, len(centers)) if goals.is_exact else 0
     if n_extra > 0:
@@ -672,7 +679,7 @@ def _cleaned(
     """Return the result with its regions cleaned up; regions of different groups never join."""
     if options.enforce_connectivity:
         edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
-        # Pieces that touch no other region are islands that had joined this one: so they stay.
+        # A piece that touches no other region is an island that joined this region: it stays.
         labels = edit.sources[edit.labels]
         result = replace(result, labels=labels, n_joined=edit.n_joined)
     if options.min_size > 0:
@@ -694,20 +701,20 @@ def _cleaned(
 
 
 def _border_costs(work: _Work) -> BorderCosts:
-    """Prices of borders, by the weights that paths were measured by, if these are prices."""
+    """Costs of borders: by the weights of the paths, if their unit allows it."""
     surface, radius = work.surface, work.plan.size.radius
     scale = radius or surface.diagonal
     if not work.options.weights.has_other_unit:
         return BorderCosts(surface, work.lengths, work.unit, scale)
     # These weights use another unit, or depend on resolution, so border costs are recomputed.
-    prices = creases_of(surface, radius, ridges=0.0)  # which these weights do not know
+    prices = creases_of(surface, radius, ridges=0.0)  # weights in another unit have no ridges
     if work.steps is not None:
         prices = work.steps.added(prices, surface, radius)
     return BorderCosts.of_weights(surface, prices, scale)
 
 
 def _finish(work: _Work) -> _Work:
-    """Number cells as in the input, and add the facts about the run."""
+    """Restore the input order of cells, and add timings and parameters to the result."""
     result = work.plan.whole(work.result)
     if work.order is not None:
         result = _in_input_order(result, work.order)
@@ -722,41 +729,41 @@ def _finish(work: _Work) -> _Work:
 
 
 def _in_input_order(result: Segmentation, order: Ints) -> Segmentation:
-    """The result for cells in the order of the input, of which `order` holds the numbers."""
+    """The result for cells in input order; `order` holds the input index of each cell."""
     labels = np.empty_like(result.labels)
     labels[order] = result.labels
     return replace(result, labels=labels, centers=order[result.centers])
 
 
 def sliver_advice(radius: float) -> str:
-    """Advice on how to avoid slivers, for regions of this radius."""
+    """How to avoid stripes if faces are long and thin, for regions of this radius."""
     max_edge = EDGE_PER_RADIUS * radius
     return f"subdivide first, mesh = superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh"
 
 
 def fewer_note(result: Segmentation) -> str | None:
-    """Why there are fewer regions than asked for, if `balance` or its like made them fewer."""
+    """Why there are fewer regions than asked for, if a limit on their sizes is the cause."""
     asked, n_made = result.params["n_segments"], result.n_segments + result.n_merged
     is_sized = {"balance", "max_measure", "min_measure"} & result.params.keys()
     if asked is None or n_made >= asked or not is_sized:
         return None
     what = whole_parts(result.params)
     return (
-        f"{n_made} regions in place of {asked}: some {what} are too small to be divided into as"
-        " many regions as their area asks for"
+        f"{n_made} regions instead of {asked}: some {what} have too few cells for the number of"
+        " regions that their area requires"
     )
 
 
 def whole_parts(params: Mapping[str, Any]) -> str:
-    """What no region extends beyond, in words."""
+    """Name of the pieces of a mesh that no region extends beyond."""
     between = ", or parts between barriers," if "barriers" in params else ""
     return f"components of the mesh{between}"
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
-    """Say where there are not as many regions as asked for; in the halted mode that is usual."""
+    """Warn if the number of regions differs from the requested one, except in the halted mode."""
     params = result.params
-    asked = params["n_segments"]  # None: a radius was asked for
+    asked = params["n_segments"]  # None if a radius was given
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
         return
     n_more = result.n_segments - asked
@@ -767,16 +774,16 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
     if params["islands"] == "keep" and result.n_unreached:
         note = f"{result.n_unreached} {whole_parts(params)} got no seed"
         if "barriers" not in params:
-            note += "; islands='nearest' lets them join the nearest region"
+            note += "; to join them to the nearest region, use islands='nearest'"
     elif params["islands"] == "nearest" and n_more > 0 and params["init"] not in ("flood", "grid"):
-        note = f"{counted(n_more, 'part')} between barriers got no seed, and may join no other"
+        note = f"{counted(n_more, 'part')} between barriers got no seed and cannot join a region"
     else:
         return
-    message = f"{result.n_segments} regions in place of {asked}: {note}"
+    message = f"{result.n_segments} regions instead of {asked}: {note}"
     warnings.warn(message, IslandWarning, stacklevel=stacklevel)
 
 
 def stages_in_order(timings: dict[str, float]) -> dict[str, float]:
-    """The stages in the order in which they run."""
+    """Timings in the order in which the stages run."""
     last = {"regions": timings.pop("regions")} if "regions" in timings else {}
     return timings | last

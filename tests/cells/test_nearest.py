@@ -195,7 +195,7 @@ def test_what_is_wrong_is_refused():
         ([[0, 0]], r"points must have shape \(N, 3\), got \(1, 2\)"),
         (
             [[1e160, 0, 0]],
-            r"the largest coordinate of points is 1e\+160: rescale to 1e\+150 at most",
+            r"the largest coordinate of points is 1e\+160: rescale the points to at most 1e\+150",
         ),
     ]:
         with pytest.raises(sf.MeshError, match=message):

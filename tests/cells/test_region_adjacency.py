@@ -360,7 +360,7 @@ def test_the_border_of_a_region_is_its_arcs_and_what_is_open():
     ("labels", "centers", "message"),
     [
         ([0, 1, 2], None, "there are 3 labels for 4 cells"),
-        ([0, 1, -2, 0], None, r"labels\[2\] is -2; labels are -1..K-1, K <= 4"),
+        ([0, 1, -2, 0], None, r"labels\[2\] is -2; labels must be -1 to K - 1, K <= 4"),
         ([0, 1, 2**40, 0], None, r"labels\[2\] is 1099511627776"),
         ([0, 2, 2, 0], None, "no cell has label 1"),
         ([-1, -1, -1, -1], None, "no cell has a label: all are -1"),

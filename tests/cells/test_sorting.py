@@ -284,7 +284,7 @@ def test_prepared_cells_keep_their_order():
     assert np.array_equal(result.labels, sf.segment(BEAR, 40).labels)
     assert result.cells is BEAR
     for options in ({"weights": [1.0]}, {"radius_factor": 2.0}):
-        with pytest.raises(ValueError, match="prepared in an order of their own"):
+        with pytest.raises(ValueError, match="the prepared cells are not in input order"):
             sf.segment(prepared, 40, **options)
 
 

@@ -168,7 +168,7 @@ def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
     assert len(np.unique(labels * 7 + back)) == 7  # the same faces, subdivided
     status, _, err = run("segment", tmp_path / "block.ply", "-n", 12, "--balance", 1, *options[2:])
     assert status == 0
-    assert "regions in place of 12: some components of the mesh, or parts between barriers" in err
+    assert "regions instead of 12: some components of the mesh, or parts between barriers" in err
 
 
 @pytest.mark.parametrize(

@@ -131,7 +131,7 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):
         (["-o", "p.png", "--size", "9000x10"], "'9000x10' is not like 1200x900"),
         (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
         (["-o", "p.png", "--view", "top", "--azimuth", 5], "--view sets --azimuth and"),
-        (["-o", "p.png", "--color-by", "area"], "'area' is a column of regions: it needs labels"),
+        (["-o", "p.png", "--color-by", "area"], "'area' is a property of regions: give labels"),
     ],
 )
 def test_what_cannot_be_drawn_is_a_wrong_command_line(run, sheet, tmp_path, arguments, message):

@@ -155,7 +155,7 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
         ),
         ({"init": [0, 5]}, ValueError, r"init\[1\] is 5; it must be 0 to 4"),
         ({"init": [-1]}, ValueError, r"init\[0\] is -1; it must be 0 to 4"),
-        ({"init": [1, 2, 1]}, ValueError, "init holds 1 more than once"),
+        ({"init": [1, 2, 1]}, ValueError, "init contains 1 more than once"),
         ({"init": []}, ValueError, "init must hold at least one"),
         ({"init": [0.5]}, TypeError, "init must be integers, got float64"),
         ({"init": [[0]]}, ValueError, "init must be one-dimensional"),

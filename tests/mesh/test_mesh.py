@@ -82,7 +82,7 @@ def test_a_signaling_nan_is_refused_without_a_warning():
         (TRIANGLE, [[0, 1, 2], [0, 1, 3]], r"faces\[1\] refers to vertex 3 but the mesh has 3 v"),
         (TRIANGLE, [[0, -1, 2]], r"faces\[0\] refers to vertex -1"),
         (TRIANGLE, [[0, 1, 2**40]], r"faces\[0\] refers to vertex 1099511627776"),
-        (TRIANGLE, [[0, 1, 2, 0]], "faces have 4 corners: a Mesh has triangles, make a Poly"),
+        (TRIANGLE, [[0, 1, 2, 0]], "faces have 4 corners, but a Mesh has triangles: use a P"),
         (TRIANGLE, [[0, 1]], r"faces must have shape \(F, 3\), got \(1, 2\)"),
         (TRIANGLE, [0, 1, 2], r"faces must have shape \(F, 3\), got \(3,\)"),
         (TRIANGLE, [[0.0, 1.0, 2.0]], "faces must be integers, got float64"),
@@ -148,7 +148,7 @@ def test_objects_that_are_no_meshes_are_refused_with_what_is_accepted():
 def test_a_scene_is_refused_with_the_way_to_a_mesh():
     trimesh = pytest.importorskip("trimesh")
     scene = trimesh.Scene(trimesh.creation.box())
-    with pytest.raises(TypeError, match=r"Scene does not .* of a Scene pass \.to_mesh\(\)"):
+    with pytest.raises(TypeError, match=r"Scene does not .* for a Scene pass \.to_mesh\(\)"):
         as_mesh(scene)
 
 

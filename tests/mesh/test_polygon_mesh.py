@@ -193,8 +193,12 @@ def test_copies_are_checked_and_read_only(copied):
         ([0, 2], [0, 1], r"faces\[0\] has 2 corners: a face needs at least 3"),
         ([0, 4, 4], [0, 1, 2, 3], r"faces\[1\] has 0 corners"),
         ([0, 4, 3, 7], [0, 1, 2, 3, 0, 1, 2], r"faces\[1\] has -1 corners"),
-        ([0, 3], [0, 1, 2, 3], "offsets must run from 0 to the number of corners, 4, got 0 to 3"),
-        ([1, 4], [0, 1, 2, 3], "offsets must run from 0 .* got 1 to 4"),
+        (
+            [0, 3],
+            [0, 1, 2, 3],
+            "end at the number of corners, 4, got 0 and 3",
+        ),
+        ([1, 4], [0, 1, 2, 3], "offsets must start at 0 .* got 1 and 4"),
         ([0, 2**62, 4], [0, 1, 2, 3], r"faces\[0\] has 46"),
         ([0, 4], [0, 1, 2, 4], r"faces\[0\] refers to vertex 4 but the mesh has 4 vertices"),
         ([0, 3, 6], [0, 1, 2, 0, -1, 2], r"faces\[1\] refers to vertex -1"),
@@ -218,7 +222,10 @@ def test_invalid_arrays_are_refused_by_a_message_that_says_where(offsets, indice
         ([], "the mesh has no faces"),
         ([[0, 1, 2.5]], "a face must be integers, got float64"),
         ([[0, 1, 2], 3], r"a face must be one-dimensional, got shape \(\)"),
-        (np.zeros((2, 2, 2), int), r"faces must be lists of vertices, or an array \(F, n\)"),
+        (
+            np.zeros((2, 2, 2), int),
+            r"lists of vertices or an array of shape \(F, n\)",
+        ),
         (np.ma.masked_equal([[0, 1, 2, 3]], 3), "faces has masked entries"),
     ],
 )
@@ -247,7 +254,7 @@ def test_pairs_of_arrays_are_triangles_where_all_faces_are():
 def test_what_needs_triangles_says_so():
     triangles = PolygonMesh.of_faces(SQUARE, [[0, 1, 2], [0, 2, 3]])
     assert as_triangles(triangles).faces.tolist() == [[0, 1, 2], [0, 2, 3]]
-    with pytest.raises(MeshError, match=r"faces\[0\] has 6 corners, but this needs triangles"):
+    with pytest.raises(MeshError, match=r"faces\[0\] has 6 corners, but expected are triangles"):
         as_triangles(L_SHAPE)
 
 
@@ -262,7 +269,7 @@ def test_quads_and_mixed_polydata_of_pyvista_keep_their_faces_in_order():
 @pytest.mark.parametrize("flat", [[4, 0, 1, 2, 3, 3, 0, 1], [3, 0, 1, 2, -1], [3, 0, 1, 2, 0]])
 def test_flat_faces_that_run_beyond_their_end_are_refused(flat):
     odd = types.SimpleNamespace(points=np.array(SQUARE, float), faces=np.array(flat))
-    with pytest.raises(MeshError, match=r"faces\[1\] runs beyond|faces\[1\] has 0 corners"):
+    with pytest.raises(MeshError, match=r"faces\[1\] extends beyond|faces\[1\] has 0 corners"):
         as_mesh(odd)
 
 

@@ -211,7 +211,7 @@ def test_a_video_can_be_played(tmp_path):
 
 def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(RenderError, match=r"an \.mp4 needs imageio-ffmpeg: pip install"):
+    with pytest.raises(RenderError, match=r"an \.mp4 file needs imageio-ffmpeg: pip install"):
         plot(SHEET, output=tmp_path / "turn.mp4")
     assert not list(tmp_path.iterdir())
 
@@ -220,13 +220,13 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
     ("arguments", "error", "message"),
     [
         ({"output": "a.jpg"}, ValueError, "output must end in .png or .gif or .mp4, got 'a.jpg'"),
-        ({"output": "a.gif", "n_frames": 1}, ValueError, "'a.gif' is for a turn, of n_frames 2"),
-        ({"output": "a.png", "n_frames": 2}, ValueError, "'a.png' holds one picture; a turn is"),
+        ({"output": "a.gif", "n_frames": 1}, ValueError, "'a.gif' needs a turn: n_frames must"),
+        ({"output": "a.png", "n_frames": 2}, ValueError, "'a.png' holds only one picture: write"),
         ({"n_frames": 0}, ValueError, "n_frames must be at least 1"),
-        ({"titles": ["a", "b"]}, ValueError, "titles must be 1, one for each labeling"),
-        ({"titles": "a"}, ValueError, "titles must be 1, one for each labeling, got 'a'"),
-        ({"color_by": [1, 2], "colors": [[0] * 3] * 2}, ValueError, "colors are given already"),
-        ({"color_by": "area"}, ValueError, "'area' is a column of regions: it needs labels"),
+        ({"titles": ["a", "b"]}, ValueError, "there must be 1 titles, one for each labeling"),
+        ({"titles": "a"}, ValueError, "there must be 1 titles, one for each labeling, got 'a'"),
+        ({"color_by": [1, 2], "colors": [[0] * 3] * 2}, ValueError, "give colors or color_by"),
+        ({"color_by": "area"}, ValueError, "'area' is a property of regions: give labels"),
         (
             {"color_by": "size", "labels": [0, 1]},
             ValueError,
@@ -248,7 +248,7 @@ def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, 
     ("values", "error", "message"),
     [
         (["a", "b"], TypeError, "given must be numbers, got <U1"),
-        ([1, np.inf], ValueError, "given has infinite values; NaN stands for none"),
+        ([1, np.inf], ValueError, "given has infinite values: use NaN"),
         ([1, 2, 3], ValueError, r"per cell, 2 or per region, 4, got shape \(3,\)"),
         (np.ma.array([1, 2], mask=[0, 1]), ValueError, "given"),
     ],

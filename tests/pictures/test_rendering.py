@@ -370,7 +370,7 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
         ({"size": (9.5, 9)}, TypeError, "size must be an integer"),
         ({"border_width": -1}, ValueError, "border_width"),
         ({"view": "xy"}, ValueError, "view must be one of front, back, left, .*'xy'"),
-        ({"view": 7}, TypeError, "view must be a superfacets.View or the name of one, got 7"),
+        ({"view": 7}, TypeError, "view must be a superfacets.View or the name of a view, got 7"),
         ({"border_width": "thin"}, TypeError, "border_width"),
         ({"background": "no color"}, ValueError, "background must be .*'no color'"),
         ({"background": None, "labels": [0]}, ValueError, "labels|background"),
@@ -394,7 +394,7 @@ def test_the_background_stays_clean_beside_soft_shadows(gl):
 
 
 def test_points_have_no_inside_to_clip():
-    with pytest.raises(ValueError, match="clip is for tetrahedra: points have nothing inside"):
+    with pytest.raises(ValueError, match="clip is for tetrahedra: points have no interior"):
         render(PointCloud(np.eye(3)), clip="x")
 
 

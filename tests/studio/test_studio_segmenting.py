@@ -126,5 +126,5 @@ def test_prepared_points_take_weights_by_name_alone():
     prepared = Prepared.of(cloud, weld=True, n_threads=checked_threads(None))
     expected = superfacets.segment(cloud, 9).labels
     assert np.array_equal(superfacets.segment(prepared, 9).labels, expected)
-    with pytest.raises(ValueError, match="prepared in an order of their own: name the weights"):
+    with pytest.raises(ValueError, match="not in input order: give weights by name"):
         superfacets.segment(prepared, 9, weights=[1.0])

@@ -95,9 +95,9 @@ def test_faces_that_share_several_edges_have_one_arc():
         neighbors=np.array([1, 1, 1, 0, 0, 0], dtype=np.int32),
     )
     pairs = _merge_pairs(pillow, np.array([1, 2, 4, 4, 2, 1]))
-    assert pairs.offsets.tolist() == [0, 1, 2]
-    assert pairs.neighbors.tolist() == [1, 0]
-    assert pairs.costs.tolist() == [7, 7]
+    assert pairs.indptr.tolist() == [0, 1, 2]
+    assert pairs.indices.tolist() == [1, 0]
+    assert pairs.data.tolist() == [7, 7]
 
 
 def test_faces_count_for_a_quarter_of_the_mean_part_at_most():

@@ -73,10 +73,10 @@ def test_a_damaged_mesh_is_an_error(folder):
 
 
 def test_a_folder_that_is_no_benchmark_is_refused(tmp_path):
-    with pytest.raises(MeshError, match="not a copy of the Princeton benchmark: there is no folde"):
+    with pytest.raises(MeshError, match="not a copy of the Princeton benchmark: it has no folder"):
         Benchmark(tmp_path)
     (tmp_path / "off").mkdir()
-    with pytest.raises(MeshError, match="there is no model"):
+    with pytest.raises(MeshError, match="contains no model"):
         Benchmark(tmp_path)
 
 

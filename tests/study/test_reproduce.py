@@ -18,7 +18,7 @@ import shapes
 from superfacets import Mesh
 from superfacets.cli.main import main
 from superfacets.io.atomic import locked
-from superfacets.study.reproduce import figures, gallery, measure, methods, plan, reproduction
+from superfacets.study.reproduce import figures, gallery, measure, methods, page, plan, reproduction
 from superfacets.study.reproduce.gallery import (
     Drawing,
     is_drawn,
@@ -251,7 +251,7 @@ def test_a_run_that_fails_is_named_and_tried_again(run, benchmark, tmp_path):
     assert {(row["model"], row["k"]) for row in failed} == {("1", "250"), ("21", "250")}
     assert all("n_segments" in row["reason"] for row in failed)
     assert "22 runs failed" in (out / "index.html").read_text()
-    assert "the 2 of 4 models for which every point" in (out / "index.html").read_text()
+    assert "the 2 of 4 models that have a result for every" in (out / "index.html").read_text()
     path = out / "records" / "stk02" / "1" / "alpha-0_k-250.json"
     before = path.stat().st_mtime_ns
     assert run(benchmark, "-o", out, "--ks", "5,250", *options)[0] == 0
@@ -262,14 +262,17 @@ def test_nothing_that_succeeds_is_an_error(run, benchmark, tmp_path):
     status, _, stderr = run(benchmark, "-o", tmp_path / "out", *FAST, "--ks", "1000")
     assert status == 1
     assert re.fullmatch(
-        r"superfacets: error: every run failed; the first: .*n_segments.*\n", stderr
+        r"superfacets: error: every run failed; the first failure: .*n_segments.*\n", stderr
     )
 
 
 def test_a_budget_ends_the_run_and_what_is_missing_is_named(run, benchmark, tmp_path):
     out = tmp_path / "out"
     status, _, stderr = run(benchmark, "-o", out, *FAST, "--budget-minutes", 0)
-    assert (status, stderr) == (1, "superfacets: error: no run was started within the budget\n")
+    assert (status, stderr) == (
+        1,
+        "superfacets: error: no run was started within --budget-minutes: allow more minutes\n",
+    )
     run(benchmark, "-o", out, *FAST, "--ks", "5")
     status, stdout, stderr = run(benchmark, "-o", out, *FAST, "--budget-minutes", 0)
     assert status == 0
@@ -279,7 +282,7 @@ def test_a_budget_ends_the_run_and_what_is_missing_is_named(run, benchmark, tmp_
         "superfacets: note: not started within the budget: stk02 on 1, 21, 400, 2 (20 runs)",
     ]
     assert sum(row["status"] == "missing" for row in rows_of(out)) == 44
-    assert "44 runs were not started within the budget" in (out / "index.html").read_text()
+    assert "44 runs not started within the budget" in (out / "index.html").read_text()
 
 
 def test_the_page_holds_all_it_shows(run, benchmark, tmp_path):
@@ -373,7 +376,7 @@ def test_curves_are_compared_over_the_models_that_all_have():
         (("--methods", "magic"), "--methods: there is no 'magic', only superfacets, "),
         (("--ks", "5,many"), "expected whole numbers >= 1, got 'many'"),
         (("--ks", "0"), "expected whole numbers >= 1, got '0'"),
-        (("--figures", "6", "--methods", "metis"), "nothing to run: no figure that was asked for"),
+        (("--figures", "6", "--methods", "metis"), "nothing to run: no requested figure"),
         (("--figures", "1"), "nothing to run"),
         (("--jobs", "0"), "'0' is not a whole number of 1 or more"),
         (("--budget-minutes", "-1"), "is not in the range"),
@@ -405,7 +408,7 @@ def test_what_is_not_installed_is_named_before_anything_runs(run, benchmark, tmp
     status, _, stderr = run(benchmark, "-o", tmp_path / "out", *FAST)
     assert status == 1
     assert stderr == (
-        "superfacets: error: reproduce without jinja2 and tabulate and matplotlib needs an extra:"
+        "superfacets: error: reproduce without jinja2 and matplotlib needs an extra:"
         " pip install 'superfacets[reproduce]'\n"
     )
     _, _, stderr = run(benchmark, "-o", tmp_path / "out", "--figures", "4", "--methods", "ncuts")
@@ -478,7 +481,7 @@ def rendering_or_skip():
 def test_figure_1_without_meshes_is_left_out_and_said(run, benchmark, tmp_path):
     out = tmp_path / "out"
     assert run(benchmark, "-o", out, *FAST, "--figures", "1,6")[0] == 0
-    assert "Left out: no folder of large meshes was given" in (out / "index.html").read_text()
+    assert "Left out: it needs a folder of large meshes" in (out / "index.html").read_text()
 
 
 def test_pictures_show_the_smallest_models_of_their_categories():
@@ -653,3 +656,12 @@ def test_every_method_is_shown_somewhere():
         assert set(method.figures) <= set(plan.FIGURES)
         assert method.usual_alpha in method.alphas
         assert set(method.subset_alphas) <= set(method.alphas)
+
+
+def test_text_in_tables_is_escaped_and_a_row_is_marked():
+    table = {"head": ["a<b"], "rows": [["<i>x</i>", "1e5"], ["y", "2"]], "marked": "<i>x</i>"}
+    section = {"title": "Means", "template": "summary.html", "k": 3, "table": table}
+    text = page._render(title="t", lead="", sections=[section])
+    assert "<th>a&lt;b</th>" in text
+    assert "<td>&lt;i&gt;x&lt;/i&gt;</td><td>1e5</td>" in text
+    assert text.count('<tr class="marked">') == 1

@@ -286,9 +286,9 @@ def test_a_small_benchmark_model_comes_in_30_regions(benchmark_paths):
 
 
 def test_too_much_memory_is_refused_with_the_size_it_would_take(sheet):
-    with pytest.raises(ValueError, match=r"of 800 faces need 0\.00371 GB .* give `reach`, say 3"):
+    with pytest.raises(ValueError, match=r"of 800 faces need 0\.00371 GB .* use reach=3"):
         normalized_cuts(sheet, 5, max_memory=2e6)
-    with pytest.raises(ValueError, match=r"with reach=3 need .* give a smaller `reach`"):
+    with pytest.raises(ValueError, match=r"with reach=3 need .* use a smaller reach"):
         normalized_cuts(sheet, 5, reach=3, max_memory=2e6)
     assert normalized_cuts(sheet, 5, max_memory=1e7).n_segments == 5
 

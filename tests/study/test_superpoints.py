@@ -49,5 +49,5 @@ def test_other_files_are_refused(tmp_path):
     np.savez(tmp_path / "a.npz", vertices=np.eye(3))
     with pytest.raises(MeshError, match="not a room: 'faces is not a file"):
         Room.read(tmp_path / "a.npz")
-    with pytest.raises(MeshError, match="there is no room"):
+    with pytest.raises(MeshError, match="no rooms were found"):
         study([])

@@ -1,10 +1,8 @@
-"""Tables as CSV, Markdown and HTML."""
+"""Tables as CSV and Markdown."""
 
 import csv
 
-import pytest
-
-from superfacets.study.table_writer import EMPTY, html_table, markdown_table, write_csv
+from superfacets.study.table_writer import EMPTY, markdown_table, write_csv
 
 
 def cells(line):
@@ -21,22 +19,10 @@ def test_columns_of_numbers_go_to_the_right_in_markdown():
 
 def test_numbers_stay_as_they_are_written():
     assert "| 0.10 |" in markdown_table(["n"], [["0.10"]])
-    assert "1e5" in html_table(["name", "n"], [["x", "1e5"]])
 
 
 def test_a_table_without_rows_says_so():
     assert markdown_table(["a"], []) == EMPTY
-    assert "<th" in html_table(["a"], [])
-
-
-def test_text_is_escaped_in_html_and_marked_rows_stand_out():
-    pytest.importorskip("markupsafe")
-    table = html_table(["a<b", "n"], [["<i>x</i>", "1"], ["y & z", "2"]], frozenset({"y & z"}))
-    assert "a&lt;b" in table
-    assert "&lt;i&gt;x&lt;/i&gt;" in table
-    assert "<mark>y &amp; z</mark>" in table
-    assert table.count("<mark>") == 1
-    assert "<i>" not in table
 
 
 def test_rows_of_a_csv_have_all_columns(tmp_path):

@@ -198,10 +198,7 @@ def test_fitting_never_raises_the_error(sheet, metric):
         for _ in range(6):
             proxies = vsa_reference.fit(surface, state.labels)
             before, after = (
-                sum(
-                    vsa_reference.error_of(surface, face, of[label])
-                    for face, label in enumerate(state.labels)
-                )
+                vsa_reference._own_errors(surface, state.labels, of).sum()
                 for of in (state.proxies, proxies)
             )
             # A normal that is given up costs what rounding has left of it.
@@ -216,13 +213,13 @@ def test_no_other_proxy_near_by_has_less_error(sheet, metric):
     rng = np.random.default_rng(0)
 
     def error(proxy):
-        return sum(vsa_reference.error_of(surface, face, proxy) for face in range(sheet.n_faces))
+        return vsa_reference.errors_of(surface, proxy).sum()
 
     least = error(best)
     for _ in range(20):
-        normal = np.array(best.normal) + rng.normal(scale=0.05, size=3)
-        center = np.array(best.center) + rng.normal(scale=0.05, size=3)
-        other = vsa_reference.Proxy(center.tolist(), (normal / np.linalg.norm(normal)).tolist())
+        normal = best.normal + rng.normal(scale=0.05, size=3)
+        center = best.center + rng.normal(scale=0.05, size=3)
+        other = vsa_reference.Proxy(center, normal / np.linalg.norm(normal))
         assert error(other) > least
 
 
@@ -230,19 +227,19 @@ def test_the_l2_error_is_the_integral_of_the_squared_distance():
     """Of a triangle that stands on the plane z = 0: its height is 2 at one corner."""
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 2]], [[0, 1, 2]])
     surface = vsa_reference.Surface(mesh, "l2")
-    plane = vsa_reference.Proxy([5.0, 5.0, 0.0], [0.0, 0.0, 1.0])
-    assert vsa_reference.error_of(surface, 0, plane) == pytest.approx(1 * 2**2 / 6)
-    point = vsa_reference.Proxy([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])  # x^2 and z^2
-    assert vsa_reference.error_of(surface, 0, point) == pytest.approx(1 * (1 + 4) / 6)
+    plane = vsa_reference.Proxy(np.array([5.0, 5.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+    assert vsa_reference.errors_of(surface, plane) == pytest.approx(1 * 2**2 / 6)
+    point = vsa_reference.Proxy(np.zeros(3), np.zeros(3))  # x^2 and z^2
+    assert vsa_reference.errors_of(surface, point) == pytest.approx(1 * (1 + 4) / 6)
 
 
 def test_the_l21_error_is_the_difference_of_normals_times_the_area():
     mesh = Mesh([[0, 0, 0], [2, 0, 0], [0, 2, 0], [4, 0, 0]], [[0, 1, 2], [0, 1, 3]])
     surface = vsa_reference.Surface(mesh, "l21")
     for normal, error in {(0, 0, 1): 0, (1, 0, 0): 4, (0, 0, -1): 8, (0, 0, 0): 4}.items():
-        proxy = vsa_reference.Proxy([0.0] * 3, [float(x) for x in normal])
-        assert vsa_reference.error_of(surface, 0, proxy) == error
-        assert vsa_reference.error_of(surface, 1, proxy) == 0  # it has no normal
+        proxy = vsa_reference.Proxy(np.zeros(3), np.array(normal, float))
+        # The second face has no normal.
+        assert vsa_reference.errors_of(surface, proxy).tolist() == [error, 0]
 
 
 # Meshes in pieces, and faces without area

@@ -153,12 +153,12 @@ def test_a_folder_is_removed_though_ctrl_c_comes_meanwhile(tmp_path, monkeypatch
 def test_too_little_room_is_told_before_any_work(tmp_path, monkeypatch):
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage(10**12, 10**12, 3 * 10**9))
-    message = "the disk has 3.0 GB free, and about 5.0 GB are needed: name a scratch folder"
+    message = "the disk has 3.0 GB free, but about 5.0 GB are needed: choose a scratch folder"
     with pytest.raises(OSError, match=message):
         check_room(tmp_path, 5 * 10**9)
     check_room(tmp_path, 3 * 10**9)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage(10**12, 10**12, 2 * 10**6))
-    with pytest.raises(OSError, match=r"has 2\.0 MB free, and about 15\.0 MB are needed"):
+    with pytest.raises(OSError, match=r"has 2\.0 MB free, but about 15\.0 MB are needed"):
         check_room(tmp_path, 15 * 10**6)
 
 

@@ -117,7 +117,7 @@ def test_no_room_for_a_thread_is_no_room_in_memory(tmp_path, monkeypatch):
 
     monkeypatch.setattr(threading.Thread, "start", refuse)
     with (
-        pytest.raises(MemoryError, match="no room for 2 threads"),
+        pytest.raises(MemoryError, match="cannot start 2 threads"),
         open_run(1, None, tmp_path, 2),
     ):
         pass

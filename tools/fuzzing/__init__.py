@@ -1,4 +1,4 @@
-"""Random cases, and the properties that must hold for each; `tools/fuzz` runs them.
+"""Random cases for `tools/fuzz`, and the properties that must hold for each case.
 
 - `files`: damaged files of every reader are read, or refused in one short line.
 - `studio`, `batches`: damaged work files and manifests.
@@ -7,7 +7,7 @@
 - `cells`: cells of every kind, with masks, barriers, features and levels.
 - `tiles`: labels that are computed in tiles, compared with labels that are computed in memory.
 - `promises`: properties that must hold for labels, and errors that are allowed.
-- `command`: the command line, and the processes that run cases within limits of time and memory.
+- `command`: the command line, and the processes that run cases with limits on time and memory.
 
-A case depends only on a seed and a number, so that each case can be run again.
+A case depends only on a seed and a number, so that each case can be repeated.
 """

@@ -27,7 +27,7 @@ def check_cells(rng: np.random.Generator, _folder: Path) -> None:
 
 
 def _random_cells(rng: np.random.Generator) -> Any:
-    """Cells in several components, sometimes with ties or with several cells at one place."""
+    """Cells in several components, sometimes with ties or with cells at the same position."""
     kind = rng.integers(4)
     mesh = shapes.bumpy_sheet(int(rng.integers(2, 12)), int(rng.integers(1000)))
     if kind == 0:
@@ -46,7 +46,7 @@ def _random_cells(rng: np.random.Generator) -> Any:
 
 
 def _around(pair: np.ndarray) -> np.ndarray:
-    """The corners around two triangles that share an edge; of the first one if they do not."""
+    """The quad of two triangles that share an edge; otherwise the first triangle."""
     first, second = pair.tolist()
     new = [corner for corner in second if corner not in first]
     old = [corner for corner in first if corner not in second]
@@ -68,7 +68,7 @@ def _cloud(mesh: sf.Mesh, rng: np.random.Generator) -> sf.PointCloud:
 
 
 def _tets(rng: np.random.Generator) -> sf.TetMesh:
-    """A block of cubes of six tetrahedra each, without some of the tetrahedra."""
+    """A block of cubes of six tetrahedra each, with some tetrahedra removed."""
     size = int(rng.integers(1, 5))
     grid = np.stack(np.meshgrid(*[np.arange(size + 1)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     step = np.array([(size + 1) ** 2, size + 1, 1])
@@ -83,7 +83,7 @@ def _tets(rng: np.random.Generator) -> sf.TetMesh:
 
 
 def random_options(rng: np.random.Generator, n_cells: int) -> Options:
-    """Random options of `segment`; most options are left at their defaults."""
+    """Random options of `segment`; most options keep their defaults."""
     options: Options = {
         "weights": str(rng.choice(["creases", "superfacets", "stk02"])),
         "init": str(rng.choice(["geodesic", "curve", "farthest", "flood", "grid"])),
@@ -108,7 +108,7 @@ def random_options(rng: np.random.Generator, n_cells: int) -> Options:
 
 
 def _check_segmentation(cells: Any, result: sf.Segmentation, options: Options) -> None:
-    """Check masks and barriers, and that the number of threads changes nothing."""
+    """Check masks, barriers, and that labels do not depend on the number of threads."""
     labels = np.asarray(result.labels)
     kept = np.asarray(options.get("mask", np.ones(len(labels), bool)))
     assert np.array_equal(labels >= 0, kept)

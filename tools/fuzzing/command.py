@@ -38,7 +38,7 @@ Check = Callable[[np.random.Generator, Path], None]
 class Kind(NamedTuple):
     """A kind of cases: the function that runs a case, its share of all cases, and its time limit.
 
-    Time limits are generous, because a machine may be busy; the limit for files is promised.
+    Time limits are generous for busy machines. The documentation promises the limit for files.
     """
 
     check: Check
@@ -57,25 +57,24 @@ KINDS = {
 }
 
 MEMORY_LIMIT = 6 << 30
-"""Limit of the address space in bytes. Cases are small, so a case that needs more multiplies its
-input."""
+"""Limit of the address space in bytes. Cases are small, so exceeding this limit is a bug."""
 
 MOST_FAILURES = 20
-"""Number of failures after which the search ends, since they probably have one cause."""
+"""Number of failures after which the search ends, because they probably have the same cause."""
 
 
 def main() -> None:
     """Parse the command line, and run the search or one case."""
     parser = argparse.ArgumentParser(prog="tools/fuzz", description=__doc__)
-    parser.add_argument("--seconds", type=float, default=60.0, help="how long to search")
-    parser.add_argument("--cases", type=int, help="how many cases to run, however long it takes")
+    parser.add_argument("--seconds", type=float, default=60.0, help="duration of the search")
+    parser.add_argument("--cases", type=int, help="number of cases, without a limit on time")
     parser.add_argument("--only", nargs="+", choices=KINDS, default=list(KINDS), metavar="KIND",
-                        help=f"kinds of cases, of {', '.join(KINDS)}")  # fmt: skip
+                        help=f"kinds of cases: {', '.join(KINDS)}")  # fmt: skip
     parser.add_argument("--formats", nargs="+", default=[], metavar="ENDING",
-                        help="files of these formats alone, such as .laz")  # fmt: skip
-    parser.add_argument("--seed", type=int, default=0, help="other cases for another seed")
+                        help="only files of these formats, such as .laz")  # fmt: skip
+    parser.add_argument("--seed", type=int, default=0, help="seed of the random cases")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
-    parser.add_argument("--case", type=int, help="run this one case here, as a failure is shown")
+    parser.add_argument("--case", type=int, help="run only this case, in this process")
     options = parser.parse_args()
     search = Search(options.seed, tuple(options.only), tuple(options.formats))
     if options.case is None:
@@ -83,12 +82,12 @@ def main() -> None:
     prepare()
     folder = Path(tempfile.mkdtemp(prefix="fuzz-"))
     kind = search.kind_of(options.case)
-    print(f"case {options.case} is of {kind}; its files are in {folder}", flush=True)
+    print(f"case {options.case}, {kind}: its files are in {folder}", flush=True)
     search.run_case(options.case, folder)
 
 
 def _numbers(seconds: float, n_cases: int | None) -> Iterator[int]:
-    """Case numbers 0, 1, 2, ...: `n_cases` of them, or as many as start within `seconds`."""
+    """Case numbers 0, 1, 2, ...: `n_cases` numbers, or numbers until `seconds` have passed."""
     if n_cases is not None:
         return iter(range(n_cases))
     end = time.monotonic() + seconds
@@ -149,14 +148,14 @@ class Search(NamedTuple):
         return 1 if n_failed else 0
 
     def _command(self, number: int) -> str:
-        """The command line that runs a case again."""
+        """The command line that repeats a case."""
         words = ["tools/fuzz", "--seed", str(self.seed), "--case", str(number)]
         words += ["--only", *self.kinds] if self.kinds != tuple(KINDS) else []
         words += ["--formats", *self.formats] if self.formats else []
         return " ".join(words)
 
     def outcomes(self, numbers: Iterator[int], n_jobs: int) -> Iterator[tuple[int, str | None]]:
-        """Numbers of cases as they end, with the failure of each or None."""
+        """Numbers of cases as they end, each with its failure or None."""
         methods = multiprocessing.get_all_start_methods()
         context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
         with ProcessPool(n_jobs, context=context, initializer=prepare) as pool:
@@ -180,7 +179,7 @@ def _outcome(future: concurrent.futures.Future[str | None]) -> str | None:
         return future.result()
     except concurrent.futures.TimeoutError as error:
         return f"it did not end within {error.args[-1]:g} seconds"
-    except Exception as error:  # errors of Pebble if the process ended
+    except Exception as error:  # Pebble raises these if the process has ended
         return f"the process ended: {error!r}, exit status {getattr(error, 'exitcode', None)}"
 
 
@@ -188,7 +187,7 @@ def prepare() -> None:
     """Limit the memory of this process, and turn warnings into errors."""
     faulthandler.enable()
     warnings.simplefilter("error")
-    for expected in (IslandWarning, SliverWarning):  # many random meshes give these warnings
+    for expected in (IslandWarning, SliverWarning):  # usual with random meshes
         warnings.simplefilter("ignore", expected)
     with contextlib.suppress(ImportError):  # Windows has no such limit
         import resource

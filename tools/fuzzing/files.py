@@ -1,4 +1,4 @@
-"""Damaged files are read, or refused by a MeshError of one short line with the path."""
+"""Damaged files are read, or refused by a MeshError with one short line that names the path."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .promises import check_labels, refusals
 Read = Callable[[Path], Any]
 
 MOST_CELLS = 2000
-"""Largest number of cells that are segmented; larger inputs, which are rare, are only read."""
+"""Largest number of cells that are segmented; larger inputs are rare, and are only read."""
 
 _POINTS = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n"
 _NODES = "".join(f"{i} {line}\n" for i, line in enumerate(_POINTS.splitlines(), 1))
@@ -43,7 +43,7 @@ TETS = {
     "text.vtk": "# vtk DataFile Version 2.0\ntets\nASCII\nDATASET UNSTRUCTURED_GRID\n"
     f"POINTS 5 double\n{_POINTS}CELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n",
 }  # fmt: skip
-"""Files of tetrahedra in formats that this package does not write."""
+"""Files of tetrahedra in formats that this package cannot write."""
 
 ODD_VALUES = (
     None, True, -1, 0, 1, 2**31, 2**63, 10**400, 0.5, -1e308, "", "\ud800", "../a",
@@ -67,7 +67,7 @@ def check_file(rng: np.random.Generator, folder: Path, formats: tuple[str, ...] 
 
 
 def _check_cells(cells: Any) -> None:
-    """Check that cells are segmented, or refused."""
+    """Check that cells are segmented or refused."""
     if cells.n_cells <= MOST_CELLS:
         with refusals():
             result = sf.segment(cells, min(3, cells.n_cells))
@@ -76,7 +76,7 @@ def _check_cells(cells: Any) -> None:
 
 @functools.cache
 def _whole_files(formats: tuple[str, ...]) -> list[tuple[Read, str, bytes]]:
-    """Reader, name and content of small files, in all formats or in the given ones."""
+    """Reader, name and content of small files, in all formats or in the given formats."""
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         folder = Path(name)
         files = [(sf.read_mesh, *item) for item in mesh_files.whole_files().items()]
@@ -102,7 +102,7 @@ def _can_read(read: Read, path: Path) -> bool:
 
 
 def _written_files(folder: Path) -> Iterator[Path]:
-    """Write files with this package and with other libraries, and with texts of this module."""
+    """Write files with this package, with other libraries, and with texts of this module."""
     mesh = shapes.cube()
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1.0]])
     tets = sf.TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
@@ -162,7 +162,7 @@ def _e57_files(folder: Path) -> Iterator[Path]:
 
 
 def _with_checksums(data: bytes) -> bytes:
-    """An E57 file with the correct checksum of each page; libE57 refuses pages without it."""
+    """An E57 file with the correct checksum of each page, which libE57 requires."""
     pages = [data[place : place + 1020] for place in range(0, len(data), 1024)]
     return b"".join(page + struct.pack(">I", _checksum(page)) for page in pages)
 
@@ -215,7 +215,7 @@ def _odd_document(source: random.Random) -> dict[str, Any]:
 
 
 def _damaged(data: bytes, source: random.Random) -> bytes:
-    """The file, usually with changed bytes; or cut, or begun like another file, or unchanged."""
+    """The file: with changed bytes, truncated, with the start of another file, or unchanged."""
     kind = source.random()
     if kind < 0.03:
         return data

@@ -15,7 +15,7 @@ from .promises import THREADS, check_number, check_pieces, check_result
 
 
 def check_graph(rng: np.random.Generator, _folder: Path) -> None:
-    """Check a graph with parallel arcs, many components and, half of the time, many ties."""
+    """Check a graph with parallel arcs, many components and, in half of the cases, many ties."""
     n = int(rng.integers(1, 80))
     values = None if rng.random() < 0.5 else [0.0, 1.0, 2.0][: rng.integers(1, 4)]
     n_edges = int(rng.integers(0, 3 * n))

@@ -32,7 +32,7 @@ def check_mesh(rng: np.random.Generator, _folder: Path) -> None:
 
 
 def _random_mesh(rng: np.random.Generator) -> sf.Mesh:
-    """A mesh with any of the faults that meshes can have."""
+    """A mesh with random defects."""
     vertices, faces = _regular(rng) if rng.random() < 0.7 else _scattered(rng)
     if rng.random() < 0.3:  # holes and islands
         faces = faces[rng.random(len(faces)) < rng.uniform(0.3, 1)]
@@ -64,14 +64,14 @@ def _regular(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _scattered(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Faces between random vertices at random positions of a grid."""
+    """Faces between random vertices at random grid points."""
     n_vertices = int(rng.integers(1, 40))
     vertices = rng.integers(-3, 4, (n_vertices, 3)).astype(float)
     return vertices, rng.integers(0, n_vertices, (int(rng.integers(1, 60)), 3))
 
 
 def _random_options(rng: np.random.Generator, mesh: sf.Mesh) -> Options:
-    """Random options of `segment`; most options are left at their defaults."""
+    """Random options of `segment`; most options keep their defaults."""
     options: Options = {
         "weights": rng.choice(["creases", "superfacets", "stk02"]),
         "init": rng.choice(["geodesic", "curve", "farthest", "flood", "grid"]),
@@ -111,7 +111,7 @@ def _check_segmentation(mesh: sf.Mesh, rng: np.random.Generator) -> None:
 
 
 def _check_clean_up(mesh: sf.Mesh, rng: np.random.Generator) -> None:
-    """Check clean-up and metrics with labels that no segmentation would give."""
+    """Check clean-up and metrics with random labels."""
     graph = sf.build_face_graph(mesh)
     n_labels = int(rng.integers(1, min(mesh.n_faces, 20) + 1))
     scattered = rng.integers(0, n_labels, mesh.n_faces)
@@ -129,7 +129,7 @@ def _check_clean_up(mesh: sf.Mesh, rng: np.random.Generator) -> None:
 
 
 def _check_carried(mesh: sf.Mesh, rng: np.random.Generator) -> None:
-    """Check values and labels of regions that are carried to faces, vertices and points."""
+    """Check the transfer of values and labels of regions to faces, vertices and points."""
     labels = np.unique(rng.integers(0, 9, mesh.n_faces), return_inverse=True)[1]
     field = rng.normal(size=labels.max() + 1)
     assert np.array_equal(sf.pool(sf.unpool(field, labels), labels, cells=mesh), field)
@@ -152,5 +152,5 @@ def _check_carried(mesh: sf.Mesh, rng: np.random.Generator) -> None:
     for n_threads in THREADS[1:]:
         carried = sf.transfer(mesh, labels, points, n_threads=n_threads)
         assert np.array_equal(carried, labels[found.faces]), f"{n_threads} threads"
-    own = sf.transfer(mesh, labels, mesh)  # faces at one place may swap labels
+    own = sf.transfer(mesh, labels, mesh)  # faces at the same position may swap labels
     assert np.isin(own, labels).all()

@@ -19,10 +19,9 @@ LONGEST_MESSAGE = 400
 
 @contextlib.contextmanager
 def refusals() -> Iterator[None]:
-    """End the block without an error if the package refuses its input by an explicit ``raise``.
+    """Suppress a ValueError or TypeError from a ``raise`` statement of this package.
 
-    Other errors of type ValueError or TypeError, such as errors raised within numpy, are raised
-    again.
+    Other errors, such as errors from within numpy, are not suppressed.
     """
     try:
         yield
@@ -34,7 +33,7 @@ def refusals() -> Iterator[None]:
 
 @contextlib.contextmanager
 def short_messages(path: Path, *kinds: type[Exception]) -> Iterator[None]:
-    """End the block without an error if it raises such an error with one short line."""
+    """Suppress errors of these kinds if the message is one short line."""
     try:
         yield
     except kinds as error:
@@ -44,7 +43,7 @@ def short_messages(path: Path, *kinds: type[Exception]) -> Iterator[None]:
 
 
 def check_labels(labels: Any, n_cells: int, n_regions: int) -> None:
-    """Check that labels are int32, one per cell, and that each of 0..K-1 occurs."""
+    """Check that labels are int32, one per cell, and that each label from 0 to K - 1 occurs."""
     labels = np.asarray(labels)
     assert labels.dtype == np.int32
     assert labels.shape == (n_cells,)
@@ -52,14 +51,14 @@ def check_labels(labels: Any, n_cells: int, n_regions: int) -> None:
 
 
 def check_result(result: Any, graph: Any) -> None:
-    """Check the labels, the stop reason, and that each center is in its own region."""
+    """Check the labels, the stop reason, and that each center is in its region."""
     check_labels(result, graph.n_cells, result.n_segments)
     assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
     assert result.stop_reason in ("converged", "settled", "max_num_iter")
 
 
 def check_number(result: Any, graph: Any, n_segments: int) -> None:
-    """Check that there are k regions, plus at most one for each component but one."""
+    """Check that there are k regions, plus at most one for each component except one."""
     n_components = shapes.count_pieces(graph, np.zeros(graph.n_cells, int))
     assert n_segments <= result.n_segments <= n_segments + n_components - 1
 

@@ -1,4 +1,4 @@
-"""Damaged work files of the studio are opened, or refused with one line that names the file."""
+"""Damaged work files of the studio are opened, or refused by one line that names the file."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _whole_work() -> tuple[bytes, bytes]:
 
 
 def _odd(work: bytes, source: random.Random) -> bytes:
-    """A work file with one odd value and some lines left out or repeated; checksums are correct."""
+    """A work file with correct checksums, one odd value, and some lines missing or repeated."""
     lines = [json.loads(line) for line in work.splitlines()]
     number = source.randrange(len(lines))
     line = lines[number]

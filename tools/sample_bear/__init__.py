@@ -3,14 +3,14 @@
 ``python -m tools.sample_bear`` writes the files that `superfacets.sample_mesh` reads. The generator
 marks the points of a grid that are inside the ellipsoids, and makes a surface net from the border
 of these points (Gibson, "Constrained elastic surface nets", 1998). Newton's method moves the
-vertices of the net onto the ellipsoids, while smoothing spreads them. Users of the package do not
-need this generator, so the package does not contain it.
+vertices of the net onto the ellipsoids, and smoothing spreads the vertices. Users of the package do
+not need this generator.
 
 bear      the ellipsoids
-lattice   which points of a grid are inside
-net       the surface of the grid, and how its vertices are moved
+lattice   the grid, and its points inside the ellipsoids
+net       the surface net, and movements of its vertices
 quads     surfaces of quads, and their triangles
-seams     which quad belongs to which solid
+seams     the solid of each quad
 """
 
 from __future__ import annotations
@@ -29,17 +29,16 @@ from .seams import place_seams
 __all__ = ["MIN_FACES", "PART_NAMES", "make_bear", "parts_of"]
 
 MIN_FACES = 3_000
-"""Smallest number of faces. With fewer, the grid is too coarse for the ears, and holes open beside
-them."""
+"""Smallest number of faces. With fewer faces, the grid is too coarse for the ears, and holes open
+beside the ears."""
 
-# Number of faces times the square of the grid spacing, measured at 20,000 to 2,000,000 faces (36.4
-# to 37.4). It follows from the area of the bear. A coarser grid misses details: 34.6 at 3,000
-# faces.
+# Number of faces times the square of the grid spacing: 36.4 to 37.4 with 20,000 to 2,000,000 faces,
+# and 34.6 with 3,000 faces. The number follows from the area of the bear.
 _FACES_PER_SPACING = 36.8
 
 _ROUNDS = 2
-"""Number of times that seams are placed and vertices are spread: the first seams are off by a quad
-in places."""
+"""Number of rounds of placing seams and spreading vertices. The first seams are wrong by up to one
+quad."""
 
 
 def make_bear(n_faces: int) -> tuple[FloatArray, npt.NDArray[np.int32]]:
@@ -47,8 +46,9 @@ def make_bear(n_faces: int) -> tuple[FloatArray, npt.NDArray[np.int32]]:
 
     The surface is closed, manifold, connected, of genus 0, and oriented outward. It is the boundary
     of the union of the ellipsoids. Vertices are on the ellipsoids: along a crease, on both at once.
-    From 12,000 faces on, less than one face in 2,000 has an angle under 5 degrees, and almost none
-    is folded. With fewer faces, eyes and nose are too small for the grid. No face has area 0.
+    With at least 12,000 faces, less than one face in 2,000 has an angle under 5 degrees, and almost
+    no face is folded. With fewer faces, eyes and nose are too small for the grid. No face has area
+    0.
 
     Time is linear in `n_faces`, except for marking the grid points, whose number is about
     n_faces**1.5 / 20. The last bits of the vertices differ between machines.
@@ -68,8 +68,8 @@ def make_bear(n_faces: int) -> tuple[FloatArray, npt.NDArray[np.int32]]:
 
 
 def parts_of(vertices: FloatArray, faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    """Return the part of the bear that each face belongs to, (F,): an index into `PART_NAMES`.
+    """Return the part of each face, (F,), as an index into `PART_NAMES`.
 
-    This is the solid nearest to the centroid of the face. The bear must not be moved or scaled.
+    The part is the solid nearest to the centroid of the face. The bear must not be moved or scaled.
     """
     return ellipsoids().nearest(vertices[faces].mean(axis=1))

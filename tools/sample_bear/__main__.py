@@ -11,14 +11,14 @@ from . import make_bear
 FOLDER = Path(__file__).resolve().parents[2] / "src" / "superfacets" / "sample"
 
 SIZES = {"bear-5k.npz": 5_000, "bear-60k.npz": 60_000}
-"""The demo uses the large mesh, tests and examples use the small one."""
+"""The demo uses the large mesh; tests and examples use the small mesh."""
 
 
 def main() -> None:
-    """Write vertices in single precision, and faces as differences of successive corners.
+    """Write vertices in single precision, and faces as differences of consecutive corners.
 
-    Successive faces have similar vertex numbers, so differences take less than half the space when
-    compressed.
+    Consecutive faces have similar vertex indices, so compressed differences need less than half of
+    the space.
     """
     for name, n_faces in SIZES.items():
         vertices, faces = make_bear(n_faces)

@@ -15,7 +15,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Solid:
-    """An ellipsoid: radii along its own axes, then turned about x, y and z, in degrees."""
+    """An ellipsoid with radii along its axes; it is turned about x, y and z, in degrees."""
 
     name: str
     center: tuple[float, float, float]
@@ -23,8 +23,8 @@ class Solid:
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-# The bear sits and looks along +z; y is up. It is slightly asymmetric, so that no two distances on
-# it are equal. Surfaces cross at 45 degrees or more, because shallower creases give poor meshes.
+# The bear sits and faces +z; y is up. The bear is slightly asymmetric, so that distances differ.
+# Surfaces cross at angles of at least 45 degrees, because shallower creases give poor meshes.
 SOLIDS = (
     Solid("body", (0.0, 0.0, 0.0), (0.60, 0.70, 0.52), (-6, 0, 0)),
     Solid("head", (0.04, 0.98, 0.10), (0.55, 0.47, 0.46), (4, 8, -5)),
@@ -46,7 +46,7 @@ SOLIDS = (
 )
 
 PART_NAMES = tuple(solid.name for solid in SOLIDS)
-"""Name of each solid; `sample_parts` returns indices into this tuple."""
+"""Name of each solid; `parts_of` returns indices into this tuple."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class _Ellipsoids:
         """Value, (N,), and gradient, (N, 3), of a function that is 0 on the solid's surface."""
         local = (points - self.centers[solid]) @ self.frames[solid].T
         radius = np.sqrt(np.einsum("ij,ij->i", local, local))
-        np.maximum(radius, 1e-9, out=radius)  # there is no gradient at the center
+        np.maximum(radius, 1e-9, out=radius)  # the gradient is undefined at the center
         return radius - 1.0, (local @ self.frames[solid]) / radius[:, None]
 
     def nearest(self, points: FloatArray) -> npt.NDArray[np.int32]:
@@ -94,7 +94,7 @@ def ellipsoids() -> _Ellipsoids:
 
 
 def cut_into_blocks(rows: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
-    """Cut an array into views of 16,384 rows, whose intermediate results fit into the cache."""
+    """Cut an array into views of 16,384 rows; intermediate results then fit into the cache."""
     return [rows[start : start + 16_384] for start in range(0, len(rows), 16_384)]
 
 

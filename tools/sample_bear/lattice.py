@@ -1,4 +1,4 @@
-"""Grid points inside the bear, chosen such that the border of the inside is manifold."""
+"""Grid points inside the bear; the surface around these points is manifold."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ IndexArray = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Lattice:
-    """A regular grid, and whether each point is inside; the outermost two layers are outside."""
+    """A regular grid, and whether each point is inside; the two outer layers are outside."""
 
     inside: npt.NDArray[np.bool_]  # (Z, Y, X), contiguous
     origin: FloatArray  # (3,), position x, y, z of the first point
@@ -40,8 +40,8 @@ def fill_lattice(spacing: float) -> Lattice:
     origin = (solids.centers - solids.reach).min(axis=0) - 2 * spacing
     extent = (solids.centers + solids.reach).max(axis=0) - origin
     n_x, n_y, n_z = np.ceil(extent / spacing).astype(int) + 3
-    # Change, from point to point along x, of the number of solids around it. The prefix sum along x
-    # is the number itself.
+    # Differences along x of the number of solids around each point. The prefix sum along x gives
+    # the numbers.
     steps = np.zeros((n_z, n_y, n_x), dtype=np.int8)
     for solid in range(len(solids.centers)):
         z, y, first, last = _rows_inside(solid, origin, spacing)
@@ -54,10 +54,8 @@ def fill_lattice(spacing: float) -> Lattice:
 def _rows_inside(
     solid: int, origin: FloatArray, spacing: float
 ) -> tuple[IndexArray, IndexArray, IndexArray, IndexArray]:
-    """Grid rows that cross a solid, and the range of points inside it: z, y, first x, last x + 1.
-
-    A point of a row is inside if a x^2 + 2 b x + c <= 0, where x is relative to the solid's center.
-    """
+    """Grid rows that cross a solid, and ranges of inside points: z, y, first x, last x + 1."""
+    # A point of a row is inside if a x^2 + 2 b x + c <= 0, where x is relative to the center.
     solids = ellipsoids()
     center, frame, reach = solids.centers[solid], solids.frames[solid], solids.reach[solid]
     low = np.floor((center - reach - origin) / spacing).astype(np.int64)
@@ -98,9 +96,9 @@ def without_pinches(lattice: Lattice) -> Lattice:
     """Return the lattice with points added such that the surface around the inside is manifold.
 
     The surface is manifold if the inside is well-composed (Latecki, Eckhardt and Rosenfeld 1995):
-    no face of a cell has exactly two inside corners, on a diagonal; and in no cell are two opposite
-    corners on one side of the surface and the other six on the other side. Points are only added,
-    so this ends.
+    no face of a cell has exactly two inside corners, on a diagonal; and no cell has two opposite
+    corners on one side of the surface and six corners on the other side. The loop ends, because
+    points are only added.
     """
     repaired = replace(lattice, inside=lattice.inside.copy())
     inside = repaired.inside.reshape(-1)  # a view, so that changes apply to the lattice
@@ -122,10 +120,7 @@ def without_pinches(lattice: Lattice) -> Lattice:
 
 @cache
 def _well_composed_codes() -> npt.NDArray[np.uint8]:
-    """Code of each set of inside corners of a cell, with the corners that must be added.
-
-    A code has 8 bits: bit 4 z + 2 y + x is corner (x, y, z).
-    """
+    """Well-composed code for each code of the inside corners; bit 4 z + 2 y + x is (x, y, z)."""
     codes = np.arange(256)
     wanted = codes.copy()
     for axis, side in itertools.product(range(3), (0, 1)):

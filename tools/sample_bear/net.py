@@ -1,4 +1,4 @@
-"""The surface net of a lattice, whose vertices are moved onto the solids and spread."""
+"""The surface net of a lattice, and movements of its vertices onto the solids."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from .lattice import IndexArray, Lattice, cells_around, crossed_edges
 from .quads import QuadSurface, solids_of_vertices
 
 _RELAX_STEPS = 6
-"""Smoothing steps per round; slivers are gone after these, and further steps change little."""
+"""Smoothing steps per round. They remove slivers, and further steps change little."""
 
 
 def surface_net(lattice: Lattice) -> QuadSurface:
-    """Surface with a vertex in each cell that it crosses, and a quad across each crossed edge."""
+    """Surface with a vertex in each crossed cell, and a quad across each crossed edge."""
     inside = lattice.inside.ravel()
     quads, middles = [], []
     for axis, edges in enumerate(crossed_edges(lattice)):
@@ -33,7 +33,7 @@ def surface_net(lattice: Lattice) -> QuadSurface:
 
 
 def relax(surface: QuadSurface, spacing: float) -> QuadSurface:
-    """Spread the vertices evenly over the surface; vertices on creases stay on them.
+    """Spread the vertices evenly over the surface; vertices on creases stay on the creases.
 
     A vertex moves toward the mean of its neighbors that are on all of its solids. In a closed,
     oriented surface, the sides of the quads contain each pair of neighbors once in each direction.
@@ -71,7 +71,7 @@ def _project(
     spacing: float,
     n_steps: int,
 ) -> FloatArray:
-    """Move points onto all of their solids at once, by Newton steps of least length."""
+    """Move points onto all of their solids, by Newton steps of minimum length."""
     projected = points.copy()
     for solids, members in groups:
         for block in cut_into_blocks(members):
@@ -83,7 +83,7 @@ def _project(
 
 
 def _newton_step(points: FloatArray, solids: list[int], longest: float) -> FloatArray:
-    """Newton step to subtract, (N, 3): of least length, and cut to a largest length."""
+    """Newton step to subtract, (N, 3), of minimum length, and of length at most `longest`."""
     levels = [ellipsoids().levels(solid, points) for solid in solids]
     values = np.stack([value for value, _ in levels], axis=1)
     gradients = np.stack([gradient for _, gradient in levels], axis=1)

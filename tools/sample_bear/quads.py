@@ -1,4 +1,4 @@
-"""A closed surface of quads, each of which belongs to a solid, and its triangles."""
+"""Closed surfaces of quads, and their triangles."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class QuadSurface:
 
 
 def solids_of_vertices(surface: QuadSurface) -> IndexArray:
-    """Owners of the quads around each vertex, as bits, (V,): the solids that it must be on."""
+    """Owners of the quads around each vertex, as bits, (V,): the vertex must be on these solids."""
     solids = np.zeros(len(surface.points), dtype=np.int64)
     bits = np.int64(1) << surface.owners
     for corner in range(4):
@@ -31,16 +31,15 @@ def solids_of_vertices(surface: QuadSurface) -> IndexArray:
 
 
 def is_on_seam(solids_of_vertex: IndexArray) -> npt.NDArray[np.bool_]:
-    """Whether each vertex is on more than one solid: whether more than one bit is set."""
+    """Whether each vertex is on several solids: whether several bits are set."""
     return np.asarray(solids_of_vertex & (solids_of_vertex - 1) != 0)
 
 
 def split_quads(surface: QuadSurface) -> npt.NDArray[np.int32]:
-    """Triangles, (2 Q, 3): each quad is cut along the diagonal that gives the rounder triangles.
+    """Triangles, (2 Q, 3): each quad is cut along the diagonal that gives rounder triangles.
 
-    A diagonal that would bridge a crease is chosen only if the other one does, too: a diagonal
-    between vertices without a common solid, or one that cuts off a triangle with all corners on a
-    crease.
+    A diagonal bridges a crease if its vertices have no common solid, or if it cuts off a triangle
+    with all corners on a crease. Such a diagonal is chosen only if both diagonals bridge a crease.
     """
     quads = surface.quads
     solids = solids_of_vertices(surface)

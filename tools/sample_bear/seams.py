@@ -1,4 +1,4 @@
-"""The solid that each quad belongs to, chosen such that the seams between solids are smooth."""
+"""The solid of each quad; the seams between solids are smooth."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .quads import QuadSurface, is_on_seam, solids_of_vertices
 
 
 def place_seams(surface: QuadSurface) -> QuadSurface:
-    """Give each quad to the nearest solid, then smooth the seams between quads of two solids.
+    """Assign each quad to the nearest solid, then smooth the seams between solids.
 
-    Vertices on a seam will be moved onto the crease. A quad with all corners on seams would become
-    flat, and a spur two quads wide would be folded over. So quads that are outvoted by the quads
-    around them change their solid, one at a time around a vertex. Only quads that are outvoted at
-    the start change, because otherwise small parts would be worn away step by step; flat quads may
-    always change. A few rounds suffice; the bound of 8 is for creases that the grid cannot resolve.
+    Vertices on a seam are later moved onto the crease. A quad with all corners on seams would then
+    be flat, and a spur of two quads would fold over. So quads that are outvoted by their neighbors
+    change their solid, one at a time around a vertex. Only quads that are outvoted at the start,
+    and flat quads, may change; otherwise small parts would disappear. A few rounds suffice, except
+    for creases that the grid cannot resolve.
     """
     middles = surface.points[surface.quads].mean(axis=1)
     owners = ellipsoids().nearest(middles).astype(np.int64)
@@ -40,10 +40,10 @@ def place_seams(surface: QuadSurface) -> QuadSurface:
 def _vote(
     quads: IndexArray, owners: IndexArray, on_seam: npt.NDArray[np.bool_]
 ) -> tuple[IndexArray, IndexArray]:
-    """Strongest other solid around each quad, (Q,), and its votes minus the own solid's votes.
+    """Strongest other solid around each quad, (Q,), and its votes minus the votes of its solid.
 
-    Each quad votes at each of its corners, but not for itself, so neighbors across a side have two
-    votes. Away from seams the margin is -1.
+    Each quad votes at each of its corners, so neighbors across a side have two votes. A quad does
+    not vote for itself. The margin is -1 away from seams.
     """
     n_solids = len(ellipsoids().centers)
     ballots = (quads * n_solids + owners[:, None]).ravel()
@@ -59,7 +59,7 @@ def _vote(
 
 
 def _lowest_around(quads: IndexArray, n_vertices: int) -> npt.NDArray[np.bool_]:
-    """Whether each quad comes first in the list among the quads at each of its corners."""
+    """Whether each quad is the first of the list among the quads at each of its corners."""
     first = np.full(n_vertices, len(quads))
     rank = np.arange(len(quads))
     np.minimum.at(first, quads.ravel(), np.repeat(rank, 4))

@@ -1,4 +1,4 @@
-"""Batches: one function that processes a file, and teams of workers that apply it to thousands.
+"""Batches: a function that processes one file, and teams of workers that call it for many files.
 
-The package is not called ``batch``, because a module of that name would hide the function.
+The package is not called ``batch``, because a module of this name would hide the function.
 """

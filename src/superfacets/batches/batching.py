@@ -1,4 +1,4 @@
-"""`batch`: find the files of a batch, segment them, and report the results."""
+"""`batch`: find files, segment them, and report the results."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,10 +34,10 @@ MANIFEST = "manifest.jsonl"
 """Name of the manifest in the output folder."""
 
 MEMORY_SHARE = 0.8
-"""Fraction of a worker's memory that a file may need by estimate; estimates may be too low."""
+"""Fraction of a worker's memory that a file may need; the rest is for errors of the estimate."""
 
 START_CELLS = 2_000
-"""Fixed time per file, as the number of cells that take as long."""
+"""Fixed time per file, as the number of cells that take the same time."""
 
 
 @dataclass(frozen=True)
@@ -46,22 +47,22 @@ class BatchResult:
     Parameters
     ----------
     records : tuple of dict
-        The record of each input in `manifest.jsonl`, in the order of the inputs: ``name``,
-        ``input``, ``version``, ``params``, ``sha256``, and either ``cells``, ``regions``,
-        ``seconds`` and ``outputs`` or, if it failed, ``error``.
+        The record of each input in `manifest.jsonl`, in the order of the inputs. It has ``name``,
+        ``input``, ``version``, ``params`` and ``sha256``. If the file failed, it also has
+        ``error``, and otherwise ``cells``, ``regions``, ``seconds`` and ``outputs``.
     n_done : int
-        Files that were segmented by this call.
+        Number of files that this call segmented.
     n_kept : int
-        Files that had valid results, and were skipped.
+        Number of files that were skipped because they had valid results.
     n_failed : int
-        Files that failed in this call, or in an earlier one if they were not tried again.
+        Number of files that failed, in this call or in an earlier call.
     n_cells : int
-        Cells of the files that were segmented by this call.
+        Number of cells of the files that this call segmented.
     seconds : float
         Wall time.
     notes : tuple of str
-        A message for each damaged line of `manifest.jsonl`; such lines are ignored. And what was
-        subtracted from the positions of a tileset far from zero.
+        A message for each ignored line of `manifest.jsonl`, and for each origin that was subtracted
+        from the positions of a tileset.
     """
 
     records: tuple[Record, ...]
@@ -75,22 +76,22 @@ class BatchResult:
 
 @dataclass(frozen=True)
 class BatchProgress:
-    """Progress of a batch, reported each time that a file ends.
+    """Progress of a batch, reported whenever a file ends.
 
     Parameters
     ----------
     record : dict
         Record of the file, as in `BatchResult`.
     n_ended : int
-        Files that have ended, including failed ones.
+        Number of files that have ended, including failed files.
     n_files : int
-        Files that this call has to process.
+        Number of files that this call has to process.
     n_cells : int
-        Cells of the files that were segmented.
+        Number of cells of the segmented files.
     seconds : float
-        Wall time since work began.
+        Wall time since the start.
     seconds_left : float
-        Estimated time left, by the sizes of the files.
+        Estimated remaining time, from the sizes of the files.
     """
 
     record: Record
@@ -124,57 +125,57 @@ def batch(
 ) -> BatchResult:
     """Segment many files, on all cores or on a cluster, and write their labels into a folder.
 
-    A file that fails does not stop the others. A second call segments only files without a valid
-    result. A result is not valid if it is missing or damaged, or if the file (by its hash), the
-    parameters or the version of the package have changed.
+    If a file fails, the batch continues. A second call segments only files without a valid result.
+    A result is invalid if it is missing or damaged, or if the hash of the file, the parameters or
+    the version of the package have changed.
 
     Parameters
     ----------
     inputs : path-like, or iterable of these
-        Files; folders, which are searched with all folders below them, but not for ``.csv``,
-        ``.txt`` and ``.npy``; tilesets of 3D Tiles (``tileset.json``, or its folder), of which
-        each model is a file, moved to its place less ``origin`` in its record; patterns such as
-        ``"scans/**/*.ply"``; or ``"@list.txt"``, a file with a path per line, relative to its own
-        folder.
+        Each input is one of these. A file. A folder, which is searched recursively, except for
+        ``.csv``, ``.txt`` and ``.npy`` files. A tileset of 3D Tiles (``tileset.json``, or its
+        folder): each model is a file, and its positions are relative to ``origin`` in its record. A
+        pattern such as ``"scans/**/*.ply"``. A list ``"@list.txt"``: a file with a path per line,
+        relative to its folder.
     output_folder : path-like
-        Created if missing. It gets ``manifest.jsonl`` with a record per file, and
-        ``NAME.superfacets.ply`` for each, in folders that mirror the folders of the inputs.
+        Created if missing. ``manifest.jsonl`` has a record per file, and each result is a file
+        ``NAME.superfacets.ply``, in the same subfolder as its input.
     formats : sequence of str, optional
         Formats of the results: ``"ply"``, ``"npy"`` and so on, as the endings of `write_mesh` and
-        `write_labels`. The default is PLY, and VTU for tetrahedra.
+        `write_labels`. The default is PLY, or VTU for tetrahedra.
     scheduler : str, optional
-        Address of a Dask scheduler, such as ``"tcp://10.0.0.1:8786"``; its workers have to see all
-        files under the same paths, and to have the same version of the package. By default, worker
-        processes are started on this machine if there is more than one file to process.
+        Address of a Dask scheduler, such as ``"tcp://10.0.0.1:8786"``. Its workers must have the
+        same version of the package, and all files at the same paths. By default, worker processes
+        are started on this machine if there are several files to process.
     workers : int, optional
-        Number of worker processes on this machine, by default one per core. Each processes one file
-        at a time, on one thread unless ``n_threads`` is given.
+        Number of worker processes on this machine, by default one per core. Each worker processes
+        one file at a time, on one thread unless ``n_threads`` is given.
     retry_failed : bool, default False
         Whether failed files are tried again even if nothing has changed.
     progress : callable, optional
-        Called with a `BatchProgress` each time that a file ends.
+        Called with a `BatchProgress` whenever a file ends.
     features : sequence of str, optional
-        Features that borders follow besides creases: ``"color"``, ``"normals"``, ``"height"``, or
-        properties of the cells or vertices in the files.
+        Features that borders follow in addition to creases: ``"color"``, ``"normals"``,
+        ``"height"``, or properties of the cells or vertices in the files.
     subdivide : bool, default False
-        Bisect edges longer than a quarter of a region's radius first; label files have a label for
-        each face of the file.
+        Whether edges longer than a quarter of a region's radius are bisected first. Label files
+        still have one label for each face of the input file.
     max_edge : float, optional
         Subdivide until no edge is longer than this, in the unit of the file.
     drop_attributes : bool, default False
-        Do not write the attributes of the input files, such as normals, to the results.
+        Whether attributes of the input files, such as normals, are left out of the results.
     ascii : bool, default False
-        Write text instead of binary where a format has both.
+        Whether text is written instead of binary data, in formats that have both.
     label_name, vertex_labels, force
         As for `write_mesh`.
     viewpoint : sequence of float, length 3, optional
-        As for `estimate_normals`: a place from which all points were seen, of clouds without
-        normals.
+        Position from which all points were seen, for clouds without normals; as for
+        `estimate_normals`.
     min_opacity : float, default 0.0
-        0 to 1: Gaussian splats with less, by the property ``opacity`` (a logit), are left out: they
-        get the label -1.
+        Gaussian splats with a lower opacity, 0 to 1, get the label -1. Opacities are the property
+        ``opacity``, a logit.
     **options
-        As for `segment`, except arrays, `progress` and `on_stage`, which are for one mesh.
+        Further options of `segment`, except arrays, `progress` and `on_stage`.
 
     Returns
     -------
@@ -183,20 +184,20 @@ def batch(
     Raises
     ------
     ValueError, TypeError
-        If a parameter is wrong, two files would have the same result, or another call is writing to
-        the folder.
+        If a parameter is wrong, two files would have the same result, or another process is writing
+        to the folder.
     OSError
         If nothing is found, a folder cannot be read or written, or the disk is full. A
-        ConnectionError if there is no scheduler, no worker is left, or a worker has another version
-        of the package or does not see the folder. Results until then are kept.
+        ConnectionError if there is no scheduler or no worker, or if a worker has another version of
+        the package or does not see the folder. Results until then are kept.
     MissingExtraError
-        If psutil, for workers of this machine, or Dask, for a scheduler, is not installed.
+        If psutil is not installed for workers on this machine, or Dask for a scheduler.
 
     Notes
     -----
-    Some files are done last, one at a time, with all memory of this machine or, on a cluster, of a
-    worker: files that need more than their share of a worker's memory (an estimate by their size),
-    and files whose workers were killed.
+    Large files, and files whose workers were killed, are processed last. They are processed one at
+    a time, with all memory of this machine or, on a cluster, of one worker. A file is large if its
+    estimated memory exceeds its share of a worker's memory.
 
     Examples
     --------
@@ -221,7 +222,7 @@ def batch(
         force, viewpoint, min_opacity,
     )  # fmt: skip
     if scheduler is not None and workers is not None:
-        raise ValueError("give scheduler or workers, not both: a scheduler has its own")
+        raise ValueError("give scheduler or workers, not both: a scheduler has its own workers")
     n_workers = checked_threads(None) if workers is None else checked_count(workers, "workers")
     checked_callable(progress, "progress")
     began = time.perf_counter()
@@ -247,14 +248,11 @@ def batch(
 def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
 ) -> tuple[list[BatchJob], list[str]]:
-    """Return a job per file, done or not, and notes on positions.
-
-    An error if results of two files would have one name.
-    """
+    """Return a job per file, whether it is done or not, and notes on positions."""
     for name in formats:
         if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
             known = ", ".join(ENDING_OF_FORMAT)
-            raise ValueError(f"formats must be some of {known}, each once; got {name!r}")
+            raise ValueError(f"formats must be different names out of {known}; got {name!r}")
     endings = tuple(ENDING_OF_FORMAT[name] for name in formats)
     sources = find_sources(inputs)
     options.form(endings or [result_ending(source.name) for source in sources])
@@ -312,7 +310,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
     pool = ThreadPoolExecutor()
     try:
         return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
-    finally:  # stops threads after a signal
+    finally:  # after a signal, threads stop early
         stop.set()
         pool.shutdown(cancel_futures=True)
 
@@ -326,15 +324,14 @@ def _do(
     if scheduler is not None:
         from .cluster import remote_team
 
-        yield from _do_in_teams(
-            jobs, lambda: remote_team(scheduler, folder), lambda: remote_team(scheduler, folder)
-        )
+        open_team = partial(remote_team, scheduler, folder)
+        yield from _do_in_teams(jobs, open_team, open_team)
     elif len(jobs) == 1:
         yield jobs[0], run_job(jobs[0])
     else:
         n_threads = checked_threads(None)
-        n_workers = min(n_workers, len(jobs))
-        yield from _do_in_teams(jobs, lambda: open_pool(n_workers), lambda: open_pool(1, n_threads))
+        open_many = partial(open_pool, min(n_workers, len(jobs)))
+        yield from _do_in_teams(jobs, open_many, partial(open_pool, 1, n_threads))
 
 
 OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
@@ -343,7 +340,7 @@ OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
 def _do_in_teams(
     jobs: Sequence[BatchJob], open_many: OpenTeam, open_one: OpenTeam
 ) -> Iterator[tuple[BatchJob, Record]]:
-    """Run jobs that fit into a worker's memory, largest first; then, one by one, all others."""
+    """Run the jobs that fit into a worker's memory, largest first; then the others, one by one."""
     needs = {job.name: memory_of(job.path) for job in jobs}
     with open_many() as team:
         room = MEMORY_SHARE * team.share
@@ -369,7 +366,7 @@ def _do_in_teams(
 def _do_in_team(
     team: Team, jobs: Sequence[BatchJob], *, n_threads: int, width: int | None
 ) -> Iterator[tuple[BatchJob, Record | Killed]]:
-    """Yield jobs with their records as they end; an OSError if the batch cannot go on."""
+    """Yield jobs with their records as they end; an OSError if the batch cannot continue."""
     calls = [(run_job, (job.with_threads(n_threads),)) for job in jobs]
     for place, ending in team.run(calls, width):
         job = jobs[place]
@@ -377,7 +374,7 @@ def _do_in_team(
             yield job, ending
         elif isinstance(ending, Done):
             yield job, ending.value
-        elif isinstance(ending.error, OSError):  # the batch cannot go on
+        elif isinstance(ending.error, OSError):  # the batch cannot continue
             raise ending.error
         else:  # for example, a record that cannot be pickled
             yield job, _failed(job, reason_of(ending.error))
@@ -388,7 +385,7 @@ def _failed(job: BatchJob, error: str) -> Record:
 
 
 class _Tally:
-    """Counts of ended jobs, and the work left, estimated from the sizes of files."""
+    """Counts of ended jobs, and the remaining work, estimated from the sizes of files."""
 
     def __init__(self, jobs: Sequence[BatchJob]) -> None:
         self.n_done = self.n_cells = 0

@@ -1,4 +1,4 @@
-"""A team made of the workers of a Dask scheduler."""
+"""The team of the workers of a Dask scheduler."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from ..errors import import_extra, reason_of
 from ..workers.calls import Call, Done, Ending, Failed, Killed, Team, Worker
 
 PATIENCE = 60.0
-"""Seconds to wait while there is no worker. A restart takes about two; a queue may need longer."""
+"""Seconds to wait while there is no worker. A worker restarts in about 2 seconds; a batch queue may
+need longer."""
 
 TICK = 1.0
 """Seconds between updates of the list of workers."""
 
 GATHER_TIMEOUT = 10.0
-"""Seconds to wait for a record of a few kilobytes from a worker."""
+"""Seconds to wait for a result of a few kilobytes from a worker."""
 
 CONNECT_TIMEOUT = 10.0
 """Seconds to wait for a scheduler."""
@@ -36,16 +37,16 @@ class RemoteTeam(Team):
     """Workers of a Dask scheduler, reached by a `distributed.Client`."""
 
     def __init__(self, client: Any) -> None:
-        super().__init__(_workers_of(client))
+        facts = sorted(client.run(_facts_of).items())
+        super().__init__([Worker(address, *of_worker) for address, of_worker in facts])
         self.client = client
 
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
         """Run calls as `Team` does: one per thread, and one more in the queue of each worker.
 
-        So the scheduler never has thousands of calls. If a worker is killed, Dask counts this
-        against only a few calls that had not begun, and no call is lost. Calls are not tied to a
-        worker: if a worker ends while no other one is present, Dask never runs the calls that are
-        tied to it again, even if other workers are allowed.
+        The scheduler never has thousands of calls. If a worker is killed, Dask therefore blames
+        only a few calls that had not begun. Calls are not tied to workers: Dask would never run the
+        calls of a worker again if it ended while no other worker was present.
         """
         waiting = deque(range(len(calls)))
         running: dict[str, tuple[Any, int]] = {}
@@ -77,9 +78,9 @@ class RemoteTeam(Team):
 
 @contextlib.contextmanager
 def remote_team(address: str, folder: str) -> Iterator[RemoteTeam]:
-    """Connect to a scheduler; its workers must see the folder and have this package version.
+    """Connect to a scheduler whose workers see the folder and have this version of the package.
 
-    A ConnectionError if there is no scheduler, it has no worker, or a worker does not fit.
+    A ConnectionError if there is no scheduler or no worker, or if a worker is unsuitable.
     """
     distributed = import_extra("distributed", "a Dask scheduler", "batch")
     with contextlib.ExitStack() as stack:
@@ -99,25 +100,23 @@ def _connected(distributed: Any, address: str) -> Any:
         return distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         reason = reason_of(error)
-    # The failed client closes itself when it is garbage-collected. If that happened while another
-    # client starts, both would wait for each other.
+    # Garbage collection closes the failed client. During the start of another client, this would be
+    # a deadlock.
     gc.collect()
     raise ConnectionError(f"no scheduler at {address}: {reason}")
 
 
 def _check_versions(client: Any) -> None:
-    """Raise a ConnectionError if a worker has another version of the package.
-
-    The called function is in the standard library, because a worker may not have this package.
-    """
+    """Raise a ConnectionError if a worker has another version of the package."""
+    # Workers may lack this package, so the function is from the standard library.
     found = client.run(metadata.version, "superfacets", on_error="return")
     for address, version in sorted(found.items()):
         if isinstance(version, BaseException):
             raise ConnectionError(f"the worker at {address} has no superfacets: install it there")
         if version != __version__:
             raise ConnectionError(
-                f"the worker at {address} has superfacets {version}, and this is superfacets"
-                f" {__version__}: install the same on both"
+                f"the worker at {address} has superfacets {version}, but this process has"
+                f" {__version__}: install the same version on both"
             )
 
 
@@ -125,23 +124,18 @@ def _check_sees(client: Any, folder: str) -> None:
     for address, is_seen in sorted(client.run(os.path.isdir, folder).items()):
         if not is_seen:
             raise ConnectionError(
-                f"the worker at {address} does not see the folder {folder}: files have to lie where"
-                " all machines have them under the same path"
+                f"the worker at {address} does not see the folder {folder}: use a folder that has"
+                " the same path on all machines"
             )
 
 
-def _workers_of(client: Any) -> tuple[Worker, ...]:
-    facts = client.run(_facts_of)
-    return tuple(Worker(address, *facts[address]) for address in sorted(facts))
-
-
 def _facts_of(dask_worker: Any) -> tuple[int, float]:
-    """Threads and memory of a worker; Dask calls this on the worker and passes its object."""
+    """Threads and memory of a worker; Dask calls this function on the worker."""
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 
 def _ending_of(future: Any) -> Ending | None:
-    """Ending of a call; None if the worker died with the result, which is then computed again."""
+    """Ending of a call; None if the result was lost with its worker and is computed again."""
     if future.cancelled():
         raise _scheduler_lost()
     killed = importlib.import_module("distributed").KilledWorker
@@ -161,7 +155,7 @@ def _ending_of(future: Any) -> Ending | None:
 
 def _scheduler_lost() -> ConnectionError:
     return ConnectionError(
-        "the scheduler is gone: start it and its workers, and then this command, again"
+        "the scheduler is gone: restart the scheduler and its workers, then run this command again"
     )
 
 
@@ -175,7 +169,7 @@ class _Presence:
         self._n_threads = 0
 
     def n_threads(self) -> int:
-        """Threads of all workers; a ConnectionError if there have been none for too long."""
+        """Number of threads; a ConnectionError if there was no worker for `PATIENCE` seconds."""
         now = time.monotonic()
         if now < self._looked + TICK:
             return self._n_threads
@@ -187,13 +181,13 @@ class _Presence:
         if self._n_threads:
             self._seen = now
         elif now > self._seen + PATIENCE:
-            raise ConnectionError(f"no worker has been there for {PATIENCE:.0f} seconds")
+            raise ConnectionError(f"there has been no worker for {PATIENCE:.0f} seconds: start one")
         return self._n_threads
 
 
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
-    """Silence Dask's log messages about events that are reported in one line here."""
+    """Silence Dask's log messages, because errors are reported in one line here."""
     names = [
         name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
     ]

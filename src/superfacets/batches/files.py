@@ -1,4 +1,4 @@
-"""Files of a batch: options, features, and the segmentation of one file."""
+"""Options for files, and the segmentation of one file."""
 
 from __future__ import annotations
 
@@ -10,47 +10,43 @@ from typing import Any
 
 import numpy as np
 
-from .._options import INITS, BalanceOptions, CleanupOptions, LoopOptions, Progress, SizeOptions
+from .._options import Progress
 from .._timing import OnStage, timed
 from .._types import Array, Floats, Longs
-from .._validate import checked_choice, checked_flag, checked_number, checked_share, checked_threads
+from .._validate import checked_flag, checked_number, checked_share, checked_threads
 from ..adapters.convert import as_mesh
 from ..cells.constraints import sharp_edges
-from ..cells.features import FEATURE_WEIGHT, FeatureOptions
 from ..cells.kinds import kind_of
 from ..cells.named_features import features_of
 from ..cells.point_graph import checked_viewpoint
 from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
 from ..cells.texels import texture_of_parts
-from ..cells.weights import WeightOptions
 from ..clustering.segmentation import Segmentation
 from ..errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
 from ..io.readers.ply_texture import OF_TEXTURE
 from ..mesh.cells import Cells
-from ..mesh.denoising import checked_denoise
 from ..mesh.point_cloud import PointCloud
-from ..pipeline import segment
+from ..pipeline import Options, segment
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
-"""Function that reads a file; its argument says whether attributes are read, too."""
+"""Function that reads a file; its argument says whether attributes are read as well."""
 
 _NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "cell_weights", "progress", "on_stage"}
-"""Parameters of `segment` that batches lack; features are given by name."""
+"""Parameters of `segment` that batches do not have. (Features are given by name.)"""
 
 _DEFAULTS = {
-    name: parameter.default
-    for name, parameter in inspect.signature(segment).parameters.items()
-    if name not in _NOT_OF_FILES
+    name: parameter.default for name, parameter in inspect.signature(segment).parameters.items()
 }
-"""Defaults of all other parameters."""
+_OF_FILES = sorted(_DEFAULTS.keys() - _NOT_OF_FILES)
+"""Parameters of `segment` that batches have."""
 
 
 @dataclass(frozen=True)
 class FileOptions:
-    """Options for processing each file, checked before a file is read: as for `batch`."""
+    """Options for processing each file, as for `batch`, checked before a file is read."""
 
     keywords: Mapping[str, Any]  # arguments of `segment`
     features: Sequence[str] = ()
@@ -101,7 +97,7 @@ class FileOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """Options that results depend on and that are not defaults, for JSON."""
+        """The options that affect results and are not at their defaults, for JSON."""
         usual = {**_DEFAULTS, **FileOptions({}).arguments}
         return {
             name: value.item() if isinstance(value, np.generic) else value
@@ -112,30 +108,15 @@ class FileOptions:
 
 def _check_keywords(keywords: Mapping[str, Any]) -> None:
     """Check arguments of `segment`; an error if one is unknown, wrong or an array."""
-    unknown = sorted(set(keywords) - set(_DEFAULTS))
+    unknown = sorted(keywords.keys() - _OF_FILES)
     if unknown:
-        names = ", ".join(sorted(_DEFAULTS))
-        raise TypeError(f"{unknown[0]} is no option for files: the options are {names}")
+        names = ", ".join(_OF_FILES)
+        raise TypeError(f"{unknown[0]} is not an option for files: the options are {names}")
     for name in ("weights", "init"):
-        if not isinstance(keywords.get(name) or "", str):
-            raise TypeError(f"{name} must be a name: arrays suit one mesh, not many files")
-    get = keywords.get
-    size = SizeOptions.checked(get("n_segments"), get("radius"), None)
-    WeightOptions.checked(get("weights", "parts"), get("alpha"), get("eta_convex"), get("ridges"))
-    checked_choice(get("init") or "geodesic", "init", INITS)
-    islands = get("islands", "keep")
-    loop = LoopOptions.checked(
-        get("max_num_iter", 1), get("tol", 0.0), get("radius_factor"), islands, get("n_threads"),
-        None, relocate=get("relocate"),
-    )  # fmt: skip
-    CleanupOptions.checked(
-        get("smooth", True), get("enforce_connectivity", False), get("min_size", 0.0), islands
-    )
-    bounds = (get("min_measure"), get("max_measure"))
-    balance = BalanceOptions.checked(get("balance", 0.0), bounds, get("cells_per_region"), None)
-    balance.check_with(size, loop, get("min_size", 0.0))
-    checked_denoise(get("denoise"))
-    FeatureOptions.checked(None, get("feature_weight", FEATURE_WEIGHT), get("scale_features", True))
+        given = keywords.get(name, _DEFAULTS[name])
+        if not isinstance(given, str) and given is not _DEFAULTS[name]:
+            raise TypeError(f"{name} must be a name, because an array fits only one mesh")
+    Options.checked({**_DEFAULTS, **keywords})
 
 
 @dataclass(frozen=True)
@@ -162,10 +143,9 @@ def segment_file(
 ) -> Outcome:
     """Read, subdivide and segment one file; no output is written.
 
-    `holds_attributes`: whether an output has a place for attributes of vertices and faces.
-    `timings` gets the seconds of "mesh" and "subdivide", which do not overlap the timings of the
-    result. `constraints` returns mask and barriers of the cells, as keywords of `segment`. Edges
-    that bend by `barrier_angle` degrees are barriers.
+    `holds_attributes` says whether an output can hold attributes of vertices and faces. The seconds
+    of "mesh" and "subdivide" are put into `timings`. `constraints` returns mask and barriers of the
+    cells, as keywords of `segment`. Edges that bend by `barrier_angle` degrees are barriers.
     """
     keeps = not options.drop_attributes and holds_attributes
     with timed(timings, "mesh", on_stage):
@@ -175,7 +155,7 @@ def segment_file(
         if options.min_opacity > 0:
             is_opaque = _opacities(attributes) >= options.min_opacity
             if not is_opaque.any():
-                raise MeshError(f"no splat has an opacity of {options.min_opacity:g} or more")
+                raise MeshError(f"no splat has an opacity >= {options.min_opacity:g}: lower it")
             of_cells["mask"] = is_opaque & of_cells.get("mask", True)
         features = features_of(options.features, mesh, attributes, threads)
         if features is not None:
@@ -198,10 +178,10 @@ def segment_file(
 
 
 def _opacities(attributes: MeshAttributes | None) -> Floats:
-    """Opacity of each Gaussian splat, 0 to 1; a MeshError if the file holds none, or a NaN."""
+    """Opacity of each Gaussian splat, 0 to 1; a MeshError if an opacity is missing or NaN."""
     stored = {} if attributes is None else attributes.vertex
     if "opacity" not in stored:
-        raise MeshError("min_opacity is for Gaussian splats: there is no opacity of each point")
+        raise MeshError("min_opacity needs Gaussian splats: the file has no property opacity")
     if np.isnan(stored["opacity"]).any():
         raise MeshError(f"opacity[{np.flatnonzero(np.isnan(stored['opacity']))[0]}] is nan")
     with np.errstate(over="ignore"):  # stored as logits
@@ -209,14 +189,14 @@ def _opacities(attributes: MeshAttributes | None) -> Floats:
 
 
 def _seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
-    """Return a cloud with this viewpoint; a MeshError if cells know their sides."""
+    """Return the cloud with this viewpoint; a MeshError if the cells do not need a viewpoint."""
     if not kind_of(cells).are_points or cells.normals is not None:
-        raise MeshError("a viewpoint is for point clouds without normals")
+        raise MeshError("a viewpoint needs a point cloud without normals: leave it out")
     return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
-    """Subdivide a mesh; the default edge length suits the size of the regions."""
+    """Subdivide a mesh; the default edge length depends on the size of regions."""
     mesh = as_mesh(source)
     get = options.keywords.get
     max_edge = options.max_edge
@@ -229,12 +209,12 @@ def _segmented(
     mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, progress: Progress | None,
     on_stage: OnStage | None,
 ) -> Segmentation:  # fmt: skip
-    """Segment a mesh; one with fewer cells than regions gets one region per cell."""
+    """Segment a mesh, into at most one region per cell."""
     keywords = dict(options.keywords)
     if keywords.get("n_segments") is not None:
         n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
         keywords["n_segments"] = min(keywords["n_segments"], n_kept)
-    with warnings.catch_warnings():  # the result holds the same facts
+    with warnings.catch_warnings():  # the result contains the same information
         for kind in (IslandWarning, SliverWarning, BalanceWarning):
             warnings.simplefilter("ignore", kind)
         return segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
@@ -243,7 +223,7 @@ def _segmented(
 def attributes_of_parts(
     attributes: MeshAttributes, source: Cells, parts: Subdivision
 ) -> MeshAttributes:
-    """Attributes of a subdivided mesh: properties of its source's faces, texture, and comments."""
+    """Attributes of a subdivided mesh: face properties and texture of the source, and comments."""
     left_out = [
         *attributes.left_out,
         *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),
@@ -254,6 +234,6 @@ def attributes_of_parts(
         face = {name: values for name, values in face.items() if name not in OF_TEXTURE}
         texture = texture_of_parts(texture, as_mesh(source), parts.mesh, parts.sources)
         if texture is None:
-            left_out.append("the texture of polygons, which are subdivided as triangles")
+            left_out.append("the texture, because polygons are subdivided as triangles")
     return MeshAttributes(face=face, comments=attributes.comments, left_out=tuple(left_out),
                           texture=texture)  # fmt: skip

@@ -1,4 +1,4 @@
-"""Jobs of a batch: one file each, and the memory that they may need."""
+"""Jobs of a batch: one job per file, and estimates of its memory."""
 
 from __future__ import annotations
 
@@ -22,19 +22,20 @@ from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..mesh.cells import Cells
 from ..workers.calls import check_version
 from .files import FileOptions, segment_file
+from .sources import refuse_tileset
 
 BASE = 150 << 20
-"""Memory of a worker that has imported everything and read nothing, in bytes."""
+"""Memory of a worker after imports, before it reads a file, in bytes."""
 
 PER_CELL = 200
-"""Bytes per cell besides the mesh: graph, weights, labels, and temporary arrays. With 1.4 million
-faces in PLY, OFF and STL, whole processes took a third to a half of the estimate."""
+"""Bytes per cell in addition to the mesh: graph, weights, labels, and temporary arrays. With 1.4
+million faces in PLY, OFF and STL, processes took a third to a half of the estimate."""
 
 PER_BYTE = 3
-"""Bytes per byte of the file: its content, the mesh, and the mesh to be written."""
+"""Memory per byte of the file: its content, the mesh, and the mesh to be written."""
 
 FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz": 3, ".vtp": 6}
-"""Lower bound of the bytes of a file per cell, by ending; compressed files have few."""
+"""Lower bound of the size of a file, in bytes per cell, by ending."""
 
 USUAL_FILE_BYTES = 12
 
@@ -45,7 +46,7 @@ def cells_of(path: str) -> int:
 
 
 def memory_of(path: str) -> int:
-    """Estimated peak memory of a process that segments a file, in bytes: rarely exceeded."""
+    """Cautious estimate of the peak memory of a process that segments a file, in bytes."""
     return BASE + PER_BYTE * _size_of(path) + PER_CELL * cells_of(path)
 
 
@@ -60,8 +61,7 @@ Record = dict[str, Any]
 """A line of the manifest."""
 
 _STOPPING = (errno.ENOSPC, errno.EDQUOT)
-"""Errors of a full disk end the batch: they are not the fault of a file, and not recorded."""
-
+"""Errors of a full disk. They end the batch, because no file is their cause."""
 
 _CHUNK = 1 << 20
 """Bytes per read when a file is hashed: less than a millisecond of work."""
@@ -69,17 +69,17 @@ _CHUNK = 1 << 20
 
 @dataclass(frozen=True)
 class BatchJob:
-    """A file, its options and its results. It is pickled for the worker."""
+    """A file, its options and its results. Jobs are pickled for workers."""
 
     head: Mapping[str, Any]
-    """First part of its record: name, input, version, params."""
+    """First part of the record: name, input, version, params."""
     path: str
     folder: str
     outputs: tuple[str, ...]
-    """Names of the results below the output folder, with slashes."""
+    """Paths of the results relative to the output folder, with slashes."""
     options: FileOptions
     placement: Placement | None = None
-    """Where its tileset shows the file."""
+    """Position of the file in its tileset."""
 
     @property
     def name(self) -> str:
@@ -92,7 +92,7 @@ class BatchJob:
         return [Path(self.folder, name) for name in self.outputs]
 
     def with_threads(self, n_threads: int) -> BatchJob:
-        """The job with this number of threads, unless another number was asked for."""
+        """Return the job with this number of threads, unless the user has set the number."""
         keywords = {"n_threads": n_threads, **self.options.keywords}
         return replace(self, options=replace(self.options, keywords=keywords))
 
@@ -100,21 +100,21 @@ class BatchJob:
 def run_job(job: BatchJob) -> Record:
     """Process one file and return its record, also if it failed.
 
-    An OSError if the batch cannot go on: the disk is full, or this process has another version of
-    the package than the one that made the job.
+    An OSError if the batch cannot continue: the disk is full, or this process has another version
+    of the package.
     """
     check_version(job.head["version"])
     record = {**job.head, "sha256": None}
     try:
         return record | _done(job, record)
-    except Exception as error:  # the other files of the batch go on
+    except Exception as error:  # the batch continues with other files
         if isinstance(error, OSError) and error.errno in _STOPPING:
             raise
         return record | {"error": reason_of(error)}
 
 
 def _done(job: BatchJob, record: Record) -> Record:
-    """Do the job, and return the rest of its record; `record` gets the hash as soon as possible."""
+    """Do the job; return the rest of the record. The hash is put into `record` early."""
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)
@@ -130,6 +130,7 @@ def _done(job: BatchJob, record: Record) -> Record:
             record["sha256"] = hash_of(job.path)
             raise
         record["sha256"] = hashlib.sha256(content).hexdigest()
+        refuse_tileset(path)
         found = parse_cells_and_attributes(
             content, cell_ending(path), path.parent, keep=keep, placement=job.placement
         )

@@ -1,11 +1,10 @@
-"""The manifest of a batch: a line of JSON for each file that succeeded or failed."""
+"""The manifest of a batch: a line of JSON for each processed file."""
 
 from __future__ import annotations
 
 import json
 import os
 from pathlib import Path
-from types import TracebackType
 
 from ..io.atomic import atomic_outputs, open_own
 from .jobs import Record
@@ -14,10 +13,10 @@ from .jobs import Record
 class Manifest:
     """Records in a file, for use in a `with` block by one process at a time.
 
-    Each record is on the disk before `append` returns. A damaged line is ignored, such as a last
-    line that a killed process wrote only in part; so is a line with the name of a later line.
-    Ignored lines are removed when the manifest is next written or closed. `records` holds the last
-    record of each name, `notes` a message for each damaged line that ends in a newline.
+    `records` holds the last record of each name. Each record is on the disk before `append`
+    returns. Damaged lines are ignored, for example an incomplete last line of a killed process.
+    Ignored and replaced lines are removed when the manifest is next written or closed. `notes`
+    holds a message for each damaged line that ends in a newline.
     """
 
     def __init__(self, path: Path) -> None:
@@ -29,25 +28,22 @@ class Manifest:
     def __enter__(self) -> Manifest:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._close()
-        if not self._is_tidy and error is None:
-            self._write_anew()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
+        if not self._is_tidy and kind is None:
+            self._rewrite()
 
     def append(self, record: Record) -> None:
-        """Add a record; it replaces an earlier record of the same name.
+        """Add a record, which replaces an earlier record of the same name.
 
-        An OSError if it cannot be written; the file is then unchanged.
+        An OSError if the record cannot be written; the file is then unchanged.
         """
         line = json.dumps(record).encode() + b"\n"
         if self._file is None:
             if not self._is_tidy:
-                self._write_anew()
+                self._rewrite()
             self._file = open_own(self._path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
         size = os.fstat(self._file).st_size
         try:
@@ -58,13 +54,8 @@ class Manifest:
         self._is_tidy = self._is_tidy and record["name"] not in self.records
         self.records[record["name"]] = record
 
-    def _close(self) -> None:
-        if self._file is not None:
-            os.close(self._file)
-            self._file = None
-
-    def _write_anew(self) -> None:
-        """Replace the file by one with a line per name."""
+    def _rewrite(self) -> None:
+        """Replace the file by a file with one line per name."""
         lines = (json.dumps(record) + "\n" for record in self.records.values())
         with atomic_outputs([self._path]) as (partial,), partial.open("wb") as file:
             file.write("".join(lines).encode())
@@ -81,7 +72,7 @@ def _write_all(file: int, data: bytes) -> None:
 
 
 def _read(path: Path, notes: list[str]) -> tuple[dict[str, Record], bool]:
-    """Return the last record per name, and whether the file has no other lines."""
+    """Return the last record of each name, and whether the file has no other lines."""
     records: dict[str, Record] = {}
     is_tidy = True
     for number, line in enumerate(_content(path).splitlines(keepends=True), 1):
@@ -91,7 +82,7 @@ def _read(path: Path, notes: list[str]) -> tuple[dict[str, Record], bool]:
         if record is not None:
             records[record["name"]] = record
         elif line.endswith(b"\n"):
-            notes.append(f"{path}: line {number} is damaged and ignored: its file is done again")
+            notes.append(f"{path}: line {number} is damaged; its file is processed again")
     return records, is_tidy
 
 
@@ -105,7 +96,7 @@ def _content(path: Path) -> bytes:
 
 
 def _record_of(line: bytes) -> Record | None:
-    """The record in a line; None if the line is cut or damaged."""
+    """The record in a line; None if the line is incomplete or damaged."""
     try:
         record = json.loads(line)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Map a function over tiles: on threads, on processes, or on workers of Dask."""
+"""Map a function over tiles, on threads, on processes, or on workers of Dask."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ OnDone = Callable[[int, int], object]
 
 Work = Callable[..., Any]
 Each = Callable[[Work, Any, Sequence[Job]], Iterator[tuple[int, Any]]]
-"""Calls ``work(store, *job)`` for each job, and yields (index of the job, result) as jobs end."""
+"""Calls ``work(store, *job)`` for each job, and yields (index of the job, result) when it ends."""
 
 
 class Run:
-    """Calls a function for many jobs, in any process, and reports each job that is done."""
+    """Calls a function for many jobs, in any process, and reports progress."""
 
     def __init__(self, each: Each, on_done: OnDone | None = None) -> None:
         self._each = each
@@ -31,8 +31,7 @@ class Run:
     ) -> list[Any]:
         """Return ``work(store, *job)`` for each job, in order.
 
-        For progress bars: `n_before` jobs of the same pass are already done, `n_after` follow
-        later.
+        For progress bars, `n_before` jobs of the same pass are already done, and `n_after` follow.
         """
         results: dict[int, Any] = {}
         for place, result in self._each(work, store, jobs):
@@ -54,10 +53,10 @@ def open_run(
     """Yield a `Run` on `n_threads` threads of this process, on `workers` processes, or on Dask.
 
     With one worker, this process does the work itself. With the address of a scheduler, `workers`
-    has no effect. If a worker is killed, its piece is run again, so `work` may only read the store
-    and write arrays of its own piece. All workers must see `folder`, an absolute path. Raises the
+    has no effect. If a worker is killed, its piece is run again; so `work` must only read the store
+    and write arrays of its piece. All workers must see `folder`, an absolute path. Raises the
     errors of `remote_team` and `open_pool`; during a run, an OSError if all workers are gone, or
-    the same piece has killed several.
+    one piece has killed several workers.
     """
     if scheduler is not None or workers > 1:
         remote = None if scheduler is None else remote_team(scheduler, str(folder))

@@ -15,14 +15,14 @@ from ..io.atomic import StrPath
 from ..io.readers.b3dm import Placement
 from ..io.readers.read import CELL_ENDINGS
 from ..io.readers.tets import TET_ENDINGS
-from ..io.readers.tileset import read_tileset, tileset_at
+from ..io.readers.tileset import Tile, read_tileset, tileset_at
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
-"""Endings that a folder is searched for; ``.csv``, ``.txt`` and ``.npy`` usually hold something
-else."""
+"""Endings of files that are found in folders. ``.csv``, ``.txt`` and ``.npy`` are excluded, because
+such files usually hold something else."""
 
 MARK = ".superfacets"
-"""Part of the names of results. A search of a folder skips files with it."""
+"""Part of the names of results. The search of a folder skips files with this mark."""
 
 
 @dataclass(frozen=True)
@@ -30,21 +30,21 @@ class Source:
     """An input file."""
 
     input: str
-    """Its path, as given or as found."""
+    """Path of the file, as given or as found."""
     name: str
-    """Its path below the given folder, with slashes; results mirror it."""
+    """Path relative to the given folder, with slashes. Results have the same relative path."""
     placement: Placement | None = None
-    """Where its tileset shows it."""
+    """Position of the file in its tileset."""
 
 
 def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
     """Return the files given by `inputs`, without duplicates, as `batch` describes them.
 
-    A tileset of 3D Tiles (``.json``), also where a folder has a ``tileset.json``, gives its models.
-    Links to folders are not followed. In a list (``@LIST``), empty lines and lines that begin with
-    ``#`` are ignored. An OSError if a folder or a list cannot be read, or nothing is found; a
-    ValueError if no input is given, or two files have the same path below the given folders; a
-    MeshError if a tileset is damaged.
+    A tileset of 3D Tiles (a ``.json`` file, or a folder with a ``tileset.json``) stands for its
+    models; a tileset that cannot be read is returned itself, and its job fails. Links to folders
+    are not followed. Empty lines of a list (``@LIST``) and lines that begin with ``#`` are ignored.
+    An OSError if a folder or a list cannot be read, or nothing is found; a ValueError if no input
+    is given, or two files have the same relative path.
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     found: dict[str, Source] = {}
@@ -53,8 +53,8 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
             other = found.setdefault(source.name, source)
             if os.path.realpath(other.input) != os.path.realpath(source.input):
                 raise ValueError(
-                    f"{other.input} and {source.input} are both called {source.name}: give the"
-                    " folder above them, or a pattern in quotes, and results mirror its folders"
+                    f"{other.input} and {source.input} are both called {source.name}: give their"
+                    " common folder or a quoted pattern instead, so that results have subfolders"
                 )
     if not found:
         raise ValueError("no input was given")
@@ -78,7 +78,7 @@ def _expanded(text: str) -> Iterator[Source]:
 
 
 def origin_notes(sources: Iterable[Source]) -> list[str]:
-    """Notes on what is subtracted from positions of tilesets."""
+    """Notes on the origins that are subtracted from positions in tilesets."""
     placements = [source.placement for source in sources if source.placement is not None]
     origins = dict.fromkeys(place.origin for place in placements if any(place.origin))
     return [
@@ -88,7 +88,7 @@ def origin_notes(sources: Iterable[Source]) -> list[str]:
 
 
 def _listed(path: Path) -> Iterator[Source]:
-    """Yield the files that a list names, one per line."""
+    """Yield the files in a list, one per line."""
     for line in path.read_text(encoding="utf-8").splitlines():
         text = line.strip()
         if not text or text.startswith("#"):
@@ -99,7 +99,7 @@ def _listed(path: Path) -> Iterator[Source]:
 
 
 def _named(path: Path, name: Path) -> Iterator[Source]:
-    """A file with this name, or the models of a tileset in a folder of its name."""
+    """A file with this name, or the models of a tileset."""
     if path.suffix.lower() == ".json":
         yield from _shown_by(path, "" if name.parent == Path() else f"{name.parent.as_posix()}/")
     else:
@@ -107,7 +107,7 @@ def _named(path: Path, name: Path) -> Iterator[Source]:
 
 
 def _below(folder: Path) -> Iterator[Source]:
-    """The files of known kinds in a folder and below, in order."""
+    """The files with known endings in a folder and its subfolders, in order."""
     n_found = 0
     for parent, folders, names in os.walk(folder, onerror=_fail):
         folders.sort()
@@ -122,21 +122,39 @@ def _below(folder: Path) -> Iterator[Source]:
                 n_found += 1
                 yield Source(str(path), path.relative_to(folder).as_posix())
     if not n_found:
-        raise FileNotFoundError(f"{folder}: no file in it ends in {', '.join(FOUND_ENDINGS)}")
+        raise FileNotFoundError(f"{folder} has no file that ends in {', '.join(FOUND_ENDINGS)}")
 
 
 def _shown_by(path: Path, above: str) -> Iterator[Source]:
-    """The models of a tileset, each once; `above` begins their names."""
+    """The models of a tileset, or its file if it cannot be read; names begin with `above`."""
     file = tileset_at(path)
     assert file is not None
+    try:
+        tiles = _models_of(file)
+    except (MeshError, OSError):  # the job of the file raises the error again
+        yield Source(str(file), above + file.name)
+        return
+    for tile in tiles:
+        yield Source(str(file.parent / tile.name), above + tile.name, tile.placement)
+
+
+def refuse_tileset(file: Path) -> None:
+    """Raise the error of a tileset that `find_sources` could not read; nothing for other files."""
+    if file.suffix.lower() == ".json":
+        _models_of(file)
+
+
+def _models_of(file: Path) -> tuple[Tile, ...]:
+    """Return the models of a tileset; a MeshError if it is damaged or shows a model twice."""
+    tiles = read_tileset(file).tiles
     seen = set()
-    for tile in read_tileset(file).tiles:
+    for tile in tiles:
         if tile.path in seen:
             raise MeshError(
-                f"{file}: {tile.name} is shown twice: segment it with --tiled, which joins all"
+                f"{file}: {tile.name} is shown twice: use segment --tiled, which joins all models"
             )
         seen.add(tile.path)
-        yield Source(str(file.parent / tile.name), above + tile.name, tile.placement)
+    return tiles
 
 
 def _fail(error: OSError) -> None:
@@ -144,7 +162,7 @@ def _fail(error: OSError) -> None:
 
 
 def _matching(pattern: str) -> Iterator[Source]:
-    """The files that match a pattern; names begin at the first folder with a wildcard."""
+    """The files that match a pattern; names start at the first folder with a wildcard."""
     parts = Path(pattern).parts
     n_plain = next(place for place, part in enumerate(parts) if glob.has_magic(part))
     root = Path(*parts[:n_plain])
@@ -157,20 +175,20 @@ def _matching(pattern: str) -> Iterator[Source]:
 
 
 def result_ending(name: str) -> str:
-    """Default ending of the result for a file."""
+    """Default ending of the result of a file."""
     is_of_tets = PurePosixPath(name).suffix.lower() in TET_ENDINGS
     return usual_ending("tetrahedra" if is_of_tets else "triangles")
 
 
 def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:
-    """Names of results for an input; without endings, the default one."""
+    """Names of the results of an input, by default one with the default ending."""
     path = PurePosixPath(name)
     wanted = tuple(endings) or (result_ending(name),)
     return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)
 
 
 def _output_name(path: PurePosixPath, ending: str) -> str:
-    """The name that readers of the format look for, or a name with our mark."""
+    """The name that other readers of the format expect, or a name with `MARK`."""
     if ending == ".segs.json":
         return f"{path.stem}.0.010000{ending}"
     if ending in (".aggregation.json", ".bin", "_sp_label.npy", ".pth"):
@@ -187,5 +205,5 @@ def check_outputs_differ(sources: Iterable[Source], endings: Sequence[str]) -> N
             if other is not source:
                 raise ValueError(
                     f"{other.input} and {source.input} would both be written to {output}:"
-                    " give them folders of their own"
+                    " put them into different folders"
                 )

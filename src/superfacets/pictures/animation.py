@@ -1,4 +1,4 @@
-"""Animated pictures: GIF and video files of a turning mesh."""
+"""GIF and video files of a turning mesh."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ from .scene import Picture
 
 MOVING_ENDINGS = (".gif", ".mp4")
 
-# Seconds per turn: slow enough to see each region pass.
-_SECONDS = 4.8
+_SECONDS = 4.8  # per turn
 
 # Constant rate factor of H.264: 0 is lossless, 51 is the worst quality. Flat colors and thin lines
-# show losses early, so the factor is low.
+# need high quality.
 _CRF = 18
 
 _N_COLORS = 256
@@ -36,13 +35,9 @@ def gif_of(frames: list[Picture]) -> bytes:
     ]
     file = io.BytesIO()
     reduced[0].save(
-        file,
-        format="GIF",
-        save_all=True,
-        append_images=reduced[1:],
+        file, format="GIF", save_all=True, append_images=reduced[1:], loop=0,
         duration=_milliseconds(len(frames)),
-        loop=0,
-    )
+    )  # fmt: skip
     return file.getvalue()
 
 
@@ -57,24 +52,19 @@ def check_video() -> Any:
         return importlib.import_module("imageio_ffmpeg")
     except ModuleNotFoundError:
         raise RenderError(
-            "an .mp4 needs imageio-ffmpeg: pip install imageio-ffmpeg (a .gif does not)"
+            "an .mp4 file needs imageio-ffmpeg: pip install imageio-ffmpeg, or write a .gif file"
         ) from None
 
 
 def write_video(frames: list[Picture], path: Path) -> None:
-    """Write the pictures as an H.264 video; a side of odd length gets one more row or column."""
+    """Write the pictures as an H.264 video; an odd height or width is increased by 1."""
     height, width = frames[0].shape[:2]
     margin = ((0, height % 2), (0, width % 2), (0, 0))
     writer = check_video().write_frames(
-        str(path),
-        (width + width % 2, height + height % 2),
-        fps=1000 / _milliseconds(len(frames)),
-        codec="libx264",
-        quality=None,
-        macro_block_size=1,
-        ffmpeg_log_level="error",
+        str(path), (width + width % 2, height + height % 2), quality=None, macro_block_size=1,
+        fps=1000 / _milliseconds(len(frames)), codec="libx264", ffmpeg_log_level="error",
         output_params=["-crf", str(_CRF), "-f", "mp4", "-movflags", "+faststart"],
-    )
+    )  # fmt: skip
     writer.send(None)
     try:
         for frame in frames:

@@ -1,4 +1,4 @@
-"""Text around pictures: titles, and the color scale."""
+"""Text around pictures: titles and the color scale."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .colors import Scale, scale_colors
 from .scene import Picture
 
 TITLE_SHARE, SCALE_SHARE = 0.07, 0.12
-"""Heights of the title strip and of the scale strip, as fractions of the picture's height."""
+"""Heights of the title strip and of the scale strip, as fractions of the height of the picture."""
 
-# Heights of the text and of the color bar, as fractions of the height of the scale strip, and width
-# of the bar as a fraction of the strip's width.
+# Heights of the text and of the color bar, as fractions of the height of the scale strip; width of
+# the bar, as a fraction of the width of the strip.
 _TEXT, _BAR, _BAR_WIDTH = 0.26, 0.22, 0.5
 
-# Upper bound on the number of intervals between ticks, which are 1, 2 or 5 times a power of ten.
+# Largest number of intervals between ticks. The interval is 1, 2 or 5 times a power of ten.
 _MAX_TICKS = 6
 _STEPS = (1, 2, 5, 10)
 _TINY = 1e-290
@@ -29,7 +29,7 @@ Color = tuple[int, int, int]
 
 
 def title_strip(titles: Sequence[str], width: int, height: int, background: Color) -> Picture:
-    """A strip of titles side by side, each centered above a picture of this width."""
+    """A strip of titles side by side, each centered above a picture of width `width`."""
     image, pen = _canvas(width * len(titles), height, background)
     for i, title in enumerate(titles):
         font = _fitting_font(title, 0.55 * height, 0.96 * width)
@@ -39,7 +39,7 @@ def title_strip(titles: Sequence[str], width: int, height: int, background: Colo
 
 
 def scale_strip(scale: Scale, width: int, height: int, background: Color) -> Picture:
-    """A strip with the scale's title, colors and ticks, and a gray box if values are missing."""
+    """A strip with title, colors and ticks of the scale, and a gray box if values are missing."""
     image, pen = _canvas(width, height, background)
     ink, font = _ink(background), _font(_TEXT * height)
     left, right = round(width * (0.5 - _BAR_WIDTH / 2)), round(width * (0.5 + _BAR_WIDTH / 2))
@@ -69,25 +69,25 @@ def _canvas(width: int, height: int, background: Color) -> tuple[Any, Any]:
 
 
 def _ink(background: Color) -> Color:
-    """Black, or white on a dark background."""
+    """Text color: nearly black, or white on a dark background."""
     is_dark = 0.299 * background[0] + 0.587 * background[1] + 0.114 * background[2] < 128
     return (255, 255, 255) if is_dark else (28, 28, 32)
 
 
 def _font(size: float) -> Any:
-    """The font that comes with Pillow, in pixels."""
+    """The default font of Pillow; sizes are in pixels."""
     return import_pillow("ImageFont").load_default(max(1.0, size))
 
 
 def _fitting_font(text: str, size: float, width: float) -> Any:
-    """Like `_font`, but smaller if the text would be too wide."""
+    """The font in the largest size, up to `size`, for which the text fits into the width."""
     font = _font(size)
     length = font.getlength(text)
     return font if length <= width else _font(size * width / length)
 
 
 def _ticks(low: float, high: float) -> list[float]:
-    """Round numbers from low to high; low and high alone if their range is tiny or infinite."""
+    """Round numbers from low to high; only low and high if their range is tiny or infinite."""
     if not _TINY < high - low < math.inf:
         return sorted({low, high})
     least = (high - low) / _MAX_TICKS

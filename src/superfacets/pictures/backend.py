@@ -1,4 +1,4 @@
-"""The libraries that draw: VTK with OpenGL, and Pillow."""
+"""Libraries for drawing: VTK with OpenGL, and Pillow."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from collections.abc import Iterator, Mapping
 from types import SimpleNamespace
 from typing import Any
 
-from ..errors import MissingExtraError, RenderError
-from ..io import textures
+from ..errors import MissingExtraError, RenderError, import_extra
 
-# Silences Mesa's EGL, which otherwise reports on stderr why a device does not start.
+# Silences Mesa's EGL, which otherwise writes to stderr if a device does not start.
 _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
 
 
@@ -84,7 +83,7 @@ def _load_library(name: str) -> Any:
 
 
 def _has_display() -> bool:
-    """Whether an X server answers, and supports OpenGL."""
+    """Whether there is an X server that supports OpenGL."""
     x11, glx = _load_library("libX11.so.6"), _load_library("libGL.so.1")
     if not os.environ.get("DISPLAY") or x11 is None or glx is None:
         return False
@@ -102,12 +101,9 @@ def _has_display() -> bool:
 
 
 def _has_egl() -> bool:
-    """Whether EGL has a device that can be initialized, which VTK needs.
-
-    The library alone is not enough: without a vendor library it has no devices, and without a
-    driver it cannot initialize them. The device is not terminated here, because other code in the
-    process may use it.
-    """
+    """Whether EGL has a device that can be initialized, which VTK needs."""
+    # Without a vendor library, EGL has no devices; without a driver, it cannot initialize them. The
+    # device is not terminated here, because other code in this process may use the device.
     egl = _load_library("libEGL.so.1")
     if egl is None:
         return False
@@ -130,26 +126,21 @@ def _has_egl() -> bool:
 
 
 def _has_osmesa() -> bool:
-    """Whether Mesa's software renderer is installed under a name that VTK looks for."""
+    """Whether Mesa's software renderer is installed under a name that VTK expects."""
     return any(_load_library(f"libOSMesa.so.{version}") is not None for version in (8, 6))
 
 
-# vtkRenderingOpenGL2 holds the OpenGL versions of the rendering classes, which VTK looks up when a
-# window is created.
+# vtkRenderingOpenGL2 holds the rendering classes that VTK looks up when it creates a window.
 _VTK_MODULES = (
-    "vtkCommonCore",
-    "vtkCommonDataModel",
-    "vtkFiltersCore",
-    "vtkRenderingCore",
-    "vtkRenderingOpenGL2",
-    "util.numpy_support",
-)
+    "vtkCommonCore", "vtkCommonDataModel", "vtkFiltersCore", "vtkRenderingCore",
+    "vtkRenderingOpenGL2", "util.numpy_support",
+)  # fmt: skip
 
 
 def import_vtk() -> Any:
-    """Return the parts of VTK that are used, as one namespace, without loading OpenGL.
+    """Return the required parts of VTK as one namespace, without loading OpenGL.
 
-    A MissingExtraError if VTK is not installed, a RenderError if it cannot be loaded.
+    A MissingExtraError if VTK is not installed, a RenderError if VTK cannot be loaded.
     """
     members: dict[str, Any] = {}
     try:
@@ -164,4 +155,4 @@ def import_vtk() -> Any:
 
 def import_pillow(module: str, task: str = "rendering") -> Any:
     """Return a module of Pillow, or raise a MissingExtraError if Pillow is not installed."""
-    return textures.import_pillow(module, task, "viz")
+    return import_extra(f"PIL.{module}", task, "viz")

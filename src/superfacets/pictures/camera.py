@@ -1,4 +1,4 @@
-"""Views, and the cameras of pictures."""
+"""Views and cameras of pictures."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from .._types import Floats
 from .._validate import checked_choice, checked_number
 
-# Half of the vertical field of view in degrees: a long lens, with little distortion.
+# Half of the vertical field of view in degrees. A narrow field of view has little distortion.
 _HALF_VIEW_ANGLE = 10.0
 
-# Fraction of the height or width left free, so that the frame does not cut outlines.
+# Width of the empty margin, as a fraction of the height or width of the picture.
 _MARGIN = 0.03
 
-# For each up axis: the directions right and toward the viewer at azimuth 0.
+# For each up axis: the directions to the right and toward the viewer at azimuth 0.
 _FRAMES = {
     "x": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
     "y": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
@@ -26,8 +26,7 @@ _FRAMES = {
 
 Up = Literal["auto", "x", "y", "z"]
 UP_CHOICES: tuple[str, ...] = get_args(Up)
-"""The choices of `View.up`."""
-
+"""Choices of `View.up`."""
 
 # Azimuth and elevation of named views. "iso" shows three sides of a box at equal angles.
 _NAMED_VIEWS = {
@@ -40,28 +39,27 @@ _NAMED_VIEWS = {
     "iso": (45.0, math.degrees(math.atan(math.sqrt(0.5)))),
 }
 VIEW_NAMES: tuple[str, ...] = tuple(_NAMED_VIEWS)
-"""The choices of `View.named`."""
+"""Choices of `View.named`."""
 
-# Resolution of the solid swept by a turning mesh: heights at which its radius is sampled, and
-# points around it.
+# Resolution of the solid that a turning mesh sweeps: number of rings, and points per ring.
 _N_RINGS, _N_AROUND = 200, 90
 
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """Viewpoint of a picture. The whole mesh fills the frame at zoom 1.
+    """Viewpoint of a picture. At zoom 1, the whole mesh fills the frame.
 
     Parameters
     ----------
     azimuth : float, default 30.0
-        Degrees that the viewer walks around the mesh, to the viewer's right, from its front.
+        Angle in degrees from the front of the mesh to the viewer, to the viewer's right.
     elevation : float, default 15.0
-        Degrees above the horizon, -90 (from below) to 90 (from above).
+        Angle in degrees above the horizon, from -90 (below) to 90 (above).
     up : {"auto", "y", "z", "x"}
-        Axis that points up. The front is +z, but -y where z points up. By default a guess: z if the
-        mesh would stand much more firmly on its lowest points along z than along y, otherwise y.
+        Axis that points up. The front is +z, or -y if z points up. ``"auto"`` guesses z if the mesh
+        would stand much more stably with z up than with y up, and otherwise y.
     zoom : float, default 1.0
-        Magnification about the middle of the picture, > 0.
+        Magnification of the middle of the picture, > 0.
 
     Raises
     ------
@@ -86,13 +84,13 @@ class View:
     def named(name: str, *, up: Up = "auto", zoom: float = 1.0) -> View:
         """Return the view from one side: front, back, left, right, top, bottom or iso.
 
-        "Left" and "right" are as seen by someone who faces the front. ``"iso"`` shows the front,
-        the right and the top at equal angles.
+        "Left" and "right" are for a viewer who faces the front. ``"iso"`` shows the front, the
+        right and the top at equal angles.
 
         Raises
         ------
         ValueError
-            If there is no view of that name.
+            If there is no view with this name.
         """
         checked_choice(name, "view", VIEW_NAMES)
         azimuth, elevation = _NAMED_VIEWS[name]
@@ -106,18 +104,18 @@ class Camera:
     position: Floats
     target: Floats
     up: Floats
-    half_slope: float  # half of the visible height, per distance
+    half_slope: float  # half of the visible height, divided by the distance
 
 
 def place_camera(points: Floats, view: View, aspect: float) -> Camera:
-    """The camera from which the points just fill the frame; the up axis must not be "auto"."""
+    """The camera for which the points fill the frame; the up axis must not be "auto"."""
     right, toward, up = view_axes(view)
     across, height, depth = points @ right, points @ up, points @ toward
     across_middle, height_middle, depth_middle = map(_midrange, (across, height, depth))
     slope = math.tan(math.radians(_HALF_VIEW_ANGLE))
     distance = 0.0
     # In perspective, the middle of the bounding box is not the middle of the picture. Each
-    # iteration reduces this error more than fivefold.
+    # iteration divides this error by more than five.
     for _ in range(4):
         x, y, z = across - across_middle, height - height_middle, depth - depth_middle
         reach = np.maximum(np.abs(y), np.abs(x) / aspect) / (slope * (1 - _MARGIN))
@@ -129,10 +127,10 @@ def place_camera(points: Floats, view: View, aspect: float) -> Camera:
 
 
 def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Camera]:
-    """Return n cameras on a circle around the up axis; in each, all points fit into the frame.
+    """Return n cameras on a circle around the up axis; all points fit into each of their frames.
 
-    The cameras go around to the right, at the same height and distance; the first has the view's
-    azimuth.
+    The first camera has the azimuth of the view, and each next camera is further to the right. All
+    have the same height and distance.
     """
     start = replace(view, azimuth=0.0)
     camera = place_camera(_swept(points, start), start, aspect)
@@ -141,7 +139,7 @@ def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Ca
     for turn in range(n):
         angle = math.radians(view.azimuth) + 2 * math.pi * turn / n
         ahead = math.cos(angle) * front + math.sin(angle) * right
-        # Maps measurements along the axes of azimuth 0 to the turned axes.
+        # Rotation from the axes at azimuth 0 to the axes of this turn.
         turned = np.stack([np.cross(up, ahead), ahead, up]).T @ np.stack([right, front, up])
         place, target = turned @ camera.position, turned @ camera.target
         cameras.append(Camera(place, target, turned @ camera.up, camera.half_slope))
@@ -149,7 +147,7 @@ def turned_cameras(points: Floats, view: View, aspect: float, n: int) -> list[Ca
 
 
 def _swept(points: Floats, view: View) -> Floats:
-    """Points on rings around the solid that the given points sweep in a turn about the up axis."""
+    """Points on rings around the solid that the points sweep when they turn about the up axis."""
     right, front, up = view_axes(replace(view, elevation=0.0))
     heights, radii = points @ up, np.hypot(points @ right, points @ front)
     levels = np.linspace(heights.min(), heights.max(), _N_RINGS + 1)
@@ -172,7 +170,7 @@ def _midrange(values: Floats) -> float:
 
 
 def view_axes(view: View) -> tuple[Floats, Floats, Floats]:
-    """Unit vectors to the right, toward the viewer and up, as the viewer sees them."""
+    """Unit vectors to the right, toward the viewer and up, for the viewer."""
     right, front = (np.array(axis) for axis in _FRAMES[view.up])
     azimuth, elevation = math.radians(view.azimuth), math.radians(view.elevation)
     outward = math.cos(azimuth) * front + math.sin(azimuth) * right

@@ -1,4 +1,4 @@
-"""Colors of regions and values, and their perceived differences, also in color blindness."""
+"""Colors of regions and values, and perceived differences of colors, also with color blindness."""
 
 from __future__ import annotations
 
@@ -25,40 +25,25 @@ VISIONS: tuple[Vision, ...] = get_args(Vision)
 # Matrices for linear sRGB at severity 1: Machado, Oliveira and Fernandes, "A physiologically-based
 # model for simulation of color vision deficiency", 2009, table 1.
 _SIMULATIONS = {
-    "protanopia": np.array(
-        [
-            [0.152286, 1.052583, -0.204868],
-            [0.114503, 0.786281, 0.099216],
-            [-0.003882, -0.048116, 1.051998],
-        ]
-    ),
-    "deuteranopia": np.array(
-        [
-            [0.367322, 0.860646, -0.227968],
-            [0.280085, 0.672501, 0.047413],
-            [-0.011820, 0.042940, 0.968881],
-        ]
-    ),
-    "tritanopia": np.array(
-        [
-            [1.255528, -0.076749, -0.178779],
-            [-0.078411, 0.930809, 0.147602],
-            [0.004733, 0.691367, 0.303900],
-        ]
-    ),
-}
+    "protanopia": np.array([[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216],
+                            [-0.003882, -0.048116, 1.051998]]),
+    "deuteranopia": np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413],
+                              [-0.011820, 0.042940, 0.968881]]),
+    "tritanopia": np.array([[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602],
+                            [0.004733, 0.691367, 0.303900]]),
+}  # fmt: skip
 
 
 def oklab(colors: Array) -> Floats:
     """Return sRGB colors, (N, 3), 0 to 255, in OKLab: lightness 0 to 1, green-red, blue-yellow.
 
-    Euclidean distances are close to perceived ones.
+    Euclidean distances are close to perceived distances.
     """
     return oklab_of_linear(_linear(colors))
 
 
 def seen_as(colors: Array, vision: Vision) -> Floats:
-    """Return sRGB colors, (N, 3), 0 to 255, in OKLab as perceived with this vision."""
+    """Return sRGB colors, (N, 3), 0 to 255, as perceived with this vision, in OKLab."""
     linear = _linear(colors)
     if vision != "normal":
         linear = np.clip(linear @ _SIMULATIONS[vision].T, 0, 1)
@@ -66,7 +51,7 @@ def seen_as(colors: Array, vision: Vision) -> Floats:
 
 
 def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = VISIONS) -> Floats:
-    """Return distances in OKLab between all colors of two sets, (N, M), under the worst vision."""
+    """Return distances in OKLab between all colors of two sets, (N, M); the minimum of visions."""
     apart = [seen_as(colors, v)[:, np.newaxis] - seen_as(others, v) for v in visions]
     return np.asarray(np.linalg.norm(apart, axis=3).min(axis=0))
 
@@ -81,11 +66,11 @@ def _linear(colors: Array) -> Floats:
     return linear_of_srgb(np.asarray(colors, dtype=np.float64) / 255.0)
 
 
-# Colors far from each other, and from the gray of cells in no region, in OKLab under the worst of
-# `VISIONS`. Found by farthest-point search with exchanges among colors of lightness 0.65 to 0.95
-# (so that shading darkens them without turning them black) and chroma up to 0.14 (no glaring
-# colors). For normal vision, distances count a third less. With 12 colors the smallest distance
-# would fall below 0.08; regions of a surface need 6 colors, regions of a volume up to 10.
+# Colors that are far from each other, and from the gray of cells without region, in OKLab for all
+# `VISIONS`. They were found by farthest-point search with exchanges, among colors of lightness 0.65
+# to 0.95 (shading does not make them black) and chroma up to 0.14 (they do not glare). Distances
+# for normal vision counted a third less. With 12 colors, the smallest distance would be below 0.08.
+# Regions of a surface need 6 colors, and regions of a volume up to 10.
 PALETTE = np.array(
     [
         (245, 195, 170), (150, 180, 250), (110, 170, 120), (250, 140, 180), (250, 240, 130),
@@ -99,8 +84,8 @@ MIN_COLOR_DISTANCE = 0.09
 """Smallest distance in OKLab between two colors of the palette for normal vision, protanopia,
 deuteranopia and tritanopia; 0.02 is just noticeable."""
 
-# Neighbors get colors at least this far apart, if possible. For most colors, half of the palette or
-# more is this far away; a larger distance would leave too little choice.
+# Preferred smallest distance between colors of neighbors. For most colors, at least half of the
+# palette is this far away.
 _CLEAR_DISTANCE = 0.1
 
 # Every planar graph has a vertex with at most this many neighbors.
@@ -108,20 +93,19 @@ _PLANAR_DEGREE = 5
 
 
 def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
-    """Return a color for each face, by region, clearly different where regions share an edge.
+    """Return the color of each face, by region; adjacent regions have clearly different colors.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
-        As for `segment`; or a `CellGraph` of cells of your own.
+        As for `segment`, or a `CellGraph`.
     labels : array_like of integers, shape (F,)
-        Region of each face, any integers; -1 for a face in no region, which becomes gray.
+        Region of each face. Labels may be any integers; faces with label -1 are gray.
 
     Returns
     -------
     ndarray of uint8, shape (F, 3)
-        Red, green and blue, 0 to 255, sRGB. Neighbors differ for color-blind people too: see
-        `region_colors`.
+        Red, green and blue, 0 to 255, sRGB. Color-blind people can also distinguish neighbors.
 
     Raises
     ------
@@ -153,17 +137,14 @@ def _colors_of(cells: Cells | CellGraph, labels: Ints) -> Bytes:
 
 
 def region_colors(graph: CsrArcs, labels: npt.ArrayLike) -> Bytes:
-    """Return a color for each region, (K, 3), clearly different where regions touch.
+    """Return the color of each region, (K, 3); adjacent regions have clearly different colors.
 
-    `graph` is anything with undirected arcs in CSR form; `labels` are 0 to K - 1, or -1 for a cell
-    in no region. Regions that touch differ by at least `MIN_COLOR_DISTANCE` in OKLab, for normal
-    vision and in protanopia, deuteranopia and tritanopia, wherever `PALETTE` suffices, as it does
-    for regions of a surface. Regions with few neighbors are removed until none is left, and then
-    colored in the opposite order. Each gets the least used color that is far from the colors of its
-    neighbors. In a planar map, at most 5 neighbors of a region are colored before it. If neighbors
-    have all 10 colors of the palette, the region gets the color of a wider choice that is farthest
-    from the nearest color of a neighbor. Time and memory are linear in arcs and in pairs of
-    neighboring regions.
+    `graph` has undirected arcs in CSR form. `labels` are 0 to K - 1, or -1 for no region. Colors of
+    adjacent regions differ by at least `MIN_COLOR_DISTANCE` in OKLab, for all `VISIONS`, wherever
+    `PALETTE` suffices, for example on a surface. Regions with few neighbors are removed repeatedly,
+    and regions are colored in the opposite order. Each region gets the least used color that is far
+    from the colors of its neighbors. If the neighbors have all 10 colors of the palette, the region
+    gets the farthest color among further colors. Time and memory are linear in arcs.
     """
     checked, n_regions = checked_partial_labels(labels, len(graph.offsets) - 1)
     arcs = (graph.offsets, graph.neighbors)
@@ -177,12 +158,9 @@ def _colors_of_adjacency(starts: Longs, touching: Longs) -> Bytes:
 
 
 def _peeled_order(starts: Longs, touching: Longs) -> Longs:
-    """An order of the regions in which only a few neighbors of a region come before it.
-
-    Each round removes all regions with at most 5 remaining neighbors or, if there are none, the
-    regions with the fewest. The regions of the last round come first in the order. In a planar
-    graph, at most 5 neighbors come before a region.
-    """
+    """An order in which few neighbors of a region precede it; at most 5 in planar graphs."""
+    # Each round removes the regions with at most 5 remaining neighbors, or those with the fewest.
+    # The regions of the last round come first.
     n_left = np.diff(starts)  # remaining neighbors of each region
     left = np.arange(len(n_left))
     rounds = [left[:0]]
@@ -203,7 +181,7 @@ def _region_adjacency(arcs: ArcLists, labels: Ints, n_regions: int) -> tuple[Lon
     sources = np.repeat(labels, np.diff(offsets))
     targets = labels[neighbors]
     crossing = (sources != targets) & (sources >= 0) & (targets >= 0)
-    # numpy.unique would import numpy.ma, which takes longer than this function on a small mesh.
+    # numpy.unique imports numpy.ma, which takes longer than this function on a small mesh.
     pairs = np.sort(sources[crossing].astype(np.int64) * n_regions + targets[crossing])
     pairs = pairs[np.diff(pairs, prepend=-1) > 0]
     starts = np.searchsorted(pairs, np.arange(n_regions + 1) * n_regions)
@@ -223,7 +201,7 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
             same |= 1 << color
         free = (whole_palette & ~close) or (whole_palette & ~same)
         if not free:
-            # The color whose nearest taken color is farthest.
+            # The color that is farthest from the nearest color of a neighbor.
             colors[region] = int(_distances()[:, sorted(taken)].min(axis=1).argmax())
             continue
         candidates = [color for color in range(len(PALETTE)) if free >> color & 1]
@@ -235,7 +213,7 @@ def _color_greedily(order: list[int], starts: list[int], touching: list[int]) ->
 
 @cache
 def _choices() -> Bytes:
-    """The palette, then further colors, (C, 3): multiples of 51, not dark, white or near gray."""
+    """The palette, then further colors, (C, 3), that are not dark, white or nearly gray."""
     steps = np.arange(0, 256, 51)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     lightness = oklab(cube)[:, 0]
@@ -246,7 +224,7 @@ def _choices() -> Bytes:
 
 @cache
 def _distances() -> Floats:
-    """Distances in OKLab between all choices, under the worst vision."""
+    """Distances in OKLab between all choices, the minimum over visions."""
     return color_distances(_choices(), _choices())
 
 
@@ -260,9 +238,9 @@ def _near_colors() -> list[int]:
 def scale_colors(n: int = 256) -> Bytes:
     """Return n colors for values from low to high, (n, 3), sRGB.
 
-    The colors run from blue through green to yellow, in steps of about the same length in OKLab.
-    Lightness rises evenly, so the order is visible without colors, too. Dark border lines are
-    visible even on the darkest color.
+    The colors range from blue through green to yellow, in steps of about equal length in OKLab.
+    Lightness increases evenly, so the order is also visible without colors. Dark border lines are
+    visible on all colors.
     """
     at = np.linspace(0, len(_SCALE) - 1, n)
     places = np.stack([np.interp(at, range(len(_SCALE)), column) for column in _SCALE.T], axis=1)
@@ -284,7 +262,7 @@ _N_COLORS = 256
 def checked_values(
     given: Any, name: str, n_cells: int, n_regions: int | None
 ) -> tuple[Floats, Literal["cell", "region"]]:
-    """Return values, finite or NaN, and whether they are given per cell or per region.
+    """Return values, finite or NaN, and whether there is one value per cell or per region.
 
     `n_regions` is None if values per region are not allowed.
     """
@@ -299,7 +277,7 @@ def checked_values(
         )
     values = array.astype(np.float64)
     if np.isinf(values).any():
-        raise ValueError(f"{name} has infinite values; NaN stands for none")
+        raise ValueError(f"{name} has infinite values: use NaN for missing values")
     return values, "cell" if len(values) == n_cells else "region"
 
 
@@ -329,7 +307,7 @@ class Scale:
 
 
 def scale_of(values: list[Floats], title: str) -> Scale:
-    """The common scale of the values of several pictures; 0 to 0 without values."""
+    """The common scale of the values of several pictures; from 0 to 0 without values."""
     everything = np.concatenate(values)
     known = everything[~np.isnan(everything)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)

@@ -1,4 +1,4 @@
-"""A scene drawn by VTK, without a display."""
+"""Drawing of scenes with VTK, without a display."""
 
 from __future__ import annotations
 
@@ -16,37 +16,36 @@ from .camera import Camera
 from .scene import Picture, Scene
 
 MAX_SIDE = 8192
-"""Largest width and height of a picture in pixels. It is drawn at twice this size, the limit of
-graphics drivers."""
+"""Largest width and height of a picture in pixels. Pictures are drawn at twice their size, and
+graphics drivers allow twice this size."""
 
 # Samples per pixel in each direction, averaged for smooth borders and outlines.
 _SAMPLES = 2
 
-# Angle in degrees above which edges are shaded as sharp: more than between facets of a coarse
-# sphere (14 with 500 faces), less than at creases of machine parts.
+# Angle in degrees above which edges are shaded as sharp. It is larger than between facets of a
+# coarse sphere (14 with 500 faces), and smaller than at creases of machine parts.
 _CREASE_ANGLE = 40.0
 
-# Distance by which border lines are drawn in front of the surface, in line widths: the whole width
-# stays visible on a surface tilted by 70 degrees (tan 70 / 2).
+# Distance of border lines in front of the surface, in line widths. The whole line is visible on
+# surfaces that are tilted by up to 70 degrees (tan 70 / 2).
 _LINE_LIFT = 1.4
 
-# Ambient occlusion: radius as a fraction of the diagonal, and the fraction of the radius by which a
-# surface must stand out to cast a shadow. Concave creases get darker.
+# Ambient occlusion, which darkens concave creases: radius as a fraction of the diagonal, and the
+# smallest depth of a shadowed surface as a fraction of the radius.
 _SHADOW_REACH = 0.05
 _SHADOW_BIAS = 0.06
 
-# Samples per pixel for ambient occlusion; the noise that is left is blurred.
+# Samples per pixel for ambient occlusion; the remaining noise is blurred.
 _SHADOW_SAMPLES = 64
 
-# Longest side, in pixels, of the drawing of soft shadows; but at least 0.4 and at most 2 times the
-# longest side of the picture. Shadows vary slowly, so they are drawn small and magnified smoothly.
-# Drawn at twice the picture's size, they would dominate the time.
+# Longest side, in pixels, of the drawing of soft shadows, within 0.4 to 2 times the longest side of
+# the picture. Shadows vary slowly, so they are drawn small, to save time, and then magnified.
 _SHADOW_SIDE = 480
 
 _LINE_COLOR = (28, 28, 32)
 
 # Direction of each light (right, up, toward the viewer) and its strength: a key light from the
-# upper left, fill lights from the right, the viewer and below. Together they just reach white.
+# upper left, and fill lights from the right, the viewer and below. Their maximum is white.
 _LIGHTS = (
     ((-0.5, 0.9, 1.0), 0.60),
     ((0.9, 0.2, 0.7), 0.22),
@@ -70,7 +69,7 @@ class _Lines:
     """Border lines, which are moved in front of the surface for each camera."""
 
     actor: Any
-    places: Any  # VTK's points, moved for each camera
+    places: Any  # points of VTK, which are moved for each camera
     ends: Floats  # (P, 3), positions of the points on the surface
     lift: float  # shift toward the camera, as a fraction of the distance to it
 
@@ -82,10 +81,7 @@ def draw(
     line_width: float,
     background: tuple[int, int, int],
 ) -> list[Picture]:
-    """Return a picture, (height, width, 3), for each camera; the frame is (width, height).
-
-    Colors and lines are drawn at twice the size and averaged; soft shadows are drawn smaller.
-    """
+    """Return a picture, (height, width, 3), for each camera; the frame is (width, height)."""
     vtk = import_vtk()
     width, height = frame
     pictures = []
@@ -94,9 +90,9 @@ def draw(
         try:
             for camera in cameras:
                 _aim(vtk, stage, camera)
-                _show_colors(stage, background)
+                _show(stage, background, shadows=False)
                 samples = _shoot(vtk, stage, width * _SAMPLES, height * _SAMPLES)
-                _show_shadows(stage)
+                _show(stage, (255, 255, 255), shadows=True)
                 shadows = _shoot(vtk, stage, *_shadow_frame(frame))
                 pictures.append(_combined(samples, shadows, background))
         finally:
@@ -152,7 +148,7 @@ def _border_lines(vtk: Any, scene: Scene, line_width: float, lift: float) -> _Li
     look.SetColor(*(channel / 255 for channel in _LINE_COLOR))
     look.SetLineWidth(line_width * _SAMPLES)
     look.LightingOff()
-    look.RenderLinesAsTubesOn()  # plain lines would be thinner where they run diagonally
+    look.RenderLinesAsTubesOn()  # plain lines are thinner along diagonals
     return _Lines(actor, data.GetPoints(), scene.points[ends], lift)
 
 
@@ -196,10 +192,7 @@ def _light(vtk: Any, renderer: Any) -> None:
 
 
 def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
-    """Set the camera, and move lines a little toward it, so that the surface does not hide them.
-
-    Moving a point along its line of sight changes its depth but not its place in the picture.
-    """
+    """Set the camera, and move lines toward the camera, so that the surface does not hide them."""
     if stage.lines is not None:
         ends = stage.lines.ends
         lifted = ends + stage.lines.lift * (camera.position - ends)
@@ -212,30 +205,17 @@ def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
     stage.renderer.ResetCameraClippingRange()
 
 
-def _show_colors(stage: _Stage, background: tuple[int, int, int]) -> None:
-    """Draw colors and lines with lights, without soft shadows."""
+def _show(stage: _Stage, background: tuple[int, int, int], *, shadows: bool) -> None:
+    """Set up the drawing of colors and lines with lights, or of soft shadows on white surfaces."""
     stage.renderer.SetBackground(*(channel / 255 for channel in background))
-    stage.renderer.SetUseSSAO(False)
-    stage.surface.GetMapper().ScalarVisibilityOn()
+    stage.renderer.SetUseSSAO(shadows)
+    stage.surface.GetMapper().SetScalarVisibility(not shadows)
     look = stage.surface.GetProperty()
-    look.SetAmbient(0.16)
-    look.SetDiffuse(0.95)
-    look.SetSpecular(0.08)
+    look.SetAmbient(1.0 if shadows else 0.16)
+    look.SetDiffuse(0.0 if shadows else 0.95)
+    look.SetSpecular(0.0 if shadows else 0.08)
     if stage.lines is not None:
-        stage.lines.actor.VisibilityOn()
-
-
-def _show_shadows(stage: _Stage) -> None:
-    """Draw everything white except shadows in creases."""
-    stage.renderer.SetBackground(1, 1, 1)
-    stage.renderer.SetUseSSAO(True)
-    stage.surface.GetMapper().ScalarVisibilityOff()
-    look = stage.surface.GetProperty()
-    look.SetAmbient(1)
-    look.SetDiffuse(0)
-    look.SetSpecular(0)
-    if stage.lines is not None:
-        stage.lines.actor.VisibilityOff()
+        stage.lines.actor.SetVisibility(not shadows)
 
 
 def _shadow_frame(frame: tuple[int, int]) -> tuple[int, int]:
@@ -258,16 +238,12 @@ def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
 
 
 def _combined(samples: Picture, shadows: Picture, background: tuple[int, int, int]) -> Picture:
-    """Average blocks of samples, and multiply them by the gray shadows, scaled to the same size.
-
-    Pixels that show nothing but background get no shadow.
-    """
+    """Average blocks of samples, and multiply them by the magnified shadows."""
     image, chops, blurs = (import_pillow(name) for name in ("Image", "ImageChops", "ImageFilter"))
     lit = image.fromarray(np.ascontiguousarray(samples)).reduce(_SAMPLES)
     gray = image.fromarray(np.ascontiguousarray(shadows[..., 0])).filter(blurs.BoxBlur(1))
     factors = np.array(gray.resize(lit.size, image.Resampling.BILINEAR))
-    # Compares four bytes per pixel as one number. Comparing three channels would take most of the
-    # time of this function.
+    # Pixels of the background get no shadow. Comparing four bytes as one number is fast.
     bare = np.frombuffer(bytes((*background, 255)), np.uint32)
     packed = np.frombuffer(lit.convert("RGBA").tobytes(), np.uint32)
     factors.ravel()[packed == bare] = 255

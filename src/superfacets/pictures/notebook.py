@@ -1,10 +1,10 @@
-"""Display of results in notebooks: a picture, counts, and a histogram of sizes."""
+"""Display of results in notebooks: a picture, counts, and a histogram of region sizes."""
 
 from __future__ import annotations
 
 import base64
 import io
-from typing import Protocol
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -19,51 +19,31 @@ from .colors import PALETTE
 from .rendering import render
 
 MAX_DRAWN = 200_000
-"""Largest number of faces or tetrahedra that are drawn. A notebook shows a result at the end of
-each cell, and drawing more would take seconds without a graphics card; `render` has no such limit.
-"""
+"""Largest number of faces or tetrahedra that are drawn. A notebook shows results often, and drawing
+more cells takes seconds without a graphics card. `render` has no such limit."""
 
 MAX_DRAWN_POINTS = 50_000
-"""Largest number of points that are drawn: their neighbors have to be computed again."""
+"""Largest number of points that are drawn; their neighbors have to be computed again."""
 
-# Size of the picture in pixels, and its width on the page: two pixels per CSS pixel, for sharp
-# displays.
+# Size of the picture in pixels, and its width on the page in CSS pixels, for sharp displays.
 _SIZE = (640, 480)
 _SHOWN_WIDTH = 320
 
-# Number of colors in the palette. Notebooks store their pictures, and a palette makes them a fifth
-# of the size.
+# Number of colors in the palette. Notebooks store pictures; with a palette, a picture needs a fifth
+# of the bytes.
 _N_COLORS = 256
 
 _CHART_WIDTH, _CHART_HEIGHT, _MAX_BARS = 240, 64, 24
 
-# Pictures of results that are still in use: a notebook asks for several formats of each.
-_drawn: WeakKeyDictionary[_Result, bytes | None] = WeakKeyDictionary()
+# Pictures of results that are still in use: a notebook requests several formats of each result.
+_drawn: WeakKeyDictionary[Any, bytes | None] = WeakKeyDictionary()
 
 
-class _Result(Protocol):
-    """The part of a `Segmentation` that is used here. Its class belongs to a higher layer."""
+def png_of(result: Any) -> bytes | None:
+    """Return a picture of a `Segmentation` as PNG, or None if there is no picture.
 
-    @property
-    def labels(self) -> Ints: ...
-    @property
-    def cells(self) -> Cells | CellGraph | None: ...
-    @property
-    def n_segments(self) -> int: ...
-    @property
-    def n_iter(self) -> int: ...
-    @property
-    def stop_reason(self) -> str: ...
-    @property
-    def timings(self) -> dict[str, float]: ...
-
-
-def png_of(result: _Result) -> bytes | None:
-    """Return a picture of a result as PNG, or None if there is none.
-
-    There is no picture if the result does not hold the mesh or cloud that was segmented, if this
-    has more cells than `MAX_DRAWN` or `MAX_DRAWN_POINTS`, without the extra `viz`, or on a machine
-    without OpenGL. No display is needed.
+    There is no picture if the result does not hold its mesh or cloud, if there are more than
+    `MAX_DRAWN` or `MAX_DRAWN_POINTS` cells, without the extra `viz`, or without OpenGL.
     """
     if result not in _drawn:
         _drawn[result] = _draw(result.labels, result.cells)
@@ -84,14 +64,14 @@ def _draw(labels: Ints, cells: Cells | CellGraph | None) -> bytes | None:
     return file.getvalue()
 
 
-def html_of(result: _Result) -> str:
-    """Return self-contained HTML: the picture, if there is one, counts and the histogram."""
+def html_of(result: Any) -> str:
+    """Return HTML with the picture, if there is one, counts, and the histogram."""
     png = png_of(result)
     picture = ""
     if png is not None:
         data = base64.b64encode(png).decode("ascii")
         picture = (
-            f'<img width="{_SHOWN_WIDTH}" alt="The regions, each in a color of its own"'
+            f'<img width="{_SHOWN_WIDTH}" alt="The regions in different colors"'
             f' src="data:image/png;base64,{data}">'
         )
     cells = result.cells
@@ -107,7 +87,7 @@ def html_of(result: _Result) -> str:
     )
 
 
-def _facts(result: _Result, noun: str, sizes: Array) -> dict[str, str]:
+def _facts(result: Any, noun: str, sizes: Array) -> dict[str, str]:
     """Names and values of the rows of the table."""
     left_out = len(result.labels) - int(sizes.sum())
     facts = {f"{noun}s": f"{len(result.labels):,}", "regions": f"{result.n_segments:,}"}

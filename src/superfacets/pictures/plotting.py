@@ -1,4 +1,4 @@
-"""Pictures with annotations: several labelings side by side, a color scale, turning meshes."""
+"""`plot`: pictures with several labelings side by side, a color scale, or a turning mesh."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _ENDINGS = (".png", *MOVING_ENDINGS)
 class Plot:
     """Result of `plot`: one picture, or the pictures of a turn around the up axis.
 
-    A notebook shows it if it is the last line of a cell; ``numpy.asarray`` gives the first picture.
+    A notebook shows the plot at the end of a cell. ``numpy.asarray`` gives the first picture.
 
     Attributes
     ----------
@@ -66,15 +66,15 @@ class Plot:
         return np.array(self.image, dtype=dtype, copy=copy is not False)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write a .png, or a .gif or .mp4 of a turn, and return its path.
+        """Write a .png, or a .gif or .mp4 of a turn, and return the path.
 
-        The file is written completely or not at all: an existing file is replaced at the very end.
+        The file is written atomically.
 
         Raises
         ------
         ValueError
-            If the path has another ending, or ends in .gif or .mp4 where there is one picture, or
-            in .png where there are several.
+            If the path has another ending, or the ending does not fit the number of pictures: .png
+            holds one picture, .gif and .mp4 hold several.
         RenderError
             If the path ends in .mp4 and imageio-ffmpeg is not installed.
         OSError
@@ -92,11 +92,11 @@ class Plot:
         return png_of_picture(self.image) if len(self.frames) == 1 else gif_of(self.frames)
 
     def _repr_png_(self) -> bytes | None:
-        """The picture; None for a turn, which is shown as HTML."""
+        """A single picture as PNG; None for a turn."""
         return self._content() if len(self.frames) == 1 else None
 
     def _repr_html_(self) -> str | None:
-        """The turn as HTML; None for a single picture."""
+        """A turn as HTML; None for a single picture."""
         if len(self.frames) == 1:
             return None
         data = base64.b64encode(self._content()).decode("ascii")
@@ -121,12 +121,11 @@ def plot(
     clip: Clip | None = None,
     smooth_borders: bool = False,
 ) -> Plot:
-    """Return a picture of cells and their regions: one or several labelings, still or turning.
+    """Return a picture of cells and their regions, for one or several labelings, still or turning.
 
-    The picture is drawn as by `render`, and more can be added: labelings side by side, colors by
-    value with their scale, a turn around the axis that points up. Regions that touch have colors
-    that color-blind people tell apart, too. No display is needed. Time is linear in cells, in
-    pixels, and in pictures.
+    Pictures are drawn as by `render`. In addition, `plot` can show labelings side by side, colors
+    by value with a scale, and a turn around the up axis. No display is needed. Time is linear in
+    cells, in pixels, and in pictures.
 
     Parameters
     ----------
@@ -135,42 +134,41 @@ def plot(
     output : path, optional
         File to write: .png for one picture, .gif or .mp4 for a turn.
     compare : sequence of array_like of integers, shape (N,) each
-        More labelings of the same cells, drawn to the right from the same point of view.
+        Further labelings of the same cells, drawn to the right from the same viewpoint.
     titles : sequence of str, optional
         A title above each labeling.
     color_by : array_like of numbers, shape (N,) or (K,), or str, optional
-        Values that colors show: a value per cell; a value per region, in ascending order of
-        their labels, if there is one labeling; or the name of a column of `RegionGraph.table`, such
-        as ``"area"``. Blue is the lowest value, yellow the highest; NaN and cells in no region are
-        gray. The scale below the pictures is the same for all labelings.
+        Values that colors show: one value per cell; or one per region, in ascending order of
+        labels, if there is only one labeling; or the name of a column of `RegionGraph.table`, such
+        as ``"area"``. Blue is the lowest value, and yellow the highest. NaN values and cells
+        without region are gray. All labelings share the scale below the pictures.
     scale_title : str, optional
-        Title of the scale; by default the name of the column.
+        Title of the scale. The default is the name of the column.
     size : (int, int), optional
         Width and height of each labeling's picture in pixels, at most 8192 each, including title
-        and scale. By default (1200, 900), or (640, 480) for a turn.
+        and scale. The default is (1200, 900), or (640, 480) for a turn.
     view : View or str, optional
-        Viewpoint, or the name of a view as for `View.named`: "front", "top", "iso" ... By default
-        from the right and a little above. A turn begins there.
+        Viewpoint, or the name of a view as for `View.named`: "front", "top", "iso" ... The default
+        is from the right and a little above. A turn starts at the viewpoint.
     n_frames : int, optional
-        Number of pictures of one turn, which lasts about 5 seconds; 1 for a single picture. By
-        default 60 if `output` is a .gif or .mp4, and otherwise 1.
+        Number of pictures of one turn, which lasts about 5 seconds; 1 for a single picture. The
+        default is 60 if `output` is a .gif or .mp4, and otherwise 1.
 
     Returns
     -------
     Plot
-        Has ``image``, ``frames`` and ``save(path)``; a notebook shows the picture or the
-        animation.
+        Has ``image``, ``frames`` and ``save(path)``. A notebook shows the picture or the animation.
 
     Raises
     ------
     MeshError
         If the cells are not valid.
     ValueError, TypeError
-        If another argument is not as described.
+        If another argument is invalid.
     MissingExtraError
-        If VTK or Pillow, which come with PyVista, are not installed.
+        If VTK or Pillow is not installed. Both are installed with PyVista.
     RenderError
-        If VTK cannot be loaded, this machine has no OpenGL, or there is no imageio-ffmpeg for an
+        If VTK cannot be loaded, this machine has no OpenGL, or imageio-ffmpeg is missing for an
         .mp4; the message says what to install.
     OSError
         If the file cannot be written.
@@ -188,7 +186,7 @@ def plot(
     series = [labels, *compare]
     _check_titles(titles, len(series))
     if color_by is not None and colors is not None:
-        raise ValueError("colors are given already: color_by makes others")
+        raise ValueError("give colors or color_by, not both")
     style = checked_style(
         size or (_SIZE if n == 1 else _MOVING_SIZE), view, border_width, background
     )
@@ -214,13 +212,13 @@ def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
 
 
 def _checked_target(output: str | os.PathLike[str], n_frames: int) -> Path:
-    """Checked path of a file for this number of pictures; an error if it cannot be written."""
+    """Path of a file for this number of pictures; an error if the file cannot be written."""
     path = checked_picture_path(output, _ENDINGS)
     is_moving = path.suffix.lower() in MOVING_ENDINGS
     if is_moving and n_frames == 1:
-        raise ValueError(f"{path.name!r} is for a turn, of n_frames 2 or more; got 1")
+        raise ValueError(f"{path.name!r} needs a turn: n_frames must be at least 2, got 1")
     if n_frames > 1 and not is_moving:
-        raise ValueError(f"{path.name!r} holds one picture; a turn is written as .gif or .mp4")
+        raise ValueError(f"{path.name!r} holds only one picture: write a turn as .gif or .mp4")
     if path.suffix.lower() == ".mp4":
         check_video()
     return path
@@ -228,7 +226,7 @@ def _checked_target(output: str | os.PathLike[str], n_frames: int) -> Path:
 
 def _check_titles(titles: Sequence[str] | None, n: int) -> None:
     if titles is not None and (isinstance(titles, str) or len(titles) != n):
-        raise ValueError(f"titles must be {n}, one for each labeling, got {titles!r}")
+        raise ValueError(f"there must be {n} titles, one for each labeling, got {titles!r}")
 
 
 def _colors_by(
@@ -243,11 +241,11 @@ def _colors_by(
 
 
 def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Floats:
-    """A value for each cell; NaN if missing, or if the cell is in no region."""
+    """A value for each cell; NaN if the value is missing, or the cell has no region."""
     n_cells = cells.n_cells
     if labels is None:
         if isinstance(color_by, str):
-            raise ValueError(f"color_by {color_by!r} is a column of regions: it needs labels")
+            raise ValueError(f"color_by {color_by!r} is a property of regions: give labels")
         return checked_values(color_by, "color_by", n_cells, None)[0]
     compact, ids = compact_partial_labels(labels, n_cells, getattr(cells, "n_vertices", None))
     if isinstance(color_by, str):
@@ -268,7 +266,7 @@ class _Panels:
 
     cells: Cells
     series: Sequence[Any]  # labels of each panel
-    colors: Sequence[Any]  # colors of cells; None: colors of their regions
+    colors: Sequence[Any]  # colors of cells; None means colors of regions
     clip: Clip | None
     is_smooth: bool
 
@@ -276,7 +274,7 @@ class _Panels:
 def _draw_side_by_side(
     panels: _Panels, style: Style, n_frames: int, titles: Sequence[str] | None, scale: Scale | None
 ) -> list[Picture]:
-    """The panels side by side, seen from each camera, between their titles and the scale."""
+    """The panels side by side for each camera, with titles above and the scale below."""
     width, height = style.frame
     count = len(panels.series)
     above, below = [], []

@@ -41,7 +41,7 @@ from .scene import (
     guess_up,
 )
 
-_PNG_RUNS = 3  # zlib's Z_RLE, which compresses runs of equal bytes only
+_PNG_RUNS = 3  # zlib's Z_RLE, which only compresses runs of equal bytes
 
 
 def render(
@@ -57,57 +57,56 @@ def render(
     clip: Clip | None = None,
     smooth_borders: bool = False,
 ) -> Picture:
-    """Return a shaded picture of a mesh, its regions colored and outlined.
+    """Return a shaded picture of a mesh with colored and outlined regions.
 
     No display is needed: on Linux, Mesa's EGL or OSMesa suffices. Shading is smooth except across
-    creases of more than 40 degrees. Borders between regions are drawn where faces of two labels
-    share an edge; vertices at exactly the same position count as one. A file is written completely
-    or not at all: an existing file is replaced at the very end. Time is linear in faces and in
-    pixels.
+    creases of more than 40 degrees. A border is drawn on each edge between faces of different
+    labels; vertices at exactly the same position count as one. A file is written atomically. Time
+    is linear in faces and in pixels.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
         As for `segment`. Points are drawn as small hexagons on the surface, without borders.
     labels : array_like of integers, shape (F,), optional
-        Region of each face or point, any integers; -1 for a cell in no region, which is drawn gray.
-        Without labels a mesh has one plain color, and a cloud has its own colors, if it has any.
+        Region of each face or point. Labels may be any integers; cells with label -1 are gray.
+        Without labels, a mesh has one plain color, and a cloud has its own colors, if any.
     output : path, optional
         PNG file to write.
     colors : array_like of uint8, shape (F, 3), optional
-        Color of each face, sRGB; by default `face_colors`.
+        Color of each face, sRGB. The default is `face_colors`.
     size : (int, int), default (1200, 900)
         Width and height in pixels, at most 8192 each.
     view : View or str, optional
-        Viewpoint, or the name of a view as for `View.named`: "front", "top", "iso" ... By default
-        from the right and a little above.
+        Viewpoint, or the name of a view as for `View.named`: "front", "top", "iso" ... The default
+        is from the right and a little above.
     border_width : float, optional
-        Width of borders in pixels; 0 draws none. By default 2 % of the diameter of a mean region in
-        the picture, but at least 0.6 pixels, and at most 1 / 250 of the picture's height or 1
-        pixel, whichever is larger.
+        Width of borders in pixels; 0 draws no borders. The default is 2 % of the diameter of a mean
+        region in the picture, but at least 0.6 pixels, and at most the maximum of 1 pixel and
+        1 / 250 of the picture's height.
     background : str, default "white"
         Name of a color in CSS, or "#rrggbb".
     clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
-        Half of a `TetMesh` to show: the tetrahedra with centroids on one side of the middle of the
-        bounding box, at larger x for ``"x"``, at smaller x for ``"-x"``. By default the outer
-        surface of the whole mesh.
+        Half of a `TetMesh` to show: the tetrahedra whose centroids are on one side of the middle of
+        the bounding box, at larger x for ``"x"``, and at smaller x for ``"-x"``. The default is the
+        outer surface of the whole mesh.
     smooth_borders : bool, default False
-        Draw borders of regions of a mesh as smooth curves across faces, as `cut_borders` makes
-        them, in place of lines along edges. Points have no borders.
+        Whether borders are drawn as smooth curves across faces, as by `cut_borders`, instead of
+        lines along edges. Points have no borders.
 
     Returns
     -------
     ndarray of uint8, shape (height, width, 3)
-        Red, green and blue, sRGB; row 0 is at the top.
+        Red, green and blue, sRGB. Row 0 is at the top.
 
     Raises
     ------
     MeshError
         If the mesh is not valid.
     ValueError, TypeError
-        If another argument is not as described.
+        If another argument is invalid.
     MissingExtraError
-        If VTK or Pillow, which come with PyVista, are not installed.
+        If VTK or Pillow is not installed. Both are installed with PyVista.
     RenderError
         If VTK cannot be loaded, or this machine has no OpenGL; the message says what to install.
     OSError
@@ -162,7 +161,7 @@ def scene_of(
     *,
     is_smooth: bool = False,
 ) -> Scene:
-    """The scene of cells of any kind."""
+    """The scene for cells of any kind."""
     kind = kind_of(cells)
     keep = None if clip is None else _half(cells, clip)
     outside = kind.outside(cells, keep)
@@ -175,7 +174,7 @@ def scene_of(
         labels, _ = compact_partial_labels(
             labels, cells.n_cells, getattr(cells, "n_vertices", None)
         )
-        # Colors come from the whole volume, so that they do not depend on the clip.
+        # Colors are chosen for the whole volume, so that they do not depend on the clip.
         colors = face_colors(cells, labels) if colors is None else colors
         labels = labels[sources]
     if colors is not None:
@@ -190,7 +189,7 @@ def _surface_scene(
     *,
     is_smooth: bool,
 ) -> Scene:
-    """The scene of a mesh, cut along smooth borders if asked for; regions keep their colors."""
+    """The scene of a mesh, cut along smooth borders if requested; regions keep their colors."""
     if labels is None or not is_smooth:
         return build_scene(surface, labels, colors)
     compact, ids = compact_partial_labels(labels, surface.n_faces, surface.n_vertices)
@@ -203,7 +202,7 @@ def _surface_scene(
 
 
 def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
-    """Color of each new face: of its region if that has one color, otherwise of its old face."""
+    """Color of each new face: the color of its region if there is only one, or of its old face."""
     old, new = labels + 1, cut.labels + 1  # 0: no region
     firsts = np.zeros(old.max() + 1, dtype=np.int64)
     firsts[old[::-1]] = np.arange(len(old))[::-1]
@@ -218,14 +217,14 @@ def _half(cells: Any, clip: Clip) -> Bools:
     kind = kind_of(cells)
     if kind.dimension != 3:
         noun = "a surface has" if kind.has_faces else f"{kind.plural} have"
-        raise ValueError(f"clip is for tetrahedra: {noun} nothing inside")
+        raise ValueError(f"clip is for tetrahedra: {noun} no interior; leave clip out")
     axis = "xyz".index(clip[-1])
     heights = kind.positions(cells)[:, axis] - cells.bounds[:, axis].mean()
     return np.asarray(heights < 0 if clip.startswith("-") else heights >= 0)
 
 
 def upright(view: View, scene: Scene) -> View:
-    """The view with its up axis, guessed if it is "auto"."""
+    """The view with its up axis, which is guessed if it is "auto"."""
     return replace(view, up=guess_up(scene)) if view.up == "auto" else view
 
 
@@ -238,7 +237,7 @@ def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Pictur
 
 
 def png_of_picture(picture: Picture) -> bytes:
-    """The picture as PNG, compressed by runs only: a third of the time for 5 % more bytes."""
+    """The picture as PNG. Run-length compression takes a third of the time, for 5 % more bytes."""
     file = io.BytesIO()
     image = import_pillow("Image").fromarray(picture)
     image.save(file, format="PNG", compress_level=4, compress_type=_PNG_RUNS)
@@ -256,7 +255,7 @@ def _checked_view(view: View | str | None) -> View:
     if isinstance(view, str):
         return View.named(view)
     if view is not None and not isinstance(view, View):
-        raise TypeError(f"view must be a superfacets.View or the name of one, got {view!r}")
+        raise TypeError(f"view must be a superfacets.View or the name of a view, got {view!r}")
     return view or View()
 
 
@@ -271,7 +270,7 @@ def _checked_side(size: tuple[int, int], side: int) -> int:
 
 
 def checked_picture_path(output: str | os.PathLike[str], endings: Sequence[str]) -> Path:
-    """Checked path of a file with one of these endings, in an existing folder."""
+    """Path of a file with one of these endings, in an existing folder."""
     path = Path(output)
     if path.suffix.lower() not in endings:
         raise ValueError(f"output must end in {' or '.join(endings)}, got {path.name!r}")

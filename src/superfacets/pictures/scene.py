@@ -1,4 +1,4 @@
-"""Scenes: colored triangles, borders between regions, and a guess of the axis that points up."""
+"""Scenes: colored triangles, borders between regions, and a guess of the up axis."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from ..mesh.point_cloud import PointCloud
 from .camera import Camera
 from .colors import colors_of_cells, region_colors
 
-# Width of a border, as a fraction of the diameter of a region. Half of the line is on either side,
-# so that it covers 4 % of a round region.
+# Width of a border, as a fraction of the diameter of a region. Borders then cover 4 % of a round
+# region, because half of each line is on the other side.
 _SHARE_OF_REGION = 0.02
 
 # Largest width of a border, as a fraction of the picture's height.
 _SHARE_OF_PICTURE = 1 / 250
 
-# Smallest width in pixels; thinner lines would break up into dots.
+# Smallest width in pixels; thinner lines look like dots.
 _LEAST_WIDTH = 0.6
 
 
@@ -40,9 +40,9 @@ def border_edges(mesh: FaceMesh, graph: FaceGraph, labels: Ints) -> Ints:
 
 
 def default_border_width(mean_area: float, camera: Camera, height: int) -> float:
-    """Width in pixels, >= 0.6, for regions of this mean area on a picture of this height.
+    """Width in pixels, >= 0.6, for regions of this mean area in a picture of this height.
 
-    A region counts as a disk of this area, seen face on at the middle of the mesh.
+    Regions count as disks of this area, perpendicular to the view, at the middle of the mesh.
     """
     distance = float(np.linalg.norm(camera.position - camera.target))
     pixels_per_unit = height / (2 * camera.half_slope * distance)
@@ -55,17 +55,17 @@ Picture = Bytes
 
 _PLAIN_COLOR = (205, 197, 184)
 
-# Radius of the hexagon of a point, in units of the square root of the area around the point. It
-# closes nearly all gaps between points spread at random.
+# Radius of the hexagon of a point, in units of the square root of the area of the point. There are
+# then few gaps between random points.
 _RADIUS = 1.32
 _HEXAGON = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Cells scaled and moved to a box of diagonal 1 around the origin, with colors and borders."""
+    """Colored cells and borders, scaled and moved to a box of diagonal 1 around the origin."""
 
-    points: Floats  # (P, 3), each used by a triangle; without duplicates in a mesh
+    points: Floats  # (P, 3), corners of triangles; without duplicates in a mesh
     triangles: Longs  # (T, 3): faces, triangles of polygons, or triangles of hexagons around points
     colors: Picture  # (T, 3)
     borders: Longs  # (B, 2), ends of edges between regions
@@ -79,7 +79,7 @@ class Scene:
 
     @property
     def mean_region_area(self) -> float:
-        """Mean area of regions; the box has diagonal 1."""
+        """Mean area of regions, for a box of diagonal 1."""
         return float(np.linalg.norm(self.normals, axis=1).sum()) / self.n_regions
 
 
@@ -97,7 +97,7 @@ def checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:
 def build_scene(
     mesh: FaceMesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None
 ) -> Scene:
-    """Weld, drop unused vertices, scale to unit size, color and find the borders."""
+    """Weld vertices, drop unused ones, scale to unit size, color faces, and find borders."""
     representative = _core.weld_vertices(mesh.vertices, checked_threads(None))
     drawn, sources = cut_into_triangles(mesh)
     corners = representative[drawn]
@@ -125,7 +125,7 @@ def build_scene(
 def build_cloud_scene(
     cloud: PointCloud, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None
 ) -> Scene:
-    """Make a hexagon on the surface of each point, scaled to unit size, and color it."""
+    """Make a colored hexagon for each point, and scale to unit size."""
     graph = find_point_graph(cloud, checked_threads(None))
     point_colors, n_regions = np.tile(np.array(_PLAIN_COLOR, np.uint8), (cloud.n_points, 1)), 1
     if labels is not None:
@@ -145,7 +145,7 @@ def build_cloud_scene(
 
 
 def hexagons_of(graph: PointGraph) -> Floats:
-    """Corners, (6 N, 3), of a hexagon around each point, counterclockwise seen from outside."""
+    """Corners, (6 N, 3), of a hexagon around each point, counterclockwise for outside viewers."""
     areas = graph.measures
     known = areas[areas > 0]
     areas = np.where(areas > 0, areas, np.median(known) if len(known) else 0.0)
@@ -161,20 +161,20 @@ def hexagons_of(graph: PointGraph) -> Floats:
     return np.stack([graph.positions + radii * spoke for spoke in spokes], axis=1).reshape(-1, 3)
 
 
-# Height above the lowest point, in diagonals, up to which points touch the ground. With a smaller
-# height, a slightly shorter foot would not count; with a larger one, round objects would stand.
+# Points up to this height above the lowest point, in diagonals, touch the ground. A smaller height
+# would miss slightly shorter feet, and a larger height would make round objects stand.
 _GROUND = 0.02
 
-# Lead in stability, in diagonals, that z must have over y. Most files have y up, and an object on
-# its back or side lies more stably than it stands. On 79 models with a clear up direction, 0.05 to
-# 0.12 give the same result for all but two.
+# Required lead in stability of z over y, in diagonals: most files have y up, and objects are more
+# stable on their backs or sides than upright. On 79 models with a clear up axis, 0.05 to 0.12 give
+# the same results except for two models.
 _LEAD = 0.1
 
 # Number of horizontal directions in which a mesh is tested for tipping over.
 _N_DIRECTIONS = 32
 
-# Upper limit on the number of triangles, and of ground points, that are examined. Larger meshes are
-# sampled evenly, which moves the center of mass by less than a thousandth of the diagonal.
+# Largest number of triangles, and of ground points, that are examined. Larger meshes are sampled
+# evenly, which moves the center of mass by less than 1/1000 of the diagonal.
 _MAX_SAMPLES = 100_000
 
 
@@ -182,10 +182,9 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
     """Return "z" if the mesh stands much more stably with z up than with y up, otherwise "y".
 
     A mesh stands if the center of mass of its surface is above the convex hull of the points that
-    touch the ground. It stands the more firmly, the farther the center is from the hull's border.
-    Rooms, terrain, tables and animals with z up are recognized. A shape that stands firmly on
-    either axis, such as a body that could lie on its back, is taken to have y up. Large meshes are
-    sampled.
+    touch the ground. Stability is the distance of the center from the border of the hull. Rooms,
+    terrain, tables and animals with z up are recognized. A shape that is stable on both axes, such
+    as a body that can lie on its back, has y up.
     """
     first, second, third = (scene.points[corner] for corner in _sampled(scene.triangles).T)
     areas = np.linalg.norm(np.cross(second - first, third - first), axis=1)
@@ -197,7 +196,7 @@ def guess_up(scene: Scene) -> Literal["y", "z"]:
 
 
 def _firmness(points: Floats, center: Floats, axis: int) -> float:
-    """Distance of the center from the border of the hull of ground points (> 0: inside)."""
+    """Distance of the center from the border of the hull of ground points, > 0 if inside."""
     heights = points[:, axis]
     ground = points[_sampled(np.flatnonzero(heights <= heights.min() + _GROUND))]
     angles = np.arange(_N_DIRECTIONS) * (2 * np.pi / _N_DIRECTIONS)
@@ -207,7 +206,7 @@ def _firmness(points: Floats, center: Floats, axis: int) -> float:
 
 
 def _sampled(rows: Array) -> Array:
-    """All rows, or `_MAX_SAMPLES` evenly spread ones if there are more."""
+    """All rows, or `_MAX_SAMPLES` evenly spaced rows if there are more."""
     n = len(rows)
     if n <= _MAX_SAMPLES:
         return rows

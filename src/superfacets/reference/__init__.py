@@ -1,101 +1,47 @@
-"""A slow, readable twin of every kernel, one file per stage: the oracle of the tests.
+"""Slow, readable twins of the kernels, one file per stage. Tests compare the kernels with them.
 
-On the same input the compiled stages give the same numbers, bit for bit. Floats are added in the
-order of the kernels, which is part of the contract. Nothing here is meant to be fast. `arithmetic`
-has the arctangent and the exponential. `vsa` has variational shape approximation, a rival of stages
-3 and 4.
+On the same input, a twin and the compiled stage give the same numbers, bit for bit. Floats are
+added in the same order, which is part of the contract. `arithmetic` holds the arctangent and the
+exponential function, and `vsa` holds variational shape approximation, a rival of stages 3 and 4.
 """
 
-from .cells import (
-    Arc,
-    build_face_graph,
-    build_point_graph,
-    build_tet_graph,
-    measure_faces,
-    measure_polygons,
-    point_normals,
-)
-from .clustering import (
-    classify_exact,
-    classify_halted,
-    coarse_arcs,
-    coarse_cells,
-    iterate,
-    join_islands,
-    relocate_centers,
-    second_nearest,
-)
-from .region_sizes import move_cells, walk_regions
-from .regions import RegionArc, find_bridges, merge_tree, region_arcs, region_shapes
-from .seeding import (
-    curve_seeds,
-    farthest_seeds,
-    find_components,
-    flood_seeds,
-    geodesic_seeds,
-    grid_seeds,
-    update_centers,
-)
-from .smooth import smooth_borders
-from .spatial import (
-    Part,
-    nearest_faces,
-    nearest_in_tet,
-    nearest_on_triangle,
-    nearest_tets,
-    ray_thickness,
-    subdivide,
-)
-from .texels import texel_colors
-from .vertices import count_segments, mean_normals, spread_labels
-from .views import join_by_masks, see_surface
-from .weights import quantize_weights, smallest_eigenpairs, superfacet_weights
-
-__all__ = [
-    "Arc",
-    "Part",
-    "RegionArc",
-    "build_face_graph",
-    "build_point_graph",
-    "build_tet_graph",
-    "classify_exact",
-    "classify_halted",
-    "coarse_arcs",
-    "coarse_cells",
-    "count_segments",
-    "curve_seeds",
-    "farthest_seeds",
-    "find_bridges",
-    "find_components",
-    "flood_seeds",
-    "geodesic_seeds",
-    "grid_seeds",
-    "iterate",
-    "join_by_masks",
-    "join_islands",
-    "mean_normals",
-    "measure_faces",
-    "measure_polygons",
-    "merge_tree",
-    "move_cells",
-    "nearest_faces",
-    "nearest_in_tet",
-    "nearest_on_triangle",
-    "nearest_tets",
-    "point_normals",
-    "quantize_weights",
-    "ray_thickness",
-    "region_arcs",
-    "region_shapes",
-    "relocate_centers",
-    "second_nearest",
-    "see_surface",
-    "smallest_eigenpairs",
-    "smooth_borders",
-    "spread_labels",
-    "subdivide",
-    "superfacet_weights",
-    "texel_colors",
-    "update_centers",
-    "walk_regions",
-]
+from .cells import build_face_graph as build_face_graph
+from .cells import build_point_graph as build_point_graph
+from .cells import build_tet_graph as build_tet_graph
+from .cells import measure_faces as measure_faces
+from .cells import measure_polygons as measure_polygons
+from .cells import point_normals as point_normals
+from .clustering import classify_exact as classify_exact
+from .clustering import classify_halted as classify_halted
+from .clustering import coarse_arcs as coarse_arcs
+from .clustering import coarse_cells as coarse_cells
+from .clustering import iterate as iterate
+from .clustering import join_islands as join_islands
+from .clustering import relocate_centers as relocate_centers
+from .region_sizes import move_cells as move_cells
+from .region_sizes import walk_regions as walk_regions
+from .regions import find_bridges as find_bridges
+from .regions import merge_tree as merge_tree
+from .regions import region_arcs as region_arcs
+from .regions import region_shapes as region_shapes
+from .seeding import curve_seeds as curve_seeds
+from .seeding import farthest_seeds as farthest_seeds
+from .seeding import find_components as find_components
+from .seeding import flood_seeds as flood_seeds
+from .seeding import geodesic_seeds as geodesic_seeds
+from .seeding import grid_seeds as grid_seeds
+from .seeding import update_centers as update_centers
+from .smooth import smooth_borders as smooth_borders
+from .spatial import nearest_faces as nearest_faces
+from .spatial import nearest_tets as nearest_tets
+from .spatial import ray_thickness as ray_thickness
+from .spatial import subdivide as subdivide
+from .texels import texel_colors as texel_colors
+from .vertices import count_segments as count_segments
+from .vertices import mean_normals as mean_normals
+from .vertices import spread_labels as spread_labels
+from .views import join_by_masks as join_by_masks
+from .views import see_surface as see_surface
+from .weights import quantize_weights as quantize_weights
+from .weights import smallest_eigenpairs as smallest_eigenpairs
+from .weights import superfacet_weights as superfacet_weights

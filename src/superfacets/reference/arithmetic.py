@@ -1,4 +1,4 @@
-"""Arithmetic of the kernels, bit for bit: vectors, the arctangent and the exponential."""
+"""Arithmetic of the kernels, bit for bit: vectors, arctangent and exponential function."""
 
 from __future__ import annotations
 
@@ -21,19 +21,7 @@ def norm(a: Floats) -> Any:
     return np.sqrt(dot(a, a))
 
 
-def cross(a: Floats, b: Floats) -> Floats:
-    """Cross products of rows."""
-    return np.stack(
-        [
-            a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
-            a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2],
-            a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0],
-        ],
-        axis=-1,
-    )
-
-
-# atan(q) = q + q z P(z), z = q^2: the coefficients of P in ascending order.
+# Coefficients of P in ascending order, where atan(q) = q + q z P(z) and z = q^2.
 _ARCTANGENT_SERIES = (
     -0.33333333333333315, 0.19999999999993445, -0.14285714284977744, 0.11111111069363067,
     -0.09090907692059402, 0.07692277476441967, -0.06666223702917291, 0.05877809365040213,
@@ -41,11 +29,9 @@ _ARCTANGENT_SERIES = (
     -0.008368794178450841,
 )  # fmt: skip
 
-_REST_OF_EIGHTH_TURN = float.fromhex(
-    "0x1.1a62633145c07p-55"
-)  # rounding error of pi / 4 in double precision
+_REST_OF_EIGHTH_TURN = float.fromhex("0x1.1a62633145c07p-55")  # pi / 4 minus its double
 
-# The first 32 bits of ln 2, and the rest.
+# The first 32 bits of ln 2, and the remainder.
 _LN_2 = float.fromhex("0x1.62e42fefp-1")
 _REST_OF_LN_2 = float.fromhex("0x1.473de6af278edp-34")
 
@@ -53,9 +39,8 @@ _REST_OF_LN_2 = float.fromhex("0x1.473de6af278edp-34")
 def arctangent(y: Floats, x: Floats) -> Floats:
     """Angles in [0, pi] from the positive x axis to (x, y), for y >= 0; 0 where both are 0.
 
-    Unlike `numpy.arctan2`, whose last bits depend on the C library, this gives the same bits
-    everywhere. An angle is a multiple of pi / 4 plus the arctangent of q, |q| <= 1/2, which a
-    polynomial gives.
+    Unlike `numpy.arctan2`, the last bits do not depend on the C library. An angle is a multiple of
+    pi / 4 plus the arctangent of a number |q| <= 1/2, which a polynomial computes.
     """
     left, width = x < 0, np.abs(x)
     flat, steep = y + y <= width, y > width + width
@@ -75,7 +60,7 @@ def arctangent(y: Floats, x: Floats) -> Floats:
 
 
 def exponential(x: Floats) -> Floats:
-    """exp(x) for x <= 0, in [0, 1]; 0 below -708. Unlike `numpy.exp`, the same bits everywhere."""
+    """exp(x) for x <= 0, with the same bits on every platform; 0 if x < -708."""
     bounded = np.maximum(x, -708.0)
     n = np.rint(bounded * 1.4426950408889634)
     high, low = bounded - n * _LN_2, n * _REST_OF_LN_2
@@ -87,7 +72,7 @@ def exponential(x: Floats) -> Floats:
 
 
 def _horner(coefficients: Sequence[float], x: Floats) -> Floats:
-    """Sum of coefficients[i] x^i, from the last to the first."""
+    """Sum of coefficients[i] x^i, by Horner's method."""
     total = np.full_like(x, coefficients[-1])
     for coefficient in coefficients[-2::-1]:
         total = total * x + coefficient

@@ -1,8 +1,9 @@
-"""Stage 1: faces that share an edge, tetrahedra that share a triangle, neighbors of points."""
+"""Stage 1: neighbors of faces, of tetrahedra and of points."""
 
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -14,11 +15,11 @@ from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
-from .arithmetic import cross, norm
+from .arithmetic import norm
 
 
 class Arc(NamedTuple):
-    """A step from a face across one of its sides to a neighbor."""
+    """A step from a face across a side to a neighbor."""
 
     face: int
     side: int
@@ -28,13 +29,11 @@ class Arc(NamedTuple):
 
 def build_face_graph(mesh: FaceMesh, *, weld: bool = True) -> list[Arc]:
     """All arcs, sorted by face, side and neighbor."""
-    vertex_at: dict[tuple[float, ...], int] = {}
-    corners = [
-        [vertex_at.setdefault(tuple(mesh.vertices[v].tolist()), v) if weld else v for v in face]
-        for face in _faces_of(mesh)
-    ]
-    sides_on_edge: dict[tuple[int, ...], dict[int, tuple[int, bool]]] = defaultdict(dict)
-    for face, ring in enumerate(corners):
+    corners = corners_of(mesh)
+    ends = np.cumsum(np.broadcast_to(corners.sizes, mesh.n_faces))
+    faces = np.split(corners.vertices, ends[:-1])
+    sides_on_edge: Sides = defaultdict(dict)
+    for face, ring in enumerate(_welded(mesh.vertices, faces, weld)):
         for side, (start, end) in enumerate(zip(ring, ring[1:] + ring[:1], strict=True)):
             if start != end:
                 edge = (min(start, end), max(start, end))
@@ -44,13 +43,8 @@ def build_face_graph(mesh: FaceMesh, *, weld: bool = True) -> list[Arc]:
 
 def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
     """All arcs between tetrahedra, sorted in the same way; `same_turn` has no meaning."""
-    vertex_at: dict[tuple[float, ...], int] = {}
-    tets_on_triangle: dict[tuple[int, ...], dict[int, tuple[int, bool]]] = defaultdict(dict)
-    for tet, corners in enumerate(mesh.tets.tolist()):
-        lowest = [
-            vertex_at.setdefault(tuple(mesh.vertices[v].tolist()), v) if weld else v
-            for v in corners
-        ]
+    tets_on_triangle: Sides = defaultdict(dict)
+    for tet, lowest in enumerate(_welded(mesh.vertices, mesh.tets, weld)):
         for side in range(4):
             triangle = tuple(sorted(lowest[:side] + lowest[side + 1 :]))
             if len(set(triangle)) == 3:
@@ -58,14 +52,21 @@ def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
     return _arcs_over(tets_on_triangle)
 
 
-def _faces_of(mesh: FaceMesh) -> list[list[int]]:
-    corners = corners_of(mesh)
-    ends = np.cumsum(np.broadcast_to(corners.sizes, mesh.n_faces))
-    return [face.tolist() for face in np.split(corners.vertices, ends[:-1])]
+Sides = dict[tuple[int, ...], dict[int, tuple[int, bool]]]
+"""For the vertices of each side: the cells that have it, with its number and direction."""
 
 
-def _arcs_over(sides: dict[tuple[int, ...], dict[int, tuple[int, bool]]]) -> list[Arc]:
-    """Arcs between all pairs of cells on each side."""
+def _welded(vertices: Floats, cells: Iterable[Ints], weld: bool) -> list[list[int]]:
+    """Corners of each cell; with `weld`, the first vertex at the position of each corner."""
+    first: dict[tuple[float, ...], int] = {}
+    lists = [cell.tolist() for cell in cells]
+    if not weld:
+        return lists
+    return [[first.setdefault(tuple(vertices[v].tolist()), v) for v in cell] for cell in lists]
+
+
+def _arcs_over(sides: Sides) -> list[Arc]:
+    """Arcs between all pairs of cells with a common side."""
     arcs = [
         Arc(cell, side, neighbor, ascending == neighbor_ascending)
         for cells in sides.values()
@@ -79,11 +80,11 @@ def _arcs_over(sides: dict[tuple[int, ...], dict[int, tuple[int, bool]]]) -> lis
 def measure_faces(mesh: Mesh) -> tuple[Floats, Floats]:
     """Centroids, shape (F, 3), and areas, shape (F,)."""
     a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
-    return (a + b + c) / 3.0, 0.5 * norm(cross(b - a, c - a))
+    return (a + b + c) / 3.0, 0.5 * norm(np.cross(b - a, c - a))
 
 
 def measure_polygons(mesh: PolygonMesh) -> tuple[Floats, Floats]:
-    """Centroids and areas by fans; faces must have a normal and not intersect themselves."""
+    """Centroids and areas; faces must have a normal and must not intersect themselves."""
     centroids, areas = np.empty((mesh.n_faces, 3)), np.empty(mesh.n_faces)
     for face in range(mesh.n_faces):
         origin, *others = mesh.vertices[mesh.face(face)]
@@ -136,7 +137,7 @@ def build_point_graph(points: npt.ArrayLike, n_neighbors: int, *, cutoff: float)
 
 
 def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
-    """Return the direction of least variance of each point's neighbors, of either sign, or 0."""
+    """Direction of least variance of each point's neighbors, of either sign; 0 if undefined."""
     positions = np.asarray(points, dtype=np.float64)
     first, together = _places(positions)
     normals = np.zeros_like(positions)
@@ -150,7 +151,7 @@ def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
 
 
 def _places(positions: Floats) -> tuple[list[int], dict[int, list[int]]]:
-    """The lowest point at each position, and all points at each position."""
+    """The lowest point at each position, and all points at its position."""
     together: dict[tuple[float, ...], list[int]] = {}
     for i, position in enumerate((positions + 0.0).tolist()):
         together.setdefault(tuple(position), []).append(i)
@@ -176,7 +177,7 @@ def _area(positions: Floats, i: int, near: list[int]) -> float:
 
 
 def _borders(positions: Floats, measures: Floats, rows: list[list[int]]) -> Floats:
-    """Border length of each arc: pi a / (sum of the lengths of arcs), the mean of both ends."""
+    """Border length of each arc: the mean over both ends of pi * area / (sum of arc lengths)."""
     sums = [sum(_squared(positions, i, j) ** 0.5 for j in row) for i, row in enumerate(rows)]
     per_arc = [np.pi * a / s if s > 0 else 0.0 for a, s in zip(measures, sums, strict=True)]
     return np.array([(per_arc[i] + per_arc[j]) / 2 for i, row in enumerate(rows) for j in row])

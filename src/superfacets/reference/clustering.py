@@ -1,10 +1,11 @@
-"""Stage 4: classification, the loop, relocation, and coarse cells."""
+"""Stage 4: classification, the clustering loop, relocation, and coarse cells."""
 
 from __future__ import annotations
 
 import heapq
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Iterable, Sequence
 
 import numpy as np
 
@@ -12,30 +13,41 @@ from ..cells.cell_graph import CellGraph
 from .arithmetic import dot
 from .seeding import arcs_of, expand, find_components, update_centers
 
+Path = tuple[int, int]
+"""Sort key of a path: length, then label."""
+
 
 def classify_exact(
     graph: CellGraph, centers: list[int], *, islands: str = "keep", offsets: Sequence[int] = ()
 ) -> tuple[list[int], list[int]]:
-    """Labels by one expansion from all centers, and the centers, plus one per island.
+    """Labels by one expansion from all centers, and all centers, including one per island.
 
-    If `islands` is "nearest", islands get no centers, and their cells have label -1. With offsets,
-    one for each center, paths from a center begin with its offset.
+    If `islands` is "nearest", islands get no centers, and their cells have label -1. The offset of
+    a center is the initial length of its paths.
     """
     all_centers = list(centers)
     while True:
-        labels: dict[int, int] = {}
-        starts = [*offsets, *[0] * (len(all_centers) - len(offsets))]
-        queue = list(zip(starts, range(len(all_centers)), all_centers, strict=True))
-        heapq.heapify(queue)
-        while queue:
-            length, label, cell = heapq.heappop(queue)
-            if cell not in labels:
-                labels[cell] = label
-                for neighbor, step in arcs_of(graph, cell):
-                    heapq.heappush(queue, (length + step, label, neighbor))
-        if len(labels) == graph.n_cells or islands == "nearest":
-            return [labels.get(cell, -1) for cell in range(graph.n_cells)], all_centers
-        all_centers.append(min(set(range(graph.n_cells)) - labels.keys()))
+        lengths = [*offsets, *[0] * (len(all_centers) - len(offsets))]
+        best = _shortest_paths(graph, zip(lengths, itertools.count(), all_centers))
+        if len(best) == graph.n_cells or islands == "nearest":
+            return [best.get(cell, (0, -1))[1] for cell in range(graph.n_cells)], all_centers
+        all_centers.append(min(set(range(graph.n_cells)) - best.keys()))
+
+
+def _shortest_paths(
+    graph: CellGraph, starts: Iterable[tuple[int, int, int]], allowed: Container[int] | None = None
+) -> dict[int, Path]:
+    """Length and label of the shortest path to each cell, from starts (length, label, cell)."""
+    best: dict[int, Path] = {}
+    queue = sorted(starts)
+    while queue:
+        length, label, cell = heapq.heappop(queue)
+        if cell in best or (allowed is not None and cell not in allowed):
+            continue
+        best[cell] = (length, label)
+        for neighbor, step in arcs_of(graph, cell):
+            heapq.heappush(queue, (length + step, label, neighbor))
+    return best
 
 
 def classify_halted(
@@ -63,9 +75,9 @@ def join_islands(
 ) -> tuple[list[int], int, list[int]]:
     """Labels without -1, the number of islands that joined a region, and centers of other islands.
 
-    An island takes the label of the labeled cell that is nearest to any cell of the island; the
-    lowest cell wins ties. With groups, only cells of the island's group count, unless the group is
-    -1. If there are none, the island becomes a region, with its lowest cell as center.
+    An island gets the label of the labeled cell that is nearest to any cell of the island; the
+    lowest cell wins ties. With groups, this cell must be in the island's group, unless the group is
+    -1. An island without such a cell becomes a region; its lowest cell is the center.
     """
     joined = list(labels)
     new_centers: list[int] = []
@@ -97,7 +109,7 @@ def iterate(
     tol: float = 0.02,
     islands: str = "keep",
 ) -> tuple[list[tuple[list[int], list[int]]], str]:
-    """Labels and centers of every iteration, and the stop reason."""
+    """Labels and centers of each iteration, and the stop reason."""
     history: list[tuple[list[int], list[int]]] = []
     centers = seeds
     while True:
@@ -118,12 +130,8 @@ def iterate(
         centers = moved_to
 
 
-Path = tuple[int, int]
-"""Sort key of a path: length, then label."""
-
-
 def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]:
-    """The paths to each cell from the nearest and the second-nearest center, at most two."""
+    """Paths to each cell from its nearest and second-nearest center; fewer if unreachable."""
     found: list[list[Path]] = [[] for _ in range(graph.n_cells)]
     for label, center in enumerate(centers):
         for cell, length in expand(graph, center, math.inf).items():
@@ -135,7 +143,7 @@ def relocate_centers(
     graph: CellGraph, order: Sequence[int], centers: Sequence[int], n_moves: int,
     has_barriers: bool = False,
 ) -> list[int]:  # fmt: skip
-    """The centers after at most `n_moves` have moved; sums run over the cells in `order`."""
+    """Centers after at most `n_moves` relocations; sums are over the cells in `order`."""
     paths = second_nearest(graph, centers)
     gain = 0.25 if has_barriers else 0.5
     costs = [0.0] * len(centers)
@@ -174,59 +182,40 @@ def relocate_centers(
 
 
 RANGE = 4096
-"""Number of consecutive cells of `order` in a range; coarse cells stay within ranges."""
+"""Number of consecutive cells of `order` in a range; each coarse cell is within one range."""
 
 
 def coarse_cells(
     graph: CellGraph, order: Sequence[int], spacing: int
 ) -> tuple[list[int], list[int], list[int]]:
-    """Centers of coarse cells; for each cell, its coarse cell and the length of its path to it.
+    """Centers of coarse cells; for each cell, its coarse cell and its path length.
 
     In each range of `order`, centers are `spacing` cells apart. Cells that no center reaches within
-    the range get centers of their own.
+    the range become additional centers.
     """
     centers: list[int] = []
     coarse_of = [-1] * graph.n_cells
     lengths = [0] * graph.n_cells
     for begin in range(0, len(order), RANGE):
         members = [int(cell) for cell in order[begin : begin + RANGE]]
-        best: dict[int, tuple[int, int]] = {}
         first = (min(spacing, len(members)) - 1) // 2
-        _expand(graph, members, members[first::spacing], len(centers), best)
+        starts = [(0, len(centers) + i, cell) for i, cell in enumerate(members[first::spacing])]
+        best = _shortest_paths(graph, starts, set(members))
         centers += members[first::spacing]
         for cell in members:
             if cell not in best:
-                _expand(graph, members, [cell], len(centers), best)
+                left = set(members) - best.keys()
+                best |= _shortest_paths(graph, [(0, len(centers), cell)], left)
                 centers.append(cell)
         for cell, (length, coarse) in best.items():
             coarse_of[cell], lengths[cell] = coarse, length
     return centers, coarse_of, lengths
 
 
-def _expand(
-    graph: CellGraph,
-    members: list[int],
-    centers: list[int],
-    first_label: int,
-    best: dict[int, tuple[int, int]],
-) -> None:
-    """Assign cells of `members` that `best` lacks, by shortest paths from new centers."""
-    inside = set(members) - set(best)
-    queue = [(0, first_label + i, center) for i, center in enumerate(centers)]
-    while queue:
-        length, label, cell = heapq.heappop(queue)
-        if cell in best:
-            continue
-        best[cell] = (length, label)
-        for neighbor, step in arcs_of(graph, cell):
-            if neighbor in inside:
-                heapq.heappush(queue, (length + step, label, neighbor))
-
-
 def coarse_arcs(
     graph: CellGraph, coarse_of: list[int], lengths: list[int]
 ) -> dict[tuple[int, int], float]:
-    """Length of the shortest path between adjacent centers that crosses one border arc."""
+    """Length of the shortest path between adjacent centers that crosses only one border."""
     arcs: dict[tuple[int, int], float] = {}
     for cell in range(graph.n_cells):
         for neighbor, step in arcs_of(graph, cell):

@@ -1,4 +1,4 @@
-"""Stage 5: sizes of regions within bounds. Stage 7: cells of regions in the order of a walk."""
+"""Stage 5: moves of cells that bring region sizes into bounds. Stage 7: walks through regions."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def move_cells(
     crease_scale: float,
     may_split: bool = False,
 ) -> list[int]:
-    """Labels after cells have moved on along paths of regions, until sizes are within bounds.
+    """Labels after cells have moved along paths of regions, until sizes are within bounds.
 
-    Whether a face may leave its region is tested in passes: first by the faces around its corners,
-    then by paths in the region, and last, only if regions may split, not at all.
+    Passes differ in the test whether a face may leave its region: by the faces around its corners;
+    by paths in the region; and, if regions may split, without a test.
     """
     moving = _Moves(graph, mesh, steps, labels, crease_scale)
     moving.begin(sizes, *bounds)
@@ -40,7 +40,7 @@ def move_cells(
 
 
 class _Moves(MovingRegions):
-    """Regions, and what they have beyond their bounds."""
+    """Regions, and the excess of their sizes over the bounds."""
 
     test, n_stuck = 0, 0
 
@@ -69,50 +69,41 @@ class _Moves(MovingRegions):
         return self.n_stuck < MOST_STUCK * len(self.totals)
 
     def sweep(self) -> bool:
-        """Bring each region into its bounds, if there is a way; whether a face has moved."""
+        """Move faces to bring each region into its bounds; return whether a face has moved."""
         has_moved = False
         for region in range(len(self.totals)):
-            self.blocked = set()
-            while -self.room(region) > self.rounding and self.may_go_on() and self.drain(region):
-                has_moved = True
-            self.blocked = set()
-            while -self.spare(region) > self.rounding and self.may_go_on() and self.fill(region):
-                has_moved = True
+            for is_full in (True, False):
+                self.blocked = set()
+                while self.may_go_on() and self.improve(region, is_full):
+                    has_moved = True
         return has_moved and self.may_go_on()
 
-    def drain(self, region: int) -> bool:
-        def goals(at: int) -> list[int]:
-            return [to for to in self.exits(at) if (at, to) not in self.blocked]
-
-        while self.may_go_on():
-            path = _search(region, lambda other: self.room(other) >= self.step, goals)
+    def improve(self, region: int, is_full: bool) -> bool:
+        """Move faces out of a region that is too large, or into one that is too small."""
+        margin, next_of = (self.room, self.targets) if is_full else (self.spare, self.sources)
+        while -margin(region) > self.rounding and self.may_go_on():
+            path = _search(region, lambda other: margin(other) >= self.step, next_of)
             if not path:
                 break
-            if self.push(path, min(-self.room(region), self.room(path[-1]))):
+            way = path if is_full else path[::-1]
+            if self.push(way, min(-margin(region), margin(path[-1]))):
                 return True
         return False
 
-    def fill(self, region: int) -> bool:
-        def sources(at: int) -> list[int]:
-            around = [other for other in self.around_region(at) if at in self.exits(other)]
-            return [other for other in around if (other, at) not in self.blocked]
+    def targets(self, region: int) -> list[int]:
+        """Regions that faces of this region may move to, without blocked steps."""
+        return [to for to in self.exits(region) if (region, to) not in self.blocked]
 
-        while self.may_go_on():
-            path = _search(region, lambda other: self.spare(other) >= self.step, sources)
-            if not path:
-                break
-            if self.push(path[::-1], min(-self.spare(region), self.spare(path[-1]))):
-                return True
-        return False
+    def sources(self, region: int) -> list[int]:
+        """Regions whose faces may move to this region, without blocked steps."""
+        around = {b for face in self.faces_of(region) for b in self.neighboring_labels(face)}
+        return [other for other in sorted(around) if region in self.targets(other)]
 
     def faces_of(self, region: int) -> list[int]:
         return [face for face, label in enumerate(self.labels) if label == region]
 
-    def around_region(self, region: int) -> list[int]:
-        return sorted({b for face in self.faces_of(region) for b in self.neighboring_labels(face)})
-
     def exits(self, region: int) -> list[int]:
-        """Regions that a face of this one may move to."""
+        """Regions that a face of this region may move to."""
         leaving = [face for face in self.faces_of(region) if self.neighboring_labels(face)]
         leaving = [face for face in leaving if self.test == 2 or self.can_leave(face)]
         return sorted({b for face in leaving for b in self.neighboring_labels(face)})
@@ -123,7 +114,7 @@ class _Moves(MovingRegions):
         return self.test == 2 or self.may_leave(face) or (self.test == 1 and self.is_joined(face))
 
     def is_joined(self, face: int) -> bool:
-        """Whether the neighbors of a face in its region, of which it has some, stay connected."""
+        """Whether a face has neighbors in its region, and they stay connected without the face."""
         region = set(self.faces_of(self.labels[face])) - {face}
         wanted = region & set(self.neighbors(face))
         reached = set(list(wanted)[:1])
@@ -170,7 +161,7 @@ class _Moves(MovingRegions):
 def _search(
     first: int, is_wanted: Callable[[int], bool], next_of: Callable[[int], Iterable[int]]
 ) -> list[int]:
-    """Shortest path, by breadth-first search, to a wanted region; empty if none is reached."""
+    """Shortest path to a wanted region, by breadth-first search; empty if there is none."""
     parents = {first: first}
     queue = [first]
     for at in queue:
@@ -188,10 +179,10 @@ def _search(
 
 
 def walk_regions(neighbors: Sequence[Sequence[int]], labels: Sequence[int]) -> list[int]:
-    """The cells of each region in the order of a walk, those of label 0 first.
+    """The cells of each region in the order of a walk; regions are in the order of their labels.
 
-    It begins where the fewest neighbors are in the region, and goes on to the neighbor with the
-    fewest that are left to visit; from a dead end, back along its way.
+    A walk starts at the cell with the fewest neighbors in its region. The next cell is the neighbor
+    with the fewest unvisited neighbors. At a dead end, the walk goes back.
     """
     walked: list[int] = []
     left = {cell for cell, label in enumerate(labels) if label >= 0}

@@ -1,4 +1,4 @@
-"""Stage 5: the region graph, and the tree of merges."""
+"""Stage 5: the region graph, and the merge tree."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class RegionShape(NamedTuple):
 
 
 class RegionArc(NamedTuple):
-    """The border of two regions."""
+    """The border between two regions."""
 
     low: int
     high: int
@@ -41,14 +41,14 @@ class RegionArc(NamedTuple):
 
 
 class _Simplex(NamedTuple):
-    """A triangle or a tetrahedron; its measure is negative where a polygon folds back."""
+    """A triangle or a tetrahedron; triangles where a polygon folds back have negative measures."""
 
     corners: Floats
     measure: float
 
 
 def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
-    """Shape of each region, from the simplices of its cells."""
+    """Shape of each region, computed from the simplices of its cells."""
     cells = _simplices(mesh)
     regions = np.asarray(labels)
     return [
@@ -58,7 +58,7 @@ def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
 
 
 def _simplices(mesh: AnyMesh) -> list[list[_Simplex]]:
-    """The simplices of each cell; for a polygon, the triangles of the fan at its first corner."""
+    """The simplices of each cell; polygons are triangle fans at their first corners."""
     corners_of_cells = corners_of(mesh)
     ends = np.cumsum(np.broadcast_to(corners_of_cells.sizes, mesh.n_cells))
     table = np.split(mesh.vertices[corners_of_cells.vertices], ends[:-1])
@@ -118,7 +118,7 @@ def _mean(simplices: list[_Simplex]) -> Floats:
 def region_arcs(
     offsets: Longs, neighbors: Ints, measures: ArcMeasures, labels: npt.ArrayLike
 ) -> list[RegionArc]:
-    """The borders between regions, sorted; an arc and its reverse count once."""
+    """The borders between regions, sorted; an arc and its reverse arc count once."""
     regions = np.asarray(labels).tolist()
     targets = neighbors.tolist()
     arcs_of = [range(a, b) for a, b in pairwise(offsets.tolist())]
@@ -159,7 +159,7 @@ def _border_of(
 
 
 def find_bridges(positions: Floats, ranks: list[int]) -> list[tuple[int, int]]:
-    """For each rank above 0, the nearest pair of its own cell and a cell of a lower rank."""
+    """For each rank > 0, the nearest pair of a cell of this rank and a cell of a lower rank."""
     found = []
     for rank in range(1, max(ranks) + 1):
         pairs = [
@@ -186,84 +186,60 @@ def merge_tree(
 
     `borders` holds (length, cost) of each pair of regions, the lower region first.
     """
-    groups = _Groups(areas, positions, features, borders, crease_weight, dimension)
+    areas, positions, borders = list(areas), list(positions), dict(borders)
+    features = None if features is None else list(features)
+
+    def ward_factor(a: int, b: int) -> float:
+        area = areas[a] + areas[b]
+        return areas[a] / area * areas[b] if area > 0 else 0.0
+
+    def cost_of(a: int, b: int) -> float:
+        """Cost of a merge by geometry."""
+        factor = ward_factor(a, b)
+        if not factor > 0:
+            return 0.0
+        length, cost = borders[a, b]
+        area = areas[a] + areas[b]
+        is_flat = dimension == 2
+        radius = math.sqrt(area / math.pi) if is_flat else math.cbrt(0.75 * area / math.pi)
+        openness = cost / length if length > 0 else 0.0
+        if not length > 0:  # a bridge over a gap
+            length = radius if is_flat else radius * radius
+        distance = float(norm(positions[a] - positions[b]))
+        return factor * (distance + crease_weight * radius * (1.0 - openness)) / length
+
+    def key_of(pair: tuple[int, int]) -> tuple[float, float]:
+        """The cost of a merge, and a second number that breaks ties."""
+        if features is None:
+            return cost_of(*pair), 0.0
+        squared = 0.0
+        for step in features[pair[0]] - features[pair[1]]:
+            squared += float(step) * float(step)
+        return ward_factor(*pair) * squared, cost_of(*pair)
+
     children, costs = [], []
-    while groups.borders:
-        key, pair = min((groups.key_of(pair), pair) for pair in groups.borders)
-        children.append(pair)
+    while borders:
+        key, (a, b) = min((key_of(pair), pair) for pair in borders)
+        children.append((a, b))
         costs.append(key[0])
-        groups.merge(*pair)
+        area = areas[a] + areas[b]
+        share = areas[b] / area if area > 0 else 0.5
+        for values in (positions, features):
+            if values is not None:
+                values.append(values[a] + share * (values[b] - values[a]))
+        borders = _merged(borders, (a, b), len(areas))
+        areas.append(area)
     return children, costs
 
 
-class _Groups:
-    """Nodes that have not merged, and their common borders."""
-
-    def __init__(
-        self,
-        areas: list[float],
-        positions: list[Floats],
-        features: list[Floats] | None,
-        borders: dict[tuple[int, int], tuple[float, float]],
-        crease_weight: float,
-        dimension: int,
-    ) -> None:
-        self.areas = list(areas)
-        self.positions = list(positions)
-        self.features = None if features is None else list(features)
-        self.borders = dict(borders)
-        self.crease_weight = crease_weight
-        self.dimension = dimension
-
-    def key_of(self, pair: tuple[int, int]) -> tuple[float, float]:
-        """The cost of a merge, and a second number that breaks ties."""
-        if self.features is None:
-            return self.cost_of(pair), 0.0
-        a, b = pair
-        squared = 0.0
-        for step in self.features[a] - self.features[b]:
-            squared += float(step) * float(step)
-        return self.ward_factor(a, b) * squared, self.cost_of(pair)
-
-    def cost_of(self, pair: tuple[int, int]) -> float:
-        """Cost of a merge from the areas, the distance and the common border."""
-        a, b = pair
-        factor = self.ward_factor(a, b)
-        if not factor > 0:
-            return 0.0
-        length, cost = self.borders[pair]
-        radius = self.radius_of(self.areas[a] + self.areas[b])
-        openness = cost / length if length > 0 else 0.0
-        if not length > 0:  # no common border, but a bridge over a gap
-            length = radius if self.dimension == 2 else radius * radius
-        distance = float(norm(self.positions[a] - self.positions[b]))
-        return factor * (distance + self.crease_weight * radius * (1.0 - openness)) / length
-
-    def ward_factor(self, a: int, b: int) -> float:
-        """The product of the areas over their sum."""
-        area = self.areas[a] + self.areas[b]
-        return self.areas[a] / area * self.areas[b] if area > 0 else 0.0
-
-    def radius_of(self, area: float) -> float:
-        """Radius of a disk or a ball of this measure."""
-        if self.dimension == 2:
-            return math.sqrt(area / math.pi)
-        return math.cbrt(0.75 * area / math.pi)
-
-    def merge(self, a: int, b: int) -> None:
-        """Join two nodes to a new one."""
-        area = self.areas[a] + self.areas[b]
-        share = self.areas[b] / area if area > 0 else 0.5
-        node = len(self.areas)
-        self.areas.append(area)
-        for values in (self.positions, self.features):
-            if values is not None:
-                values.append(values[a] + share * (values[b] - values[a]))
-        merged: dict[tuple[int, int], tuple[float, float]] = {}
-        for pair, border in self.borders.items():
-            if pair == (a, b):
-                continue
-            low, high = sorted(node if end in (a, b) else end for end in pair)
+def _merged(
+    borders: dict[tuple[int, int], tuple[float, float]], pair: tuple[int, int], node: int
+) -> dict[tuple[int, int], tuple[float, float]]:
+    """The borders after a pair has merged into a new node."""
+    merged: dict[tuple[int, int], tuple[float, float]] = {}
+    for (one, other), border in borders.items():
+        if (one, other) != pair:
+            low, high = sorted(node if end in pair else end for end in (one, other))
             before = merged.get((low, high), (0.0, 0.0))
             merged[low, high] = (before[0] + border[0], before[1] + border[1])
-        self.borders = merged
+    return merged

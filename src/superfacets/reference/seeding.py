@@ -1,4 +1,4 @@
-"""Stage 3: shortest paths and components of a graph, means of regions, and seeds."""
+"""Stage 3: shortest paths, connected components, centers of regions, and seeds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .arithmetic import dot, norm
 
 
 def find_components(graph: CellGraph, labels: Array) -> list[int]:
-    """Component of each cell; arcs between cells of equal labels join these, in either direction.
+    """Component of each cell, by the arcs between cells of equal labels, in either direction.
 
     Components are numbered in the order of their lowest cells.
     """
@@ -68,7 +68,7 @@ def arcs_of(graph: CellGraph, cell: int) -> list[tuple[int, int]]:
 
 
 def update_centers(graph: CellGraph, labels: Array) -> list[int]:
-    """The cell of each region nearest to the weighted mean of its positions; -1 is no region."""
+    """The cell of each region nearest to the weighted mean of its positions; -1 means no region."""
     n_regions = int(labels.max()) + 1
     labels = np.where(labels < 0, n_regions, labels)
     means = _fixed_point_means(graph, labels)
@@ -85,12 +85,9 @@ def update_centers(graph: CellGraph, labels: Array) -> list[int]:
 
 
 def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
-    """Means of regions from exact sums, in any order; NaN for regions that are too small for that.
-
-    Each cell adds whole numbers: its measure, and its measure times its offset from the low corner,
-    both scaled so that the total is just under 2**61. The rounding errors of these are added, too,
-    scaled by another 2**31.
-    """
+    """Means of regions by exact fixed-point sums; NaN for regions that are too small."""
+    # Each cell adds integers: its measure, and its measure times its offset from the low corner.
+    # The scale keeps totals just below 2**61. Rounding errors, scaled by 2**31, are also added.
     low = graph.positions.min(axis=0)
     extent = float((graph.positions.max(axis=0) - low).max())
     total = float(graph.measures.sum())
@@ -116,7 +113,7 @@ def _fixed_point_scale(total: float) -> float:
 
 
 def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]]:
-    """Component of each cell, and the components large enough for seeds, the largest first."""
+    """Component of each cell, and the components large enough for a seed, the largest first."""
     components = np.array(find_components(graph, np.zeros(graph.n_cells)))
     measures = np.bincount(components, graph.measures)  # bincount adds in the order of the cells
     enough = 0.5 * float(np.cumsum(graph.measures)[-1]) / n_seeds
@@ -131,7 +128,7 @@ def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]
 
 
 def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> list[int]:
-    """Iterative farthest points, with a search over all cells for every seed."""
+    """Seeds by farthest-point sampling; each seed is found by a search over all cells."""
     seeds = [first_cell(graph)]
     squared_distance = np.full(graph.n_cells, np.inf)
     if islands == "nearest":
@@ -149,7 +146,7 @@ def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> 
 
 
 def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
-    """Iterative longest paths, with a full expansion from every seed."""
+    """Seeds by farthest-point sampling with path lengths; each seed is expanded to all cells."""
     components, seeded = _seeded_components(graph, n_seeds)
     central = update_centers(graph, components)
     seeds = [central[component] for component in seeded]
@@ -211,7 +208,7 @@ def _with_farthest(
 def flood_seeds(
     graph: CellGraph, radius: float, n_seeds: int = 1, *, islands: str = "keep"
 ) -> list[int]:
-    """Seeds by path length: each the first cell not reached by earlier seeds, expanded to 2 r."""
+    """Seeds in order of path length: the next cell that no earlier seed reaches within 2 r."""
     seeds: list[int] = []
     reached: set[int] = set()
     components, seeded = _seeded_components(graph, n_seeds)

@@ -29,11 +29,11 @@ def smooth_borders(
     sizes: Sequence[float] = (),
     goals: Sequence[float] = (),
 ) -> list[int]:
-    """Labels after chains of faces have moved across borders, from one region to the next.
+    """Labels after chains of faces have moved across borders into neighboring regions.
 
-    ``steps`` are the lengths of the arcs, in the unit of the vertices. A patch knows its own
-    changes of areas, and those of all patches of earlier colors. With ``goals``, one per region,
-    regions tend to these in place of their areas at first; ``sizes`` of faces then replace areas.
+    ``steps`` are the lengths of the arcs, in the unit of the vertices. A patch sees its own changes
+    of areas, and the changes by patches of earlier colors. ``goals`` are target sizes of regions,
+    by default their initial areas. With goals, ``sizes`` of faces replace their areas.
     """
     regions = MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
     regions.stiffness = _Stiffness(graph, labels, stiffness, roundness)
@@ -46,7 +46,7 @@ def smooth_borders(
         waiting = set()
         for turn, face in listed:
             regions.stiffness.begin(turn)
-            if regions.turn(face) != turn:  # it has moved to another patch
+            if regions.turn(face) != turn:  # the face has moved to another patch
                 continue
             waiting.discard(face)
             for label in regions.neighboring_labels(face):
@@ -59,7 +59,7 @@ def smooth_borders(
 
 
 class _Stiffness:
-    """What it costs regions to change their areas, and to spread out from their centroids."""
+    """Cost of changes of the areas of regions, and of distances from their centroids."""
 
     def __init__(
         self, graph: FaceGraph, labels: list[int], stiffness: float, roundness: float
@@ -84,7 +84,7 @@ class _Stiffness:
         self.centroids = np.array(inverses) * moments
         self.known, self.own = [0.0] * len(areas), [0.0] * len(areas)
         self._turn: tuple[int, int] | None = None
-        self._others: list[list[float]] = []  # changes by other patches of this color
+        self._others: list[list[float]] = []  # changes by other patches of the same color
 
     def set_goals(
         self, labels: list[int], sizes: Sequence[float], goals: Sequence[float], stiffness: float
@@ -97,7 +97,7 @@ class _Stiffness:
         self.known = [size - goal for size, goal in zip(self.known, goals, strict=True)]
 
     def begin(self, turn: tuple[int, int] | None) -> None:
-        """Begin the patch with the sort key `turn` (color, patch); None ends the sweep."""
+        """Start the patch with the sort key `turn` (color, patch); None ends the sweep."""
         if turn == self._turn:
             return
         self._others.append(self.own)
@@ -109,7 +109,7 @@ class _Stiffness:
         self._turn = turn
 
     def gain(self, face: int, before: int, label: int) -> float:
-        """Decrease of the cost if a face takes a label."""
+        """Decrease of this cost if a face gets a label."""
         area, size = self.of_faces[face], self.sizes[face]
         far, near = (_squared(self.positions[face] - self.centroids[i]) for i in (before, label))
         lost, won = (self.known[i] + self.own[i] for i in (before, label))
@@ -123,7 +123,7 @@ class _Stiffness:
 
 
 def _runs(labels: list[int], block: int = 1 << 14) -> list[list[int]]:
-    """Consecutive faces of one region, in the same block of faces."""
+    """Lists of consecutive faces in the same region and the same block."""
     runs: list[list[int]] = []
     for face, label in enumerate(labels):
         if face % block == 0 or labels[face - 1] != label:
@@ -138,7 +138,7 @@ def _squared(step: Floats) -> float:
 
 
 class MovingRegions:
-    """Changing labels, and the gain of each move."""
+    """Labels that change, and the gain of each move."""
 
     def __init__(
         self,
@@ -170,16 +170,16 @@ class MovingRegions:
         return [neighbor for _, neighbor in self.arcs(face)]
 
     def neighboring_labels(self, face: int) -> list[int]:
-        """Other labels around a face, without duplicates, in the order of the arcs."""
+        """Labels of neighbors in other regions, without duplicates, in the order of the arcs."""
         around = [self.labels[neighbor] for neighbor in self.neighbors(face)]
         return [label for label in dict.fromkeys(around) if label != self.labels[face]]
 
     def turn(self, face: int) -> tuple[int, int]:
-        """Sort key (color, patch) of the patch of a face, for the processing order."""
+        """Sort key (color, patch) of the processing order of a face."""
         return self.patches.turn(self.labels[face])
 
     def gain(self, face: int, label: int) -> float:
-        """Decrease of the cost of borders if a face takes a label."""
+        """Decrease of the cost of borders if a face gets a label."""
         gain = 0.0
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == label:
@@ -189,7 +189,7 @@ class MovingRegions:
         return gain
 
     def travel(self, face: int, label: int) -> float:
-        """Distance of a face from the first region of a label, along faces that it has now."""
+        """Distance of a face from the initial region of a label, along faces of the region."""
         if self.first[face] == label:
             return 0.0
         ways = [math.inf]
@@ -201,7 +201,7 @@ class MovingRegions:
         return min(ways)
 
     def may_leave(self, face: int) -> bool:
-        """Whether the region of a face stays connected without it, by faces around its corners."""
+        """Whether a region stays connected without a face, by the faces around its corners."""
         ways: dict[int, int] = {}  # the side toward each neighbor in the region
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == self.labels[face]:
@@ -225,7 +225,7 @@ class MovingRegions:
         return False
 
     def around(self, vertex: int, before: int, here: int) -> int | None:
-        """The next face around a vertex, if there is exactly one."""
+        """The next face around a vertex; None unless there is exactly one."""
         corners = self.mesh.faces[here].tolist()
         places = [tuple(p) for p in self.mesh.vertices[[*corners, vertex]].tolist()]
         if vertex in corners:
@@ -242,7 +242,7 @@ class MovingRegions:
         return onward[0] if len(onward) == 1 else None
 
     def move_chain(self, first: int, label: int, max_chain: int) -> list[int]:
-        """Move faces to a region, the best first, up to the largest total gain; return them."""
+        """Move faces to a region, best first, up to the largest total gain; return the faces."""
         before = self.labels[first]
         limit = sum(self.costs[number] for number, _ in self.arcs(first))
         gain, best_gain, best_size, area, best_area = 0.0, 1e-9 * limit, 0, 0.0, 0.0
@@ -276,7 +276,7 @@ class MovingRegions:
 
 
 def _border_costs(graph: FaceGraph, mesh: Mesh, steps: Floats, crease_scale: float) -> list[float]:
-    """Cost of a border across each arc: the length of its edge, reduced in a crease."""
+    """Cost of a border across each arc: the length of its edge, which a crease reduces."""
     lengths, excesses = [], []
     for face in range(graph.n_cells):
         for arc in range(graph.offsets[face], graph.offsets[face + 1]):
@@ -296,7 +296,7 @@ FEWEST_COLORS = 8
 
 
 class Patches:
-    """Groups of neighboring regions, each with a color that no adjacent group has."""
+    """Groups of neighboring regions; adjacent groups have different colors."""
 
     def __init__(self, graph: FaceGraph, labels: list[int]) -> None:
         self.of_region: dict[int, int] = {}
@@ -317,7 +317,7 @@ class Patches:
                 seed = self._grow(seed)
 
     def _grow(self, seed: int) -> int | None:
-        """Grow a patch breadth first; return the first adjacent region that is not in it."""
+        """Grow a patch breadth-first; return the first adjacent region outside the patch."""
         patch = len(self.colors)
         reached, size, forbidden = [seed], 0, set()
         n_taken = 0
@@ -336,7 +336,7 @@ class Patches:
         return reached[n_taken] if n_taken < len(reached) else None
 
     def _choose_color(self, forbidden: set[int], size: int) -> int:
-        """The allowed color with the fewest faces; a new color if none is allowed."""
+        """The allowed color with the fewest faces; a new color if no color is allowed."""
         allowed = [c for c in range(len(self._color_sizes)) if c not in forbidden]
         if not allowed:
             allowed = [len(self._color_sizes)]
@@ -351,7 +351,7 @@ class Patches:
         return self.colors[patch], patch
 
     def may_touch(self, region: int, others: list[int]) -> bool:
-        """Whether no other patch of these regions has the color of the first one's patch."""
+        """Whether the patches of `others` are the patch of `region` or have other colors."""
         mine = self.turn(region)
         turns = [self.turn(other) for other in others]
         return all(turn == mine or turn[0] != mine[0] for turn in turns)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ import numpy.typing as npt
 
 from .._types import Floats, Ints
 from ..mesh.triangle_mesh import Mesh
-from .arithmetic import cross, dot
+from .arithmetic import dot
 
 FLAT = 1e-20
 """Squared sine of the angle at the first corner below which a triangle counts as flat."""
@@ -34,17 +35,17 @@ def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
 def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
     """The point of a triangle, corners (3, 3), that is nearest to p.
 
-    Barycentric coordinates tell whether the nearest point of the plane is inside; if it is not, or
-    the triangle is flat, the nearest point is on a side. Corners are sorted first, so that
-    triangles that share a side find the same point on it.
+    Barycentric coordinates tell whether the nearest point of the plane is inside. If it is outside,
+    or the triangle is flat, the nearest point is on a side. Corners are sorted first, so that
+    triangles with a common side give the same point on this side.
     """
     a, b, c = np.array(sorted(corners.tolist()))
     ab, ac, ap = b - a, c - a, p - a
-    normal = cross(ab, ac)
+    normal = np.cross(ab, ac)
     squared = dot(normal, normal)
     if squared > FLAT * dot(ab, ab) * dot(ac, ac):
-        of_b = dot(cross(ap, ac), normal) / squared
-        of_c = dot(cross(ab, ap), normal) / squared
+        of_b = dot(np.cross(ap, ac), normal) / squared
+        of_c = dot(np.cross(ab, ap), normal) / squared
         if of_b >= 0 and of_c >= 0 and of_b + of_c <= 1:
             inside: Floats = a + of_b * ab + of_c * ac
             return inside.clip(corners.min(axis=0), corners.max(axis=0))
@@ -52,7 +53,7 @@ def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
 
 
 def nearest_in_tet(p: Floats, corners: Floats) -> Floats:
-    """The point of a tetrahedron, corners (4, 3), nearest to p; p itself if it is inside."""
+    """The point of a tetrahedron, corners (4, 3), that is nearest to p; p if p is inside."""
     is_in_box = (corners.min(axis=0) <= p).all() and (p <= corners.max(axis=0)).all()
     whole = _volume(corners)
     if is_in_box and whole != 0:
@@ -67,27 +68,13 @@ def nearest_in_tet(p: Floats, corners: Floats) -> Floats:
     return _nearest_of(p, [nearest_on_triangle(p, corners[list(side)]) for side in sides])
 
 
-def nearest_faces(
-    vertices: npt.ArrayLike, faces: npt.ArrayLike, points: npt.ArrayLike
-) -> tuple[Ints, Floats, Floats]:
-    """Return `superfacets.nearest_faces` of triangles, without a limit."""
-    return _nearest_shapes(nearest_on_triangle, vertices, faces, points)
-
-
-def nearest_tets(
-    vertices: npt.ArrayLike, tets: npt.ArrayLike, points: npt.ArrayLike
-) -> tuple[Ints, Floats, Floats]:
-    """Like `nearest_faces`, for tetrahedra."""
-    return _nearest_shapes(nearest_in_tet, vertices, tets, points)
-
-
 def _nearest_shapes(
     nearest_of: Callable[[Floats, Floats], Floats],
     vertices: npt.ArrayLike,
     cells: npt.ArrayLike,
     points: npt.ArrayLike,
 ) -> tuple[Ints, Floats, Floats]:
-    """Compare all cells for each point; the first of equals wins."""
+    """Nearest cell of each point (the first on ties), its distance, and its nearest point."""
     corners = np.asarray(vertices, np.float64)[np.asarray(cells)]
     queries = np.asarray(points, np.float64)
     found = [_first_nearest(p, [nearest_of(p, cell) for cell in corners]) for p in queries]
@@ -97,12 +84,16 @@ def _nearest_shapes(
     return cell_of_point, np.sqrt(dot(apart, apart)), nearest
 
 
+nearest_faces = partial(_nearest_shapes, nearest_on_triangle)
+nearest_tets = partial(_nearest_shapes, nearest_in_tet)
+
+
 def _nearest_of(p: Floats, candidates: list[Floats]) -> Floats:
     return _first_nearest(p, candidates)[1]
 
 
 def _first_nearest(p: Floats, candidates: Iterable[Floats]) -> tuple[int, Floats]:
-    """Index and position of the candidate nearest to p, the first of equals."""
+    """Index and position of the candidate nearest to p, the first on ties."""
 
     def squared(item: tuple[int, Floats]) -> Any:
         return dot(p - item[1], p - item[1])
@@ -113,14 +104,14 @@ def _first_nearest(p: Floats, candidates: Iterable[Floats]) -> tuple[int, Floats
 def _volume(corners: Floats) -> Any:
     """Six times the signed volume of a tetrahedron."""
     a, b, c, d = corners
-    return dot(cross(b - a, c - a), d - a)
+    return dot(np.cross(b - a, c - a), d - a)
 
 
 COS_GOLDEN, SIN_GOLDEN = -0.7373688780783197, 0.6754902942615237
 
 
 def cone_of_rays(n_rays: int) -> tuple[Floats, Floats]:
-    """Directions in a cone of 60 degrees about the z axis, (R, 3), and the weight of each."""
+    """Directions in a cone of 60 degrees around the z axis, (R, 3), and their weights, (R,)."""
     directions, weights = [], []
     x, y = 1.0, 0.0
     for ray in range(n_rays):
@@ -133,7 +124,7 @@ def cone_of_rays(n_rays: int) -> tuple[Floats, Floats]:
 
 
 def typical_length(lengths: Sequence[float], weights: Sequence[float]) -> float:
-    """The weighted mean of the lengths within one standard deviation of the median."""
+    """Weighted mean of the lengths within one standard deviation of the median."""
     given = np.array(lengths)
     median = float(np.median(given))
     is_kept = np.abs(given - median) <= given.std() + 1e-9 * median
@@ -148,7 +139,7 @@ def ray_thickness(
     n_rays: int,
     least_distance: float = 0.0,
 ) -> Floats:
-    """Thickness from `starts` along inward unit `axes`; NaN if under a quarter of the rays exit."""
+    """Thickness from `starts` along inward unit `axes`; NaN if less than a quarter of rays exit."""
     corners = vertices[triangles]
     spokes = list(zip(*cone_of_rays(n_rays), strict=True))
     result = np.full(len(starts), np.nan)
@@ -177,7 +168,7 @@ def frame_about(axis: Floats) -> tuple[Floats, Floats]:
 
 
 def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> float | None:
-    """Distance to the first triangle, corners (F, 3, 3), if the ray leaves through its back."""
+    """Distance to the first triangle, corners (F, 3, 3); None if the ray hits its front."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     along = normals @ ray
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -195,7 +186,7 @@ def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> flo
 
 
 class _Edge(NamedTuple):
-    """A side of a face, or an edge within it, with its two halves after bisection."""
+    """A side of a face, or an edge inside the face, with its two halves after bisection."""
 
     start: int
     end: int
@@ -214,7 +205,7 @@ class Part(NamedTuple):
 
 
 def subdivide(mesh: Mesh, max_edge: float) -> tuple[Floats, list[list[Part]]]:
-    """All vertices, and the parts of each face."""
+    """All vertices after subdivision, and the parts of each face."""
     points = mesh.vertices.tolist()
     faces = mesh.faces.tolist()
     sides = {(min(e), max(e)) for a, b, c in faces for e in ((a, b), (b, c), (c, a))}
@@ -227,7 +218,7 @@ def subdivide(mesh: Mesh, max_edge: float) -> tuple[Floats, list[list[Part]]]:
 
 
 def _bisected(points: list[list[float]], start: int, end: int, max_edge: float) -> _Edge:
-    """Bisect an edge, and its halves, until they are short enough; add midpoints to `points`."""
+    """Bisect an edge until all parts are short enough; add midpoints to `points`."""
     if _squared_length(points, start, end) <= max_edge * max_edge:
         return _Edge(start, end, None)
     middle = len(points)
@@ -237,7 +228,7 @@ def _bisected(points: list[list[float]], start: int, end: int, max_edge: float) 
 
 
 def _cut(points: list[list[float]], sides: list[_Edge], max_edge: float, depth: int) -> list[Part]:
-    """Cut a face from the middle of its longest side to the opposite corner; then both parts."""
+    """Cut a face from the middle of its longest side to the opposite corner, recursively."""
     lengths = [_squared_length(points, edge.start, edge.end) for edge in sides]
     side = lengths.index(max(lengths))
     halves = sides[side].halves

@@ -20,9 +20,9 @@ def texel_colors(
 ) -> tuple[Floats, Floats]:
     """Mean light, (N, 3), and its deviation, (N,), of the texels under triangles, (N, 3, 2).
 
-    A triangle has the texels whose centers it covers; of a large triangle, those in every n-th row
-    and column. If it covers none, the light is sampled in the middle of its k x k parts. NaN where
-    a coordinate is not finite or more than 2**20 images away.
+    A texel counts if a triangle covers its center; under large triangles, only every n-th row and
+    column counts. If no center is covered, the light is sampled in the middle of k x k parts of the
+    triangle. Results are NaN if a coordinate is not finite or more than 2**20 images away.
     """
     found = [_color(pixels, triangle, wrap) for triangle in pairs.tolist()]
     return np.array([mean for mean, _ in found]), np.array([spread for _, spread in found])
@@ -44,7 +44,7 @@ def _color(pixels: Bytes, pairs: list[Place], wrap: tuple[str, str]) -> tuple[Li
 
 
 def _near(values: list[float], wrap: str) -> list[float]:
-    """Coordinates moved by an even number of images, to be near 0."""
+    """Coordinates shifted by an even number of images, so that they are near 0."""
     shift = 0.0 if wrap == "clamp" else 2.0 * math.floor(min(values) / 2.0)
     return [value - shift for value in values]
 
@@ -64,7 +64,7 @@ def _wrapped(i: int, size: int, wrap: str) -> int:
 
 
 def _covered(corners: list[Place]) -> Iterator[tuple[int, int]]:
-    """The texels whose centers are in a triangle, row by row."""
+    """Texels whose centers are in a triangle, row by row."""
     (ax, ay), (bx, by), (cx, cy) = corners
     area = 0.5 * abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay))
     extent = max(max(ay, by, cy) - min(ay, by, cy), max(ax, bx, cx) - min(ax, bx, cx))
@@ -78,7 +78,7 @@ def _covered(corners: list[Place]) -> Iterator[tuple[int, int]]:
 
 
 def _cuts(corners: list[Place], y: float) -> Iterator[float]:
-    """Where the sides of a triangle cross a row."""
+    """Positions at which the sides of a triangle cross a row."""
     for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
         (ax, ay), (bx, by) = (b, a) if b[1] < a[1] else (a, b)
         if ay != by and ay <= y <= by:
@@ -86,7 +86,7 @@ def _cuts(corners: list[Place], y: float) -> Iterator[float]:
 
 
 def _middles(corners: list[Place]) -> Iterator[Place]:
-    """The middle of each of n x n equal parts; n is the longest side in texels, 1 to 16."""
+    """Middles of n x n equal parts of a triangle; n is its longest side in texels, 1 to 16."""
     (ax, ay), (bx, by), (cx, cy) = corners
     sides = [(bx - ax, by - ay), (cx - bx, cy - by), (ax - cx, ay - cy)]
     n = math.ceil(min(max(*(math.hypot(*side) for side in sides), 1.0), 16.0))
@@ -98,7 +98,7 @@ def _middles(corners: list[Place]) -> Iterator[Place]:
 
 
 def _between(light_of: Callable[[int, int], list[float]], x: float, y: float) -> list[float]:
-    """The light between the centers of four texels."""
+    """Light between the centers of four texels, by bilinear interpolation."""
     left, upper = math.floor(x - 0.5), math.floor(y - 0.5)
     right_share, lower_share = x - 0.5 - left, y - 0.5 - upper
     rows = [
@@ -112,7 +112,7 @@ def _between(light_of: Callable[[int, int], list[float]], x: float, y: float) ->
 
 
 def _mean_and_spread(lights: list[list[float]]) -> tuple[Light, float]:
-    """Sums are of differences to the first, so that equal lights have no spread."""
+    """Mean and deviation; sums are of differences to the first, so that equal lights give 0."""
     first, count = lights[0], len(lights)
     sums, squares = [0.0, 0.0, 0.0], 0.0
     for light in lights:

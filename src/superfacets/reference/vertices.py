@@ -1,4 +1,4 @@
-"""Stage 5: labels of vertices along creases, and the number of segments of the usual segmenter."""
+"""Stage 5: vertex labels along creases, and the number of segments of ScanNet's segmenter."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 
 from .._types import Array, Floats
 from ..mesh.triangle_mesh import Mesh
-from .arithmetic import cross, dot, norm
+from .arithmetic import dot, norm
 
 
 def mean_normals(mesh: Mesh) -> Floats:
-    """Mean of the unit normals of the faces around each vertex; 0 without faces."""
+    """Mean of the unit normals of the faces around each vertex; 0 for unused vertices."""
     sums, counts = np.zeros((mesh.n_vertices, 3)), np.zeros(mesh.n_vertices, int)
     for face in mesh.faces.tolist():
         p, q, r = mesh.vertices[face]
-        direction = cross(q - p, r - p)
+        direction = np.cross(q - p, r - p)
         for vertex in face:
             sums[vertex] += direction / norm(direction)
             counts[vertex] += 1
@@ -24,7 +24,7 @@ def mean_normals(mesh: Mesh) -> Floats:
 
 
 def crease_weight(a: Floats, b: Floats, is_convex: bool) -> float:
-    """How much a surface turns between vertices with the normals a and b."""
+    """Weight of an edge: how much the surface turns between vertices with normals a and b."""
     turn = max(1.0 - float(dot(a, b)), 0.0)
     return turn * turn if is_convex else turn
 
@@ -36,7 +36,7 @@ def spread_labels(
     labels: Array,
     hints: Array,
 ) -> list[int]:
-    """Labels of all vertices, by Kruskal's algorithm; -1 where no edge leads to a label.
+    """Labels of all vertices, by Kruskal's algorithm; -1 in components without a label.
 
     `edges` are all edges, (a, b) with a < b, sorted.
     """
@@ -70,7 +70,7 @@ def count_segments(
     threshold: float,
     least: int,
 ) -> int:
-    """Number of segments of `least` nodes or more, after Felzenszwalb and Huttenlocher."""
+    """Number of segments with at least `least` nodes, after Felzenszwalb and Huttenlocher."""
     ranks = []
     for place, (a, b) in enumerate(edges):
         is_convex = dot(normals[b], positions[b] - positions[a]) > 0

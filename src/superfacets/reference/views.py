@@ -1,4 +1,4 @@
-"""Triangles that cameras see, and regions that masks of images keep together."""
+"""Triangles that a camera sees, and groups of regions that share image masks."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ import numpy as np
 from .._types import Array, Bools, Floats, Ints
 from ..mesh.pinhole_camera import PinholeCamera
 from ..mesh.triangle_mesh import Mesh
-from .arithmetic import cross, dot
+from .arithmetic import dot
 
 MOST_STRETCHED = 10.0
-"""Pixels that cover more than this times the area seen at a right angle have no area."""
+"""A pixel has area 0 if it covers more than this times the area that it covers at a right angle."""
 
 
 def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]:
-    """The triangle in each pixel, -1 for none, the area that it has there, and triangles seen.
+    """The triangle in each pixel (-1: none), its area in the pixel, and which triangles are seen.
 
-    The ray of each pixel is cut with each triangle. Vertices are mapped to (u d, v d, d), for pixel
-    (u, v) and depth d: this keeps depths and planes through the camera.
+    The ray of each pixel is intersected with each triangle. Vertices are mapped to (u d, v d, d),
+    for pixel (u, v) and depth d; this map preserves depths, and planes through the camera.
     """
     width, height = camera.size
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
@@ -32,7 +32,7 @@ def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]
     focal_product = camera.intrinsics[0] * camera.intrinsics[1]
     for face, corners in enumerate(mesh.faces):
         a, b, c = (positions[corner] for corner in corners)
-        sides = [cross(b, c), cross(c, a), cross(a, b)]
+        sides = [np.cross(b, c), np.cross(c, a), np.cross(a, b)]
         volume = dot(a, sides[0])
         if volume == 0:  # seen edge-on
             continue
@@ -45,7 +45,7 @@ def see_surface(mesh: Mesh, camera: PinholeCamera) -> tuple[Ints, Floats, Bools]
         is_nearer = depth < depths
         triangles[is_nearer], depths[is_nearer] = face, depth[is_nearer]
         a, b, c = mesh.vertices[corners]
-        normal = cross(b - a, c - a)
+        normal = np.cross(b - a, c - a)
         squared = depths[is_nearer] * depths[is_nearer]
         area = math.sqrt(dot(normal, normal)) * (squared * depths[is_nearer]) / volume
         is_flat = area > MOST_STRETCHED * (squared / focal_product)
@@ -69,9 +69,9 @@ def _projected(projection: Floats, point: Floats) -> Floats:
 def join_by_masks(areas: Sequence[Floats], least: float) -> list[int]:
     """Group of each region, from its area in each mask of each image: arrays (K, M).
 
-    Two groups agree by the sum over images of products of their areas in the same mask, divided by
-    that of products of their areas in any masks. The two that agree most are joined, until no two
-    agree by `least`. Ties go to groups joined earlier, single regions first, then to lower regions.
+    The agreement of two groups is a ratio of two sums over images: products of their areas in the
+    same mask, and products of their areas in any masks. The pair with the highest agreement is
+    joined, while it is at least `least`. Ties go to older groups, then to lower regions.
     """
     members = {region: [region] for region in range(len(areas[0]))}
     rows = {region: [image[region] for image in areas] for region in members}

@@ -1,8 +1,4 @@
-"""The readable twin of `variational_shape_approximation`: the oracle of its tests.
-
-On the same input the core gives the same numbers, bit for bit. Floats are added in the order of the
-core, which is part of the contract.
-"""
+"""The readable twin of `variational_shape_approximation`."""
 
 from __future__ import annotations
 
@@ -12,23 +8,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._types import Array, Floats
 from ..mesh.triangle_mesh import Mesh
+from .arithmetic import dot
 from .cells import build_face_graph, measure_faces
 from .weights import unit_normals
 
-Vector = list[float]
 Matrix = list[list[float]]
 
 
 class Proxy(NamedTuple):
     """A plane, or a point if the normal is zero."""
 
-    center: Vector
-    normal: Vector
+    center: Floats
+    normal: Floats
 
 
 class State(NamedTuple):
-    """Labels of all faces, with the seeds and proxies that they grew from."""
+    """Labels of all faces, and the seeds and proxies of the regions."""
 
     labels: list[int]
     seeds: list[int]
@@ -40,11 +37,9 @@ class Surface:
 
     def __init__(self, mesh: Mesh, metric: str, *, weld: bool = True) -> None:
         self.metric = metric
-        self.corners: list[list[Vector]] = mesh.vertices[mesh.faces].tolist()
-        centroids, areas = measure_faces(mesh)
-        self.centroids: list[Vector] = centroids.tolist()
-        self.areas: list[float] = areas.tolist()
-        self.normals: list[Vector] = unit_normals(mesh).tolist()
+        self.corners: Floats = mesh.vertices[mesh.faces]
+        self.centroids, self.areas = measure_faces(mesh)
+        self.normals = unit_normals(mesh)
         self.neighbors: list[list[int]] = [[] for _ in self.areas]
         for arc in build_face_graph(mesh, weld=weld):
             self.neighbors[arc.face].append(arc.neighbor)
@@ -57,10 +52,7 @@ class Surface:
 def approximate(
     surface: Surface, k: int, seeds: list[int] | None, max_num_iter: int
 ) -> tuple[State, int, str]:
-    """The last state, the number of floods with k proxies, and the stop reason.
-
-    Without seeds, proxies are added one by one.
-    """
+    """The last state, the number of iterations, and the stop reason; by default seeds are added."""
     if seeds is None:
         state = flood(surface, [0], [surface.own_proxy(0)])
         while len(state.seeds) < k:
@@ -79,8 +71,9 @@ def approximate(
 
 
 def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
-    """Regions grown face by face, in the order of error, then of insertion."""
+    """Grow regions face by face, in the order of error, then of insertion."""
     seeds, proxies = list(seeds), list(proxies)
+    errors = [errors_of(surface, proxy).tolist() for proxy in proxies]
     labels = [-1] * len(surface.areas)
     queue: list[tuple[float, int, int, int]] = []  # error, number of insertion, face, label
     n_queued = 0
@@ -90,9 +83,9 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
         started.append(seed)
     while True:
         for face in started:
+            label = labels[face]
             for neighbor in surface.neighbors[face]:
-                error = error_of(surface, neighbor, proxies[labels[face]])
-                heapq.heappush(queue, (error, n_queued, neighbor, labels[face]))
+                heapq.heappush(queue, (errors[label][neighbor], n_queued, neighbor, label))
                 n_queued += 1
         started = []
         if queue:
@@ -106,91 +99,82 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
             started = [orphan]
             seeds.append(orphan)
             proxies.append(surface.own_proxy(orphan))
+            errors.append(errors_of(surface, proxies[-1]).tolist())
         else:
             return State(labels, seeds, proxies)
 
 
 def _insert(surface: Surface, state: State) -> State:
-    """Add a region at the worst face of the worst region with two faces or more."""
+    """Add a region at the worst face of the worst region that has at least two faces."""
     proxies = fit(surface, state.labels)
     seeds = _least_faces(surface, state.labels, proxies)
-    errors = _errors(surface, state.labels, proxies)
-    totals = [0.0] * len(seeds)
-    for label, error in zip(state.labels, errors, strict=True):
-        totals[label] += error
+    errors = _own_errors(surface, state.labels, proxies)
+    totals = np.bincount(state.labels, errors)  # adds in the order of the faces
     sizes = np.bincount(state.labels)
-    worst = max((r for r in range(len(seeds)) if sizes[r] >= 2), key=lambda r: totals[r])
+    worst = max((r for r in range(len(seeds)) if sizes[r] >= 2), key=lambda r: float(totals[r]))
     members = [face for face, label in enumerate(state.labels) if label == worst]
     members.remove(seeds[worst])
     seed = max(members, key=lambda face: (errors[face], face))
     return flood(surface, [*seeds, seed], [*proxies, surface.own_proxy(seed)])
 
 
-def _errors(surface: Surface, labels: list[int], proxies: list[Proxy]) -> list[float]:
-    return [error_of(surface, face, proxies[label]) for face, label in enumerate(labels)]
+def _own_errors(surface: Surface, labels: list[int], proxies: list[Proxy]) -> Floats:
+    """Error of each face with respect to the proxy of its region."""
+    errors = np.array([errors_of(surface, proxy) for proxy in proxies])
+    return np.asarray(errors[labels, np.arange(len(labels))])
 
 
 def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> list[int]:
-    """The face of least error of each region, preferably with a normal."""
-    errors = _errors(surface, labels, proxies)
-    ranks = [
-        (not any(normal), error) for normal, error in zip(surface.normals, errors, strict=True)
-    ]
-    best: dict[int, int] = {}
-    for face, label in enumerate(labels):
-        if label not in best or ranks[face] < ranks[best[label]]:
-            best[label] = face
-    return [best[label] for label in range(len(proxies))]
+    """The face of least error of each region; faces without a normal come last."""
+    has_no_normal = np.asarray(~surface.normals.any(axis=1))
+    regions = np.array(labels)
+    ranks = (_own_errors(surface, labels, proxies), has_no_normal.astype(int), regions)
+    order = np.lexsort(ranks)
+    firsts = np.unique(regions[order], return_index=True)[1]
+    found: list[int] = order[firsts].tolist()
+    return found
 
 
-def error_of(surface: Surface, face: int, proxy: Proxy) -> float:
-    """The error of a face with respect to a proxy."""
-    area, normal = surface.areas[face], surface.normals[face]
+def errors_of(surface: Surface, proxy: Proxy) -> Floats:
+    """Error of each face with respect to a proxy, (F,)."""
+    areas, normals = surface.areas, surface.normals
     if surface.metric == "l21":
-        if not any(normal):
-            return 0.0
-        if not any(proxy.normal):
-            return 2.0 * area
-        difference = _minus(normal, proxy.normal)
-        return area * _dot(difference, difference)
-    steps = [_minus(corner, proxy.center) for corner in surface.corners[face]]
-    if any(proxy.normal):
-        return area / 6.0 * _integral(*(_dot(proxy.normal, step) for step in steps))
-    x, y, z = (_integral(*(step[axis] for step in steps)) for axis in range(3))
-    return area / 6.0 * (x + y + z)
+        differences = normals - proxy.normal
+        squares = dot(differences, differences) if proxy.normal.any() else 2.0
+        return np.where(normals.any(axis=1), areas * squares, 0.0)
+    steps = surface.corners - proxy.center
+    if proxy.normal.any():
+        return np.asarray(areas / 6.0 * _integrals(dot(steps, proxy.normal)))
+    x, y, z = (_integrals(steps[..., axis]) for axis in range(3))
+    return np.asarray(areas / 6.0 * (x + y + z))
 
 
 def fit(surface: Surface, labels: list[int]) -> list[Proxy]:
-    """The proxy of least error of each region."""
-    return [
-        _fit_one(surface, [face for face, label in enumerate(labels) if label == region])
-        for region in range(max(labels) + 1)
-    ]
+    """The proxy of least error for each region."""
+    regions = np.array(labels)
+    return [_fit_one(surface, np.flatnonzero(regions == r)) for r in range(max(labels) + 1)]
 
 
-def _fit_one(surface: Surface, faces: list[int]) -> Proxy:
-    area, moment, plain, normal = 0.0, [0.0] * 3, [0.0] * 3, [0.0] * 3
-    for face in faces:
-        area += surface.areas[face]
-        moment = _plus(moment, surface.areas[face], surface.centroids[face])
-        plain = _plus(plain, 1.0, surface.centroids[face])
-        normal = _plus(normal, surface.areas[face], surface.normals[face])
-    center = [x / area for x in moment] if area > 0 else [x / len(faces) for x in plain]
+def _fit_one(surface: Surface, faces: Array) -> Proxy:
+    areas, centroids = surface.areas[faces, None], surface.centroids[faces]
+    area = float(_total(areas)[0])
+    center = _total(areas * centroids) / area if area > 0 else _total(centroids) / len(faces)
     if surface.metric == "l21":
-        length = math.sqrt(_dot(normal, normal))
-        cancels = not length > 1e-9 * area
-        return Proxy(center, [0.0] * 3 if cancels else [x / length for x in normal])
-    moments = [[0.0] * 3 for _ in range(3)]
-    for face in faces:
-        a, b, c = (_minus(corner, center) for corner in surface.corners[face])
-        for p in (a, b, c, _plus(_plus(a, 1.0, b), 1.0, c)):
-            for i in range(3):
-                for j in range(3):
-                    moments[i][j] += surface.areas[face] * (p[i] * p[j])
-    return Proxy(center, _least_axis(moments))
+        normal = _total(areas * surface.normals[faces])
+        length = math.sqrt(dot(normal, normal))
+        return Proxy(center, normal / length if length > 1e-9 * area else np.zeros(3))
+    a, b, c = (surface.corners[faces, corner] - center for corner in range(3))
+    steps = np.stack([a, b, c, a + b + c], axis=1)
+    products = areas[..., None, None] * (steps[..., :, None] * steps[..., None, :])
+    return Proxy(center, np.array(_least_axis(_total(products.reshape(-1, 3, 3)).tolist())))
 
 
-def _least_axis(m: Matrix) -> Vector:
+def _total(rows: Floats) -> Floats:
+    """Sum of rows, from the first to the last."""
+    return np.asarray(np.cumsum(rows, axis=0)[-1])
+
+
+def _least_axis(m: Matrix) -> list[float]:
     """The unit eigenvector of the smallest eigenvalue, by Jacobi's method."""
     trace = m[0][0] + m[1][1] + m[2][2]
     if not trace > 0:
@@ -222,18 +206,7 @@ def _rotate(m: Matrix, axes: Matrix, p: int, q: int) -> None:
     m[p][3 - p - q], m[q][3 - p - q] = other[p], other[q]
 
 
-def _integral(a: float, b: float, c: float) -> float:
-    """Integral of the square of a linear function over a triangle of area 6."""
-    return a * a + b * b + c * c + a * b + a * c + b * c
-
-
-def _dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _minus(a: Vector, b: Vector) -> Vector:
-    return [x - y for x, y in zip(a, b, strict=True)]
-
-
-def _plus(a: Vector, weight: float, b: Vector) -> Vector:
-    return [x + weight * y for x, y in zip(a, b, strict=True)]
+def _integrals(values: Floats) -> Floats:
+    """Integrals of squares of linear functions over triangles of area 6, by corner values."""
+    a, b, c = values[..., 0], values[..., 1], values[..., 2]
+    return np.asarray(a * a + b * b + c * c + a * b + a * c + b * c)

@@ -1,4 +1,4 @@
-"""Stage 2: weights of arcs, ridges, and the spectral embedding."""
+"""Stage 2: arc weights, ridges, and the spectral embedding."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from .._types import Bools, Floats, Ints, Longs, Singles
 from ..mesh.triangle_mesh import Mesh
-from .arithmetic import arctangent, cross, dot, norm
+from .arithmetic import arctangent, dot, norm
 from .cells import Arc, measure_faces
 
 
@@ -26,9 +26,10 @@ def superfacet_weights(
 ) -> Floats:
     """Weight of each arc, eq. 1-3 of the paper; `crease_length` replaces |e| in eq. 2.
 
-    On ridges, the factor of convex edges is `ridges` if that is more than `eta_convex`. With
-    `hollows`, the factors of smooth concave and convex edges are evened if the shape is hollow.
-    With `all_sharp`, all sharp convex edges are ridges, except between faces that share several.
+    On ridges, the factor of convex edges is the maximum of `ridges` and `eta_convex`. With
+    `hollows`, smooth convex edges take over part of the cost of smooth concave edges, if the shape
+    is hollow. With `all_sharp`, all sharp convex edges are ridges, unless their faces share several
+    edges.
     """
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
@@ -57,7 +58,7 @@ def superfacet_weights(
 def _measure_arcs(
     mesh: Mesh, arcs: list[Arc], *, inside_out: bool
 ) -> tuple[Floats, Floats, Floats, Bools]:
-    """For each arc: length of its step, length of its edge, angle, and whether it is concave."""
+    """For each arc: length of the step, length of the edge, angle, and whether it is concave."""
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
     terms, concave = [], []
@@ -74,16 +75,15 @@ def _measure_arcs(
             n_i, n_j = (n_i, -n_j) if turn_j else (-n_i, n_j)
         rise = dot(n_i - n_j, centroids[neighbor] - centroids[face])
         concave.append(bool(rise < 0 if inside_out else rise > 0))
-        terms.append((geodesic, norm(end - start), norm(cross(n_i, n_j)), dot(n_i, n_j)))
+        terms.append((geodesic, norm(end - start), norm(np.cross(n_i, n_j)), dot(n_i, n_j)))
     geodesics, edges, sines, cosines = np.array(terms).reshape(-1, 4).T
     return geodesics, edges, arctangent(sines, cosines), np.array(concave, dtype=bool)
 
 
 def _evened_share(turn: float, volume: float, area: float) -> float:
-    """Share of the cost of smooth concave edges that smooth convex ones take over.
+    """Share of the cost of smooth concave edges that smooth convex edges take over, 0 to 1/4.
 
-    It is 0 for solid shapes and up to 1/4 for hollow ones. `turn` is the sum of angle times length
-    over all arcs, so each edge counts twice.
+    The share is 0 for solid shapes. `turn` is the sum of angle times length over all arcs.
     """
     roundness = 3.0 * volume * turn / 4.0 / area**2
     share = min(max((0.3 - roundness) / (0.3 - 0.15), 0.0), 1.0)
@@ -91,9 +91,9 @@ def _evened_share(turn: float, volume: float, area: float) -> float:
 
 
 def unit_normals(mesh: Mesh) -> Floats:
-    """Unit normals; zero where a face has none."""
+    """Unit normals of faces; 0 for degenerate faces."""
     a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
-    normals = cross(b - a, c - a)
+    normals = np.cross(b - a, c - a)
     lengths = norm(normals)
     longest = np.max([dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)], axis=0)
     exists = lengths > 8 * np.finfo(np.float64).eps * longest
@@ -101,11 +101,11 @@ def unit_normals(mesh: Mesh) -> Floats:
 
 
 def _signed_volume(mesh: Mesh, arcs: list[Arc], weld: bool) -> float:
-    """Volume that the mesh encloses, negative if normals point inwards; 0 if it is open."""
+    """Volume enclosed by the mesh, negative if normals point inward; 0 if the mesh is open."""
     corners = mesh.vertices[mesh.faces]
     names = corners.tolist() if weld else [[[v] for v in face] for face in mesh.faces.tolist()]
-    # A side without an arc is on the boundary, unless its two ends are one vertex or its face runs
-    # through the same edge twice.
+    # A side without an arc is on the boundary, unless both ends are the same vertex, or another
+    # side of the face has the same ends.
     with_arc = {(arc.face, arc.side) for arc in arcs}
     for face, ends in enumerate(names):
         edges = [frozenset((tuple(ends[s]), tuple(ends[(s + 1) % 3]))) for s in range(3)]
@@ -116,11 +116,11 @@ def _signed_volume(mesh: Mesh, arcs: list[Arc], weld: bool) -> float:
     weights = areas if areas.any() else np.ones(mesh.n_faces)
     origin = np.cumsum(weights[:, None] * centroids, axis=0)[-1] / np.cumsum(weights)[-1]
     a, b, c = (corners[:, corner] - origin for corner in range(3))
-    return float(np.sum(dot(a, cross(b, c)))) / 6.0
+    return float(np.sum(dot(a, np.cross(b, c)))) / 6.0
 
 
 def quantize_weights(weights: Floats) -> tuple[Singles, float]:
-    """Weights as whole multiples of a unit, and the unit."""
+    """Weights rounded to multiples of a unit, and the unit."""
     chunks = np.zeros((-(-len(weights) // 4096), 4096))
     chunks.flat[: len(weights)] = weights
     partial_sums = np.cumsum(chunks, axis=1)[:, -1]  # cumsum adds from left to right
@@ -139,7 +139,7 @@ MAX_STEPS = 64
 def find_sharp(
     mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
 ) -> list[int]:
-    """Arcs across sharp convex edges, each the only arc between its two faces."""
+    """Arcs across sharp convex edges whose faces share no other edge."""
     surface = _Surface(mesh, arcs, weld)
     sharp = np.flatnonzero((thetas >= SHARP_ANGLE) & ~concave).tolist()
     return [index for index in sharp if surface.is_only(index)]
@@ -148,9 +148,9 @@ def find_sharp(
 def find_ridges(
     mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
 ) -> list[int]:
-    """Arcs across sharp convex edges between triangles that are flat otherwise.
+    """Arcs across sharp convex edges between triangles whose other edges are flat.
 
-    At both ends such an edge must meet another such edge, or the boundary of the surface.
+    Both ends of such an edge must meet another such edge, or the boundary of the surface.
     """
     surface = _Surface(mesh, arcs, weld)
     sharp = np.flatnonzero((thetas >= SHARP_ANGLE) & ~concave).tolist()
@@ -159,7 +159,7 @@ def find_ridges(
 
 
 class _Surface:
-    """Faces, and the arcs of each."""
+    """Faces and their arcs."""
 
     def __init__(self, mesh: Mesh, arcs: list[Arc], weld: bool) -> None:
         self._mesh = mesh
@@ -170,12 +170,12 @@ class _Surface:
             self._of_face.setdefault(arc.face, []).append((arc.neighbor, index))
 
     def is_only(self, index: int) -> bool:
-        """Whether an arc is the only one between its faces."""
+        """Whether an arc is the only arc between its faces."""
         face, _, neighbor, _ = self._arcs[index]
         return [other for other, _ in self._of_face[face]].count(neighbor) == 1
 
     def is_flat_beside(self, index: int, thetas: Floats) -> bool:
-        """Whether an arc is the only one between its faces, and both are flat otherwise."""
+        """Whether an arc is the only arc between its faces, and their other edges are flat."""
         face, _, neighbor, _ = self._arcs[index]
         theta = float(thetas[index])
         return self.is_only(index) and all(
@@ -185,13 +185,13 @@ class _Surface:
 
     @staticmethod
     def _is_flat(bends: list[float], theta: float) -> bool:
-        """Whether the other edges of a face bend little, except for one that is as sharp."""
+        """Whether the other edges of a face bend little, except for one edge that is as sharp."""
         bent = [bend for bend in bends if bend >= 0.3 * theta]
         alike = [max(SHARP_ANGLE, 0.7 * theta) <= bend and 0.7 * bend <= theta for bend in bent]
         return len(bent) <= 1 and all(alike)
 
     def continues(self, index: int, found: set[int]) -> bool:
-        """Whether a found arc meets another one, or the boundary, at both ends of its edge."""
+        """Whether both ends of the edge of a found arc meet another found arc or the boundary."""
         face, side, neighbor, _ = self._arcs[index]
         ends = [self._name(self._mesh.faces[face, corner % 3]) for corner in (side, side + 1)]
         return all(
@@ -235,10 +235,9 @@ def smallest_eigenpairs(
     n_constants: int,
     n_wanted: int,
 ) -> tuple[Floats, Floats]:
-    """Smallest eigenvalues of L x = lambda A x, without those of constant vectors; eigenvectors.
+    """Smallest eigenvalues of L x = lambda A x after `n_constants`, and eigenvectors (N, n_wanted).
 
-    Eigenvalues are equal to the core's except for rounding; so are eigenvectors of single
-    eigenvalues, except for their signs. Eigenvectors have shape (N, n_wanted).
+    They equal the results of the core up to rounding; signs of eigenvectors may differ.
     """
     n = len(measures)
     laplacian = np.zeros((n, n))

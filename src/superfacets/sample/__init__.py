@@ -1,7 +1,7 @@
-"""A mesh to try things on: a plush bear whose parts meet in sharp concave creases.
+"""Sample mesh: a plush bear whose parts meet in sharp concave creases.
 
-The bear is the union of solid ellipsoids, made by ``tools/sample_bear``. Files hold its vertices,
-and the step from each corner of a face to the next.
+The bear is a union of solid ellipsoids, made by ``tools/sample_bear``. Files hold the vertices, and
+the differences between consecutive corners of the faces.
 """
 
 from __future__ import annotations
@@ -26,26 +26,25 @@ MIN_FACES = 3_000
 
 
 def sample_mesh(n_faces: int = 60_000) -> Mesh:
-    """Return a plush bear of some `n_faces` faces: smooth parts that meet in concave creases.
+    """Return a plush bear of about `n_faces` faces: smooth parts that meet in concave creases.
 
-    The surface is closed, manifold, of one piece and genus 0, and oriented outward. It bounds the
-    union of 17 ellipsoids. The bear is 2.3 high, looks along +z, and y is up. It is read from a
+    The surface bounds the union of 17 ellipsoids. It is closed, manifold, connected, of genus 0,
+    and oriented outward. The bear is 2.3 units high and faces +z; y is up. The mesh is read from a
     file, so it is the same on every machine.
 
     Parameters
     ----------
     n_faces : int, default 60_000
-        At least 3,000. There are bears of 4,892 and 60,220 faces, and of 19,568, 240,880, 963,520
-        and so on, whose faces are those of one of the two, each split in four in its own plane. The
-        one nearest to `n_faces` by ratio is returned: it has at most twice as many faces, and no
-        less than half as many.
+        Wanted number of faces, at least 3,000. Two meshes are stored, with 4,892 and 60,220 faces.
+        Splitting each face into four gives meshes with 19,568, 240,880, 963,520 faces and so on.
+        The mesh nearest to `n_faces` by ratio is returned; the ratio is at most 2.
 
     Raises
     ------
     ValueError
         If `n_faces` is less than 3,000.
     TypeError
-        If it is not an integer.
+        If `n_faces` is not an integer.
 
     Examples
     --------
@@ -68,7 +67,7 @@ def sample_mesh(n_faces: int = 60_000) -> Mesh:
 
 
 def _nearest(count: int) -> tuple[str, int]:
-    """The file, and how often its faces are split, that come nearest to a number of faces."""
+    """File name and number of splits of the mesh nearest to a number of faces."""
     finest = round(max(0.0, math.log(count / _FINE[1], 4)))
     made = [(_COARSE, 0), (_COARSE, 1), (_FINE, finest)]
     (name, _), n_splits = min(

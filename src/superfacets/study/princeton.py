@@ -1,8 +1,9 @@
-"""The Princeton Segmentation Benchmark, in its own layout.
+"""Reader of the Princeton Segmentation Benchmark.
 
 Chen, Golovinskiy and Funkhouser, "A Benchmark for 3D Mesh Segmentation", 2009: 380 models in 19
-categories of 20, each cut into parts by about eleven people. A folder holds ``off/N.off`` for model
-N and ``seg/Benchmark/N/N_j.seg`` for its ground truths; a part of the benchmark is enough.
+categories of 20 models. About eleven people segmented each model. The folder of the benchmark holds
+``off/N.off`` for model N, and ``seg/Benchmark/N/N_j.seg`` for its ground truths. Models may be
+missing.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _SHELVES = (
     "Human", "Cup", "Glasses", "Airplane", "Ant", "Chair", "Octopus", "Table", "Teddy", "Hand",
     "Plier", "Fish", "Bird", "", "Armadillo", "Bust", "Mech", "Bearing", "Vase", "Fourleg",
 )  # fmt: skip
-"""Category of models 1 to 20, 21 to 40, ...; models 261 to 280 do not exist."""
+"""Categories of models 1 to 20, 21 to 40, ...; models 261 to 280 do not exist."""
 
 CATEGORIES = tuple(name for name in _SHELVES if name)
 """The 19 categories, in the order of their models."""
@@ -64,7 +65,7 @@ class Model:
     ground_truths : tuple of ndarray of int32, shape (F,)
         Segment of each face, one array for each readable file, in the order of j.
     problems : tuple of str
-        A line for each file that is missing or does not fit the mesh, and was therefore left out.
+        A line for each ground truth that is left out: its file is missing or does not fit the mesh.
     """
 
     number: int
@@ -80,17 +81,17 @@ class Benchmark:
     Parameters
     ----------
     root : path-like
-        Holds the folders ``off`` and ``seg``.
+        Folder that holds the folders ``off`` and ``seg``.
 
     Attributes
     ----------
     numbers : tuple of int
-        Models that have a mesh file, ascending. Files of other names are ignored.
+        Numbers of the models that have a mesh file, ascending. Files with other names are ignored.
 
     Raises
     ------
     MeshError
-        If there is no such folder, or it holds no model.
+        If the folder does not exist or contains no model.
     """
 
     def __init__(self, root: str | os.PathLike[str]) -> None:
@@ -98,12 +99,12 @@ class Benchmark:
         meshes = self.root / "off"
         if not meshes.is_dir():
             raise MeshError(
-                f"{self.root}: not a copy of the Princeton benchmark: there is no folder off"
+                f"{self.root} is not a copy of the Princeton benchmark: it has no folder off"
             )
         names = (re.fullmatch(r"([1-9]\d*)\.off", path.name) for path in meshes.iterdir())
         self.numbers = tuple(sorted(int(name[1]) for name in names if name))
         if not self.numbers:
-            raise MeshError(f"{meshes}: there is no model (N.off) in this folder")
+            raise MeshError(f"{meshes}: this folder contains no model (N.off)")
 
     def path_of(self, number: int) -> Path:
         """Return the mesh file of a model."""
@@ -115,10 +116,9 @@ class Benchmark:
         Raises
         ------
         MeshError
-            If the mesh cannot be used. (Unusable ground truths are left out, and listed in
-            `problems`.)
+            If the mesh cannot be used. (Unusable ground truths are listed in `problems`.)
         OSError
-            If there is no mesh of this number.
+            If the mesh file does not exist.
         ValueError
             If the benchmark has no model of this number.
         """
@@ -141,7 +141,7 @@ class Benchmark:
         return self.root / "seg" / "Benchmark" / str(number)
 
     def _truth_files(self, number: int) -> list[Path]:
-        """Paths from N_0.seg to the last existing file, so that missing files are noticed."""
+        """Paths from N_0.seg to the last existing file, including missing files in between."""
         pattern = re.compile(rf"{number}_(\d+)\.seg")
         folder = self._truth_folder(number)
         names = (pattern.fullmatch(path.name) for path in folder.glob("*.seg"))

@@ -1,4 +1,4 @@
-"""Meshes for studies: benchmark models with their ground truths, and files of the user."""
+"""Meshes for studies: models of the benchmark with their ground truths, and files of the user."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from .princeton import Benchmark, Model
 
 @dataclass(frozen=True)
 class Source:
-    """A mesh that can be loaded, and facts about it that are known before."""
+    """A mesh that can be loaded, and facts about the mesh."""
 
     name: str
-    """Number in the benchmark, or name of the file."""
+    """Number of the model in the benchmark, or name of the file."""
     path: Path
-    """Root of the benchmark, or the file."""
+    """Root folder of the benchmark, or path of the file."""
     category: str
     """Category in the benchmark; empty for other meshes."""
     n_faces: int
@@ -34,7 +34,7 @@ class Source:
     digest: str
     """Hash of the mesh and its ground truths."""
     number: int = 0
-    """Number in the benchmark, from 1; 0 for other meshes."""
+    """Number of the model in the benchmark, from 1; 0 for other meshes."""
 
     @property
     def is_model(self) -> bool:
@@ -44,14 +44,14 @@ class Source:
 
 @dataclass(frozen=True)
 class Sources:
-    """The meshes found, smallest first, and a line for each file that is missing or not used."""
+    """The meshes, smallest first, and a line for each file that is missing or not used."""
 
     found: tuple[Source, ...]
     problems: tuple[str, ...]
 
 
 def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
-    """Return the models of a benchmark that can be read and have ground truth: all, or `numbers`.
+    """Return the models of a benchmark (all, or `numbers`) that are readable and have ground truth.
 
     A MeshError if no model can be used; a ValueError if a model of `numbers` does not exist.
     """
@@ -63,7 +63,7 @@ def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
     for number in wanted:
         try:
             model = benchmark.load(number)
-        except (ValueError, OSError) as error:  # no readable file, or no such number
+        except (ValueError, OSError) as error:
             problems.append(f"model {number} is left out: {error}")
             continue
         problems += model.problems
@@ -81,7 +81,7 @@ def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
 
 
 def find_meshes(folder: Path) -> Sources:
-    """Return the mesh files of a folder that can be read."""
+    """Return the readable mesh files of a folder."""
     found, problems = [], []
     for path in sorted(folder.iterdir()):
         if path.suffix.lower() not in MESH_ENDINGS:
@@ -95,12 +95,9 @@ def find_meshes(folder: Path) -> Sources:
     return Sources(_by_size(found), tuple(problems))
 
 
-@lru_cache(maxsize=1)  # the tasks of one mesh mostly follow one another
+@lru_cache(maxsize=1)  # tasks of the same mesh mostly follow each other
 def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
-    """Return the mesh and its ground truths; meshes outside of the benchmark have none.
-
-    A MeshError if the files of a model have changed since `source` was made.
-    """
+    """Return the mesh and its ground truths; a MeshError as from `load_model`."""
     if not source.is_model:
         mesh = as_mesh(read_mesh(source.path))
         return mesh, GroundTruths(mesh, (), n_threads=1)
@@ -109,10 +106,10 @@ def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
 
 
 def load_model(source: Source) -> Model:
-    """Return a model of the benchmark; a MeshError if its files have changed since then."""
+    """Return a model of the benchmark; a MeshError if its files changed after `find_models`."""
     model = Benchmark(source.path).load(source.number)
     if _digest(model.mesh, model.ground_truths) != source.digest:
-        raise MeshError(f"the files of model {source.name} were changed during the run")
+        raise MeshError(f"the files of model {source.name} changed during the run: start it again")
     return model
 
 

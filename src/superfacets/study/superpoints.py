@@ -1,8 +1,8 @@
 """Quality of superpoints of scanned rooms, compared with the segments of ScanNet.
 
-A room is an ``.npz`` file with ``vertices`` (V, 3), ``faces`` (F, 3), ``instances`` (V,), the true
-object of each vertex, and ``felzenszwalb`` (V,), the segments of ScanNet's own segmenter. Rooms
-whose names end alike, as in ``office_n1`` and ``bedroom_n1``, are one level of noise.
+A room is an ``.npz`` file with ``vertices`` (V, 3), ``faces`` (F, 3), ``instances`` (V,), which is
+the true object of each vertex, and ``felzenszwalb`` (V,), which is the segment of each vertex by
+ScanNet's segmenter. The end of its name is the level of noise: ``n1`` for ``office_n1``.
 """
 
 from __future__ import annotations
@@ -28,27 +28,27 @@ from ..regions.vertices import vertex_labels
 from .table_writer import markdown_table
 
 METHODS: dict[str, dict[str, Any]] = {"default": {}, "SCANS": dict(SCANS)}
-"""Keywords of `segment`, by the name in the table."""
+"""Keywords of `segment` for each method of the table."""
 
 LEAST_OBJECT = 0.002
-"""Fraction of the vertices of a room from which an object counts for the mean IoU."""
+"""Smallest object in the mean IoU, as a fraction of the vertices of its room."""
 
 _MOST_RUNS = 5
 
 
 class Score(NamedTuple):
-    """Quality of superpoints, if each takes the object of most of its vertices."""
+    """Quality of superpoints; each superpoint gets the object of most of its vertices."""
 
     n_superpoints: float
-    error: float  # share of vertices that get a wrong object
-    error_away: float  # the same, of vertices more than one edge away from borders of objects
-    mean_iou: float  # intersection over union, mean over the objects
-    extra_pieces: float  # connected pieces, minus the number of superpoints
+    error: float  # share of vertices with a wrong object
+    error_away: float  # the same for vertices more than one edge away from borders of objects
+    mean_iou: float  # mean intersection over union of the objects
+    extra_pieces: float  # number of connected pieces minus number of superpoints
 
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """A scanned room with truth per vertex, and the segments of ScanNet's segmenter."""
+    """A scanned room with the true object and the original segment of each vertex."""
 
     name: str
     mesh: Mesh
@@ -57,7 +57,7 @@ class Room:
 
     @classmethod
     def read(cls, path: Path) -> Room:
-        """Read a file; a MeshError if it is not a room."""
+        """Read a room from a file; a MeshError if the file does not hold a room."""
         try:
             with np.load(path) as file:
                 arrays = [file[name] for name in ("vertices", "faces", "instances", "felzenszwalb")]
@@ -70,7 +70,7 @@ class Room:
 
     @property
     def level(self) -> str:
-        """The end of the name, after the last underscore."""
+        """Level of noise: the end of the name, after the last underscore."""
         return self.name.rpartition("_")[2]
 
     @property
@@ -91,11 +91,11 @@ class Room:
         return is_used
 
     def superpoints(self, **options: Any) -> Ints:
-        """Labels by `segment` that follow creases, as many as the original has."""
+        """Vertex labels by `segment`, with about as many regions as the original."""
         number = asked = len(np.unique(self.original[self.is_used]))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", IslandWarning)
-            for _ in range(_MOST_RUNS):  # components without a seed are additional regions
+            for _ in range(_MOST_RUNS):  # components without a seed add regions
                 result = segment(self.mesh, max(asked, 1), **options)
                 if result.n_segments <= number:
                     break
@@ -103,7 +103,7 @@ class Room:
         return vertex_labels(self.mesh, result.labels, method="creases")
 
     def score(self, superpoints: npt.NDArray[np.integer[Any]]) -> Score:
-        """Judge superpoints; vertices that no face has do not count."""
+        """Measure the quality of superpoints, over the vertices of faces."""
         used, edges = self.is_used, self.edges
         ids = ranked_labels(superpoints + 1)[0]
         votes = np.ones(int(used.sum()))
@@ -123,10 +123,10 @@ class Room:
 
 
 def study(paths: Iterable[Path]) -> str:
-    """Return a Markdown table of all methods at all levels of noise: means over rooms."""
+    """Return a Markdown table with the mean scores of all methods at each level of noise."""
     rooms = [Room.read(path) for path in sorted(paths)]
     if not rooms:
-        raise MeshError("there is no room: no file ends with .npz")
+        raise MeshError("no rooms were found: the folder has no .npz file")
     rows = []
     for level in dict.fromkeys(room.level for room in rooms):
         of_level = [room for room in rooms if room.level == level]
@@ -135,21 +135,16 @@ def study(paths: Iterable[Path]) -> str:
             scores[name] = [room.score(room.superpoints(**options)) for room in of_level]
         for name, of_rooms in scores.items():
             mean = Score(*np.mean(of_rooms, axis=0))
-            rows.append([level, name, *_texts(mean)])
+            shares = (f"{100 * mean.error:.3f}", f"{100 * mean.error_away:.3f}",
+                      f"{100 * mean.mean_iou:.2f}")  # fmt: skip
+            row = [level, name, f"{mean.n_superpoints:.0f}", *shares, f"{mean.extra_pieces:.1f}"]
+            rows.append(row)
     head = ["level", "method", "superpoints", "error %", "away from borders %", "mean IoU %"]
     return markdown_table([*head, "extra pieces"], rows)
 
 
-def _texts(mean: Score) -> list[str]:
-    shares = (mean.error, mean.error_away, mean.mean_iou)
-    percents = [
-        f"{100 * value:.{digits}f}" for value, digits in zip(shares, (3, 3, 2), strict=True)
-    ]
-    return [f"{mean.n_superpoints:.0f}", *percents, f"{mean.extra_pieces:.1f}"]
-
-
 def _near_borders(edges: Longs, truth: Longs) -> Bools:
-    """Whether a vertex is at an edge between objects, or one edge away from such a vertex."""
+    """Whether each vertex is at an edge between objects, or a neighbor of such a vertex."""
     is_near = np.zeros(len(truth), bool)
     is_near[edges[truth[edges[:, 0]] != truth[edges[:, 1]]]] = True
     is_near[edges[is_near[edges].any(axis=1)]] = True
@@ -166,7 +161,7 @@ def _mean_iou(found: Longs, truth: Longs) -> float:
 
 
 def _n_pieces(edges: Longs, used: Bools) -> int:
-    """Number of components of the used vertices. Needs SciPy."""
+    """Number of connected components of the used vertices. Needs SciPy."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

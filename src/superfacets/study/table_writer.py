@@ -1,4 +1,4 @@
-"""Tables of the studies and of the benchmark: CSV files, Markdown and HTML."""
+"""Tables of the studies and of the benchmark: CSV files and Markdown."""
 
 from __future__ import annotations
 
@@ -6,17 +6,14 @@ import csv
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..io.atomic import atomic_outputs
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
 
 EMPTY = "(not measured)"
 """Text that replaces a table without rows in Markdown."""
 
-_NUMBER = re.compile(r"[\d.,]+(\s?\w+)?")
+_NUMBER = re.compile(r"-?[\d.,]+(\s?\w+)?")
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -41,33 +38,8 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str
     return str(tabulate(cells, head, tablefmt="pipe", disable_numparse=True, colalign=alignment))
 
 
-def html_table(
-    head: Sequence[str], rows: Iterable[Sequence[str]], marked: frozenset[str] = frozenset()
-) -> Markup:
-    """Return a table in HTML: names in the first column, numbers in all others.
-
-    Needs tabulate and markupsafe. Text is escaped. If the first cell of a row is in `marked`, it is
-    put into <mark>.
-    """
-    from markupsafe import Markup, escape
-    from tabulate import tabulate
-
-    def name(cell: str) -> Markup:
-        return Markup("<mark>{}</mark>").format(cell) if cell in marked else escape(cell)
-
-    cells = [[name(first), *map(escape, others)] for first, *others in rows]
-    table = tabulate(
-        cells,
-        list(map(escape, head)),
-        tablefmt="unsafehtml",
-        disable_numparse=True,
-        colalign=["left", *["right"] * (len(head) - 1)] if cells else None,
-    )
-    return Markup(str(table))
-
-
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows as CSV, with all columns that occur; missing values are empty."""
+    """Write rows as CSV with all columns that occur; missing values are empty."""
     names = dict.fromkeys(name for row in rows for name in row)
     with (
         atomic_outputs([path]) as (partial,),

@@ -1,7 +1,7 @@
-"""Long studies: tasks in worker processes, a record for each piece of work, and resumption.
+"""Long studies: tasks in worker processes, and a record on disk for each piece of work.
 
-A task groups pieces of work that share something, such as a mesh that is loaded once. Each piece
-writes a record, also if it fails, so a second start runs only missing and failed pieces.
+The pieces of a task share work, such as loading a mesh. Each piece writes a record, also if it
+fails, so a second start runs only missing and failed pieces.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from ..workers.calls import Done, Failed, Killed
 from ..workers.pool import open_pool
 
 Key = Mapping[str, Any]
-"""Everything that a record depends on. A record with another key is stale."""
+"""All inputs that a record depends on. A record with another key is stale."""
 
 Record = dict[str, Any]
-"""The results of a piece; or, if it failed, the cause under "reason"."""
+"""The results of a piece. If the piece failed, "reason" holds the cause."""
 
 _MEMORY_SHARE = 0.8
 """Fraction of the free memory that tasks may use; the rest is for other programs."""
@@ -54,7 +54,7 @@ class Piece:
 
 
 class Task(Protocol):
-    """Pieces that one worker does in sequence. Tasks are pickled to send them to workers."""
+    """Pieces that one worker runs in sequence. Tasks are pickled to send them to workers."""
 
     @property
     def pieces(self) -> tuple[Piece, ...]:
@@ -67,18 +67,17 @@ class Task(Protocol):
     def prepare(self) -> Callable[[Piece], Record]:
         """Do the work that all pieces share; return the function that makes the record of a piece.
 
-        An exception of `prepare` fails all pieces; an exception of the function fails one.
+        If `prepare` raises an exception, all pieces fail; if the function does, one piece fails.
         """
 
 
 def run_tasks(
     title: str, tasks: Sequence[Task], n_workers: int, *, memory: int, deadline: float | None = None
 ) -> dict[Path, str]:
-    """Run tasks until all have ended; their pieces then have records.
+    """Run tasks and write the records of their pieces; `title` and `memory` as for `run_shown`.
 
-    A progress bar with this title is shown on a terminal. `memory` is the number of bytes that
-    running tasks may need together; a task that needs more runs alone. No task is started after
-    `deadline`, by `time.monotonic`. Returns the reasons why records could not be written, by path.
+    No task is started after `deadline`, in seconds of `time.monotonic`. Returns the reasons why
+    records could not be written, by path.
     """
     lost: dict[Path, str] = {}
     jobs = [_Recording(task, deadline) for task in tasks]
@@ -93,7 +92,7 @@ def read_piece(piece: Piece) -> Record | None:
 
 
 def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
-    """Return the record of a piece, with the reason if it failed or is `lost`; None if missing."""
+    """Return the record of a piece, or its reason if it is `lost`; None if it is missing."""
     return {"reason": lost[piece.path]} if piece.path in lost else read_piece(piece)
 
 
@@ -102,8 +101,7 @@ class _Recording:
     """A task as a job. Its result maps paths of records that could not be written to the causes."""
 
     task: Task
-    deadline: float | None = None
-    """Time after which the task is not started, by `time.monotonic`, which all processes share."""
+    deadline: float | None = None  # by `time.monotonic`, which all processes share
 
     @property
     def memory(self) -> int:
@@ -114,10 +112,13 @@ class _Recording:
         if self.deadline is not None and time.monotonic() >= self.deadline:
             return lost
         for piece in self.task.pieces:
-            _forget_failure(piece)
+            # An earlier failure must not hide that the worker is killed now.
+            if "reason" in (read_piece(piece) or {}):
+                with contextlib.suppress(OSError):
+                    piece.path.unlink()
         try:
             make = self.task.prepare()
-        except Exception as error:  # any exception is recorded, and other tasks go on
+        except Exception as error:  # any exception is recorded, and other tasks continue
             for piece in self.task.pieces:
                 lost |= _record_failure(piece, reason_of(error))
             return lost
@@ -129,19 +130,8 @@ class _Recording:
         return lost
 
 
-def _forget_failure(piece: Piece) -> None:
-    """Remove the record of an earlier failure, which would hide that the worker was killed now."""
-    record = read_piece(piece)
-    if record is not None and "reason" in record:
-        with contextlib.suppress(OSError):
-            piece.path.unlink()
-
-
 def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
-    """Write the reason of a failure as the record of the piece.
-
-    Returns the error by path of the record if the record cannot be written, else no entry.
-    """
+    """Write the reason of a failure as record; if this is impossible, return why, by path."""
     try:
         write_record(piece.path, piece.key, {"reason": reason})
     except OSError as error:
@@ -150,7 +140,7 @@ def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
 
 
 def _record_death(task: Task, death: Killed) -> dict[Path, str]:
-    """Write a failure, as the record, for each piece of a killed worker that has no record yet."""
+    """Record a failure for each piece of a killed worker that has no record yet."""
     lost: dict[Path, str] = {}
     for piece in task.pieces:
         if read_piece(piece) is None:
@@ -163,9 +153,9 @@ def run_shown(
 ) -> Generator[tuple[Any, Any], None, None]:
     """Yield each job with its result when it ends, and show a progress bar on a terminal.
 
-    If the worker of a job was killed, the result is a `Killed`. If a job raises an error, it is
-    raised here. Jobs start in their order, but a job waits if it does not fit into the memory
-    beside the running ones.
+    If the worker of a job was killed, the result is a `Killed`. Errors of jobs are raised here.
+    Jobs start in order. Running jobs may need `memory` bytes together; a job that does not fit
+    waits, and a job that needs more runs alone.
     """
     from tqdm import tqdm
 
@@ -177,24 +167,20 @@ def run_shown(
         open_pool(n_workers, memory=math.inf, allowed_kills=0) as pool,
         tqdm(total=len(jobs), desc=title, unit="task", disable=None, leave=False) as bar,
     ):
-        for place, ending in pool.run([(_run, (job,)) for job in jobs], admits=fits):
+        for place, ending in pool.run([(job.run, ()) for job in jobs], admits=fits):
             if isinstance(ending, Failed):
                 raise ending.error
             yield jobs[place], ending.value if isinstance(ending, Done) else ending
             bar.update()
 
 
-def _run(job: Job) -> Any:
-    return job.run()
-
-
 def memory_of_tasks() -> int:
-    """Bytes that tasks may use together."""
+    """Number of bytes that all running tasks may use together."""
     return int(_MEMORY_SHARE * free_memory())
 
 
 def write_record(path: Path, key: Key, record: Record) -> None:
-    """Write a record atomically: whenever the process ends, it is complete or absent.
+    """Write a record atomically: the file is never incomplete.
 
     A ValueError if a number is not finite; an OSError if the record cannot be written.
     """
@@ -206,7 +192,7 @@ def write_record(path: Path, key: Key, record: Record) -> None:
 
 
 def read_record(path: Path, key: Key) -> Record | None:
-    """Return a record; None if it is missing, damaged, or made from another key."""
+    """Return a record; None if it is missing, damaged or stale."""
     try:
         whole = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Calls to worker processes, and their results: on this machine or elsewhere."""
+"""Calls to worker processes, on this machine or on others, and their results."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from .. import __version__
 from ..io.guards import counted
 
 ALLOWED_KILLS = 3
-"""Number of workers that may die during a call before it is given up."""
+"""Number of workers that may die during a call before it is abandoned."""
 
 Call = tuple[Callable[..., Any], tuple[Any, ...]]
-"""A function of a module, and its arguments: both are pickled."""
+"""A module-level function and its arguments; both are pickled."""
 
 
 @dataclass(frozen=True)
 class Done:
-    """A call that returned."""
+    """A call that returned a value."""
 
     value: Any
 
 
 @dataclass(frozen=True)
 class Failed:
-    """A call that raised an error, or whose result could not be sent."""
+    """A call that raised an error, or whose result could not be pickled."""
 
     error: Exception
 
 
 @dataclass(frozen=True)
 class Killed:
-    """A call that was given up, as this many workers died during it."""
+    """A call that was abandoned, because this number of workers died during the call."""
 
     n_workers: int
 
@@ -57,31 +57,31 @@ class Worker:
 
 
 class Team(ABC):
-    """Workers, at least one, in processes of their own."""
+    """One or more workers, each in a separate process."""
 
     def __init__(self, workers: Sequence[Worker]) -> None:
         self.workers = tuple(workers)
 
     @abstractmethod
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
-        """Yield (index of the call, its ending) as calls end; at most `width` run at a time.
+        """Yield (index of the call, its ending) as calls end; at most `width` calls run at a time.
 
-        A call is made again if its worker was killed. A ConnectionError if no worker is left, or
-        none can be started.
+        If a worker is killed, its call is repeated. A ConnectionError if no worker is left, or
+        workers cannot be started.
         """
 
     @property
     def share(self) -> float:
-        """Memory in bytes for one file, if every thread of every worker has one."""
+        """Memory in bytes per thread, which is the memory for one file."""
         return min(worker.memory / worker.n_threads for worker in self.workers)
 
     def map(
         self, work: Callable[..., Any], store: Any, pieces: Sequence[tuple[Any, ...]]
     ) -> Iterator[tuple[int, Any]]:
-        """Yield (index, ``work(store, *piece)``) as pieces end; each thread has one at a time.
+        """Yield (index, ``work(store, *piece)``) as pieces end; each thread runs one at a time.
 
-        An OSError if no worker is left, the scheduler is gone, or several workers were killed with
-        the same piece at work. Errors of the work are raised as they are.
+        An OSError if no worker is left, the scheduler is gone, or one piece has killed several
+        workers. Errors of the work are raised unchanged.
         """
         calls = [(run_piece, (__version__, work, store, piece)) for piece in pieces]
         for place, ending in self.run(calls, width=None):
@@ -90,22 +90,22 @@ class Team(ABC):
             if isinstance(ending, Killed):
                 n_workers = counted(ending.n_workers, "worker")
                 raise ConnectionError(
-                    f"{n_workers} ended with piece {pieces[place][0]} at work (out of memory?):"
-                    " take smaller tiles, or fewer workers"
+                    f"{n_workers} ended while processing piece {pieces[place][0]} (out of memory?):"
+                    " use smaller tiles or fewer workers"
                 )
             yield place, ending.value
 
 
 def run_piece(version: str, work: Callable[..., Any], store: Any, piece: tuple[Any, ...]) -> Any:
-    """Run the work of `Team.map`, if this process has the caller's version of the package."""
+    """Run the work of `Team.map` in a worker, after a check of the version of the package."""
     check_version(version)
     return work(store, *piece)
 
 
 def check_version(version: str) -> None:
-    """Raise a ConnectionError if this process, a worker, has another version of the package."""
+    """Raise a ConnectionError if this worker has another version of the package."""
     if version != __version__:
         raise ConnectionError(
-            f"a worker on {socket.gethostname()} has superfacets {__version__}, and this is"
-            f" superfacets {version}"
+            f"a worker on {socket.gethostname()} has superfacets {__version__}, but this process"
+            f" has {version}: install the same version on both"
         )

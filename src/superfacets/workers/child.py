@@ -1,4 +1,4 @@
-"""Code of a worker process; imports stay fast."""
+"""Code of a worker process. Its imports must be fast."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from typing import NoReturn
 from ..errors import reason_of
 
 TICK = 0.1
-"""Seconds between checks of this process's memory."""
+"""Seconds between checks of the memory of this process."""
 
 
 def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
-    """Run calls until the other end closes the connection, even during a call.
+    """Run calls until the other end closes the connection, which also stops a running call.
 
-    Pickled calls come in on the connection. The first message sent is None. One message per call
-    follows, in order: whether it returned, and its pickled result or error. A process that uses
-    more than `memory` bytes ends at once.
+    Calls arrive pickled. The first message to the other end is None. Then there is one message per
+    call, in order: whether the call returned, and its pickled result or error. The process ends
+    immediately if it uses more than `memory` bytes.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it
     os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # for all kernels, also in readers
-    gc.freeze()  # garbage collection would touch, and so copy, all pages shared by fork
+    gc.freeze()  # garbage collection would write to, and so copy, all pages shared by fork
     calls: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, calls, memory), daemon=True).start()
     with contextlib.suppress(OSError):
@@ -40,7 +40,7 @@ def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
 
 
 def _receive(connection: Connection, calls: SimpleQueue[bytes], memory: float) -> NoReturn:
-    """Receive calls while another one runs, and end the process when asked to."""
+    """Receive calls while another call runs, and end the process if the connection closes."""
     own = import_module("psutil").Process() if memory < math.inf else None
     with contextlib.suppress(EOFError, OSError):
         while own is None or own.memory_info().rss <= memory:
@@ -50,18 +50,18 @@ def _receive(connection: Connection, calls: SimpleQueue[bytes], memory: float) -
 
 
 def _ended(call: bytes) -> tuple[bool, bytes]:
-    """Run a call; return whether it succeeded, and its pickled result or error."""
+    """Run a call; return whether it returned, and its pickled result or error."""
     try:
         function, arguments = pickle.loads(call)
         return True, pickle.dumps(function(*arguments))
-    except BaseException as error:  # any kind: it is raised in the parent
+    except BaseException as error:  # the parent raises any error
         return False, _pickled(error)
 
 
 def _pickled(error: BaseException) -> bytes:
-    """The error; or a RuntimeError with its text, if it cannot be pickled or is no Exception."""
+    """The pickled error; a RuntimeError with its text if it is unpicklable or no Exception."""
     with contextlib.suppress(Exception):
         data = pickle.dumps(error)
-        if isinstance(pickle.loads(data), Exception):  # raises if __init__ needs more arguments
+        if isinstance(pickle.loads(data), Exception):  # fails if __init__ needs more arguments
             return data
     return pickle.dumps(RuntimeError(reason_of(error)))

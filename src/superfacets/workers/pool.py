@@ -1,4 +1,4 @@
-"""The team of worker processes of this machine."""
+"""The team of worker processes on this machine."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from .child import serve
 from .start import own_settings, start_context
 
 START_ATTEMPTS = 10
-"""Consecutive workers that may die before their first call: several may be killed at start-up."""
+"""Number of consecutive workers that may die before they are ready."""
 
 TICK = 1.0
-"""Seconds between checks for Ctrl-C, which does not interrupt a wait on Windows."""
+"""Seconds between checks for Ctrl-C, which does not interrupt waiting on Windows."""
 
 PAUSE = 0.1
-"""Pause in seconds before a worker that died at start-up is started again."""
+"""Seconds before a worker that died at start-up is started again."""
 
 MEMORY_SHARE = 0.95
 """Fraction of its share of the memory that a worker may use."""
 
 DEPTH = 2
-"""Queue length of a worker: the running call and the next, so that it never waits."""
+"""Queue length of a worker: the running call and the next call."""
 
 Admits = Callable[[int, Sequence[int]], bool]
-"""Whether a call may run at the same time as the given others; arguments are indices."""
+"""Whether a call, given by its index, may run at the same time as other calls."""
 
 
 class _Process:
@@ -44,22 +44,22 @@ class _Process:
         context = start_context()
         self.connection, theirs = context.Pipe()
         self.places: deque[int] = deque()
-        """Indices of its queued calls, the running one first."""
+        """Indices of the queued calls, the running call first."""
         self.has_begun = False
         arguments = (theirs, n_threads, memory)
         self._process = context.Process(target=serve, args=arguments, daemon=True)
-        # If it cannot be started, the connection closes: noticed when it is read.
+        # If the process cannot be started, the next read from the connection fails.
         with theirs, own_settings(), contextlib.suppress(OSError, EOFError):
             self._process.start()
 
     def give(self, place: int, call: Call) -> None:
         """Queue a call."""
         self.places.append(place)
-        with contextlib.suppress(OSError):  # it has died: noticed when the connection is read
+        with contextlib.suppress(OSError):  # if it has died, the next read fails
             self.connection.send_bytes(pickle.dumps(call))
 
     def end(self) -> None:
-        """Kill it, and wait until it has ended."""
+        """Kill the process, and wait until it has ended."""
         self.connection.close()
         if self._process.pid is not None:
             self._process.kill()
@@ -67,10 +67,10 @@ class _Process:
 
 
 class Pool(Team):
-    """A team of processes with equal shares of memory; each runs one call at a time.
+    """A team of processes with equal shares of memory; each process runs one call at a time.
 
     A process that ends, or uses more than its share of `memory`, is replaced while there is work.
-    Memory is not watched if it is infinite. `allowed_kills` is as `ALLOWED_KILLS`.
+    Infinite memory is not watched. `allowed_kills` is as `ALLOWED_KILLS`.
     """
 
     def __init__(self, n_workers: int, n_threads: int, memory: float, allowed_kills: int) -> None:
@@ -83,15 +83,19 @@ class Pool(Team):
     def run(
         self, calls: Sequence[Call], width: int | None = None, admits: Admits | None = None
     ) -> Iterator[tuple[int, Ending]]:
-        """As for `Team`. Calls start in order, but a call that `admits` refuses waits."""
+        """Run calls as `Team` does. Calls start in order, but calls that `admits` refuses wait."""
         waiting = deque(range(len(calls)))
         kills: Counter[int] = Counter()
         n_left = len(calls)
         try:
             while n_left:
-                self._start(min(n_left, len(self.workers)))
+                while len(self._processes) < min(n_left, len(self.workers)):
+                    worker = self.workers[0]
+                    process = _Process(worker.n_threads, MEMORY_SHARE * worker.memory)
+                    self._processes.append(process)
                 self._hand_out(waiting, calls, width, admits)
-                for process in self._ready():
+                ready = wait([process.connection for process in self._processes], TICK)
+                for process in [one for one in self._processes if one.connection in ready]:
                     ended = self._take(process, waiting, kills)
                     if ended is not None:
                         n_left -= 1
@@ -101,20 +105,14 @@ class Pool(Team):
                 self._processes.remove(process)
                 process.end()
 
-    def _start(self, n_processes: int) -> None:
-        """Start missing processes."""
-        worker = self.workers[0]
-        while len(self._processes) < n_processes:
-            self._processes.append(_Process(worker.n_threads, MEMORY_SHARE * worker.memory))
-
     def _hand_out(
         self, waiting: deque[int], calls: Sequence[Call], width: int | None, admits: Admits | None
     ) -> None:
-        """Queue a call for each worker, and a second one while many are left."""
+        """Queue a call for each worker, and a second call while many calls are waiting."""
         is_limited = width is not None or admits is not None
         for depth in range(1 if is_limited else DEPTH):
             for process in self._processes[:width]:
-                n_kept = depth * len(self._processes)  # for the workers that finish first
+                n_kept = depth * len(self._processes)  # calls for the workers that finish first
                 if len(process.places) > depth or len(waiting) <= n_kept:
                     continue
                 at_work = [place for other in self._processes for place in other.places]
@@ -123,15 +121,10 @@ class Pool(Team):
                     waiting.remove(place)
                     process.give(place, calls[place])
 
-    def _ready(self) -> list[_Process]:
-        """Workers that have sent a result, or have died."""
-        ready = wait([process.connection for process in self._processes], TICK)
-        return [process for process in self._processes if process.connection in ready]
-
     def _take(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """(index, ending) of a call that has ended; None if the worker has died."""
+        """(index, ending) of a call that has ended; None if the worker is ready or has died."""
         try:
             message = process.connection.recv()
         except (EOFError, OSError):
@@ -151,7 +144,7 @@ class Pool(Team):
     def _lost(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """Requeue the calls of a dead worker, and count its death against the running one."""
+        """Requeue the calls of a dead worker; count the death for the call that was running."""
         self._processes.remove(process)
         process.end()
         waiting.extendleft(reversed(process.places))
@@ -167,12 +160,14 @@ class Pool(Team):
         return waiting.popleft(), Killed(kills[place])
 
     def _check_start(self) -> None:
-        """Raise a ConnectionError if too many workers in a row die at start-up."""
+        """Raise a ConnectionError if too many consecutive workers die at start-up."""
         self._n_lost_at_start += 1
         if self._processes:
-            time.sleep(PAUSE)  # others go on; memory may be short at the moment
+            time.sleep(PAUSE)  # other workers continue; memory may be short for a moment
         elif self._n_lost_at_start >= START_ATTEMPTS:
-            raise ConnectionError("the workers cannot be started: each ended before it began")
+            raise ConnectionError(
+                "workers cannot be started: each ended before it was ready (out of memory?)"
+            )
 
     def close(self) -> None:
         """Kill all processes."""
@@ -187,9 +182,9 @@ def open_pool(
     memory: float | None = None,
     allowed_kills: int | None = None,
 ) -> Iterator[Pool]:
-    """Open a team of processes of this machine; they end with the context, or with this process.
+    """Open a team of processes on this machine; they end with the context, or with this process.
 
-    Arguments are as for `Pool`; by default, they may use all memory of this machine. A
+    Arguments are as for `Pool`. By default, the processes may use all memory of this machine. A
     MissingExtraError if memory is watched, and psutil is not installed.
     """
     memory = usable_memory() if memory is None else memory

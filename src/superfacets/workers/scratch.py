@@ -1,4 +1,4 @@
-"""Arrays of one run, in a cache and in a folder that is removed at the end of the run."""
+"""Arrays of one run, in a cache and in a scratch folder that is removed after the run."""
 
 from __future__ import annotations
 
@@ -28,46 +28,45 @@ MARK = ".superfacets-tiles-"
 _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 
 LOCK = ".lock"
-"""Name of a file that the run keeps locked. If it is not locked, the run was killed."""
+"""Name of a file that a run keeps locked. If the file is not locked, the run was killed."""
 
 _HEADER_SIZE = 128
-"""Size in bytes of the header of files written here. NumPy pads short headers to this size."""
+"""Size in bytes of the headers of files. NumPy pads short headers to this size."""
 
 
 @contextlib.contextmanager
 def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
-    """Make a folder below `parent`, removed at the end of the block, also on errors and Ctrl-C.
+    """Make a folder below `parent`, and remove it at the end of the block, also on Ctrl-C.
 
-    Folders left there by killed runs are removed first. `cache` is as for `Scratch`. An OSError if
-    the folder cannot be made.
+    Folders of killed runs are removed first. `cache` is as for `Scratch`. An OSError if the folder
+    cannot be made.
     """
     writable_folder(parent)
     _remove_leftovers(parent)
     folder = parent / f"{MARK}{secrets.token_hex(6)}"
     try:
         folder.mkdir()
-        with held(folder / LOCK, f"{folder}: another run has taken it away: start again"):
+        with held(folder / LOCK, f"{folder}: another run has removed this folder: start again"):
             yield Scratch(folder, cache)
     finally:
         despite_interrupts(lambda: shutil.rmtree(folder, ignore_errors=True))
 
 
 def check_room(parent: Path, needed: int) -> None:
-    """Raise an OSError if fewer bytes than needed are free on the disk of a folder."""
+    """Raise an OSError if the disk of a folder has less than `needed` free bytes."""
     free = shutil.disk_usage(parent).free
     if free < needed:
         unit, name = (1e9, "GB") if needed >= 1e9 else (1e6, "MB")
         raise OSError(
             errno.ENOSPC,
-            f"the disk has {free / unit:.1f} {name} free,"
-            f" and about {needed / unit:.1f} {name} are needed:"
-            " name a scratch folder on another",
+            f"the disk has {free / unit:.1f} {name} free, but about {needed / unit:.1f} {name} are"
+            " needed: choose a scratch folder on another disk",
             str(parent),
         )
 
 
 def _remove_leftovers(parent: Path) -> None:
-    """Remove scratch folders that no run has locked, and nothing else."""
+    """Remove the scratch folders that no run has locked."""
     for folder in parent.glob(f"{MARK}*"):
         is_ours = _FOLDER.fullmatch(folder.name) and not folder.is_symlink()
         if is_ours and is_left_behind(folder / LOCK):
@@ -77,9 +76,8 @@ def _remove_leftovers(parent: Path) -> None:
 class Scratch:
     """Named arrays in a folder, which several processes write and read.
 
-    An array is written completely or not at all, and writing it again replaces it, so interrupted
-    work can be repeated. Arrays stay in memory while they fit into `cache` bytes; other processes
-    do not see cached arrays.
+    Arrays are written atomically, and may be written again, so interrupted work can be repeated.
+    Arrays stay in memory while they fit into `cache` bytes. Other processes do not see these.
     """
 
     def __init__(self, folder: Path, cache: int = 0) -> None:
@@ -92,10 +90,10 @@ class Scratch:
         return Scratch, (self.folder,)
 
     def save(self, name: str, array: Array) -> None:
-        """Write an array, or cache it read-only. Slashes in its name make folders."""
+        """Cache an array read-only, or write it. Slashes in the name make subfolders."""
         if self.keep(name, array):
             return
-        # Only subfolders are made. If the scratch folder itself is gone, writing must fail.
+        # Only subfolders are made: if the scratch folder is gone, writing must fail.
         for parent in reversed(Path(name).parents[:-1]):
             (self.folder / parent).mkdir(exist_ok=True)
         path = self._path(name)
@@ -108,18 +106,18 @@ class Scratch:
                 error.filename = str(path)
             raise
         finally:
-            with contextlib.suppress(OSError):  # it was renamed, or never made
+            with contextlib.suppress(OSError):  # the file was renamed, or never made
                 partial.unlink()
 
     def keep(self, name: str, array: Array) -> bool:
-        """As `save`, but only if the array fits into the cache; return whether it does."""
+        """Cache an array if it fits into the cache; return whether it does."""
         self._forget(name)
         with self._lock:
             is_kept = array.nbytes < self._room
             self._room -= array.nbytes if is_kept else 0
         if is_kept:
             if isinstance(array.base, np.ndarray) and array.base.nbytes > array.nbytes:
-                array = array.copy()  # a view would keep all of its base in memory
+                array = array.copy()  # a view would keep its whole base in memory
             array = np.ascontiguousarray(array)
             array.flags.writeable = False
             self._kept[name] = array
@@ -127,10 +125,8 @@ class Scratch:
         return is_kept
 
     def load(self, name: str, begin: int = 0, end: int | None = None) -> Array:
-        """Rows begin to end - 1 of an array, which must not be changed.
-
-        Files are read, not mapped: where the address space is limited, a memory map would count.
-        """
+        """Rows begin to end - 1 of an array, which must not be changed."""
+        # Files are not memory-mapped, because maps count against a limit of the address space.
         kept = self._kept.get(name)
         if kept is not None:
             return kept[begin:end]
@@ -143,11 +139,11 @@ class Scratch:
         return rows
 
     def has(self, name: str) -> bool:
-        """Whether there is such an array."""
+        """Whether an array of this name exists."""
         return name in self._kept or self._path(name).exists()
 
     def remove(self, name: str) -> None:
-        """Remove an array, to make room."""
+        """Remove an array."""
         self._forget(name)
         self._path(name).unlink(missing_ok=True)
 
@@ -168,7 +164,7 @@ class Scratch:
 
 
 class RowFile:
-    """A growing table in the scratch folder; as a context manager, it closes the file."""
+    """A table in the scratch folder to which rows are added; closed as a context manager."""
 
     def __init__(self, scratch: Scratch) -> None:
         self._path = scratch.folder / secrets.token_hex(6)
@@ -183,14 +179,14 @@ class RowFile:
         self._file.close()
 
     def add(self, rows: Array) -> None:
-        """Append rows, all of one type and width."""
+        """Append rows; all rows must have the same dtype and width."""
         if self._row is None:
             self._row = np.dtype((rows.dtype, rows.shape[1:]))
         self._file.write(np.ascontiguousarray(rows, self._row.base).data)
         self.n_rows += len(rows)
 
     def rows(self, width: int = 1) -> RecordRows:
-        """The table. If single numbers were added, `width` of them make a row."""
+        """The table. If single numbers were added, a row consists of `width` numbers."""
         assert self._row is not None
         row = self._row if width == 1 else (self._row, (width,))
         record = np.dtype([("row", row)])

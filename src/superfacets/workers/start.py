@@ -1,8 +1,8 @@
-"""Start of worker processes: no user code, no Ctrl-C, imports done once.
+"""Start of worker processes, which run no user code and ignore Ctrl-C.
 
-On Linux they are forked from the fork server of `multiprocessing`, which has imported the modules
-of `_MODULES`. This module is quick to import: the command starts the fork server first, and then
-imports its own modules while the server imports them on another core.
+On Linux, workers are forked from the fork server of `multiprocessing`, which has already imported
+`_MODULES`. This module is fast to import: the command starts the fork server first, and then
+imports its own modules while the server imports on another core.
 """
 
 from __future__ import annotations
@@ -22,29 +22,28 @@ _MODULES = [
     "superfacets.batches.jobs", "superfacets.io.readers.read", "superfacets.pipeline", "psutil",
     "superfacets.workers.child",
 ]  # fmt: skip
-"""Modules that nearly every worker imports."""
+"""Modules that most workers need."""
 
 _ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     "PYTHONSAFEPATH": "1",
 }
-"""Environment of workers. Numeric libraries start no threads: each worker has its own share of the
-cores, and a process with threads cannot be forked. With `PYTHONSAFEPATH`, the current folder is not
-searched for modules."""
-
+"""Environment of workers. Numeric libraries must not start threads: workers share the cores, and a
+process with threads cannot be forked. `PYTHONSAFEPATH` excludes the current folder from
+the search for modules."""
 
 HAS_SERVER = sys.platform == "linux"
-"""On other systems, system libraries may not survive a fork."""
+"""Whether workers are forked. System libraries of other systems may not survive a fork."""
 
 
 def prepare() -> None:
-    """Start the fork server early, if the system has one and another core is free."""
+    """Start the fork server early, if there are several cores."""
     if HAS_SERVER and len(os.sched_getaffinity(0)) > 1:
         start_context()
 
 
 def start_context() -> ForkServerContext | SpawnContext:
-    """The start method of this system; its helper processes are running."""
+    """The start method of this system, after the start of its helper processes."""
     import multiprocessing
 
     if not HAS_SERVER:
@@ -60,10 +59,10 @@ def start_context() -> ForkServerContext | SpawnContext:
 
 @contextlib.contextmanager
 def own_settings() -> Iterator[None]:
-    """Start processes with another environment, and with Ctrl-C blocked.
+    """Let processes that start in this block have another environment, and Ctrl-C blocked.
 
-    The terminal sends Ctrl-C to all processes; here it is delayed until the end of the block.
-    Workers do not import the running script, which may lack ``if __name__ == "__main__":``.
+    Ctrl-C in this process is delayed until the end of the block. Workers do not import the main
+    script, which may lack ``if __name__ == "__main__":``.
     """
     from multiprocessing import resource_tracker
 
@@ -73,7 +72,7 @@ def own_settings() -> Iterator[None]:
     try:
         os.environ.update(_ENVIRONMENT)
         if mask is not None:
-            resource_tracker.ensure_running()  # or the first process would, and unblock signals
+            resource_tracker.ensure_running()  # starting it later would unblock signals
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         sys.modules["__main__"] = types.ModuleType("__main__")
         yield

@@ -1,4 +1,4 @@
-"""Thread teams: map work over jobs, one job per thread at a time."""
+"""Thread teams, which map work over jobs; each thread runs one job at a time."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ class ThreadTeam:
         self._given: list[Future[Any]] = []
 
     def start(self) -> None:
-        """Start all threads now. A Ctrl-C during the start of a thread would lose track of it.
+        """Start all threads now, because a Ctrl-C during a later start would lose the thread.
 
-        A MemoryError if the system has no room for so many.
+        A MemoryError if the system cannot start this number of threads.
         """
         barrier = threading.Barrier(self._n_threads)
         try:
             for started in [self._pool.submit(barrier.wait) for _ in range(self._n_threads)]:
                 started.result()
         except RuntimeError:
-            raise MemoryError(f"no room for {self._n_threads} threads") from None
+            raise MemoryError(f"the system cannot start {self._n_threads} threads") from None
         finally:
-            barrier.abort()  # releases threads that wait
+            barrier.abort()  # releases waiting threads
 
     def map(
         self, work: Callable[..., Any], store: Any, jobs: Sequence[Job]
     ) -> Iterator[tuple[int, Any]]:
-        """Yield the place of each job, and ``work(store, *job)``.
+        """Yield the index of each job, and ``work(store, *job)``.
 
-        No job is left waiting if one fails, or the user interrupts it.
+        Waiting jobs are cancelled if a job fails or the user interrupts.
         """
-        if len(jobs) == 1:  # as in many visits of tiles
+        if len(jobs) == 1:  # the usual number of jobs for tiles
             yield from in_turn(work, store, jobs)
             return
         self._given = []
@@ -54,18 +54,18 @@ class ThreadTeam:
                 left.cancel()
 
     def end(self) -> None:
-        """Wait until no thread is running, despite interrupts: threads may be writing files."""
+        """Wait until no thread is running, despite interrupts, because threads may write files."""
         despite_interrupts(self._wait)
 
     def _wait(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
         wait([job for job in self._given if not job.cancelled()])
-        self._pool.shutdown()  # joins: Python would lose a Ctrl-C at the end of a thread
+        self._pool.shutdown()  # joins threads: Python would lose a Ctrl-C at the end of a thread
 
 
 @contextlib.contextmanager
 def thread_team(n_threads: int) -> Iterator[ThreadTeam]:
-    """Yield a team of threads; all are idle when the block ends."""
+    """Yield a team of threads, which are idle when the block ends."""
     threads = ThreadTeam(n_threads)
     try:
         threads.start()
@@ -75,13 +75,13 @@ def thread_team(n_threads: int) -> Iterator[ThreadTeam]:
 
 
 def in_turn(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
-    """As `ThreadTeam.map`, in series on this thread."""
+    """Like `ThreadTeam.map`, but on this thread."""
     for place, job in enumerate(jobs):
         yield place, work(store, *job)
 
 
 def despite_interrupts(work: Callable[[], object]) -> None:
-    """Call `work` until no Ctrl-C interrupts it; then raise the last KeyboardInterrupt."""
+    """Call `work` until a call is not interrupted by Ctrl-C; then raise the last interrupt."""
     interrupt: KeyboardInterrupt | None = None
     is_done = False
     while not is_done:

@@ -14,26 +14,26 @@ from .stl import is_binary_stl, read_stl
 from .text import iterate_lines
 
 _REGION = re.compile(rb"region_(\d{1,10})|unlabeled")
-"""Names that `write_mesh` gives to the parts of a file."""
+"""Names of parts that `write_mesh` writes."""
 
 _OUR_PART = re.compile(rb"^(?:solid|g) region_\d", re.MULTILINE)
 
 
 def has_region_parts(data: Content) -> bool:
-    """Whether the file has a part that `write_mesh` named after a region."""
+    """Whether the file has a part with a name of `write_mesh`."""
     return _OUR_PART.search(data) is not None
 
 
 def stl_labels(data: Content) -> Array:
-    """The label of each triangle, by the name of its solid; a MeshError for a binary file."""
+    """Return the label of each triangle, from the name of its solid; a MeshError if binary."""
     read_stl(data)  # raises the errors of damaged files
     if is_binary_stl(data):
-        raise MeshError("a binary STL file names no solids: write text STL, or PLY with labels")
+        raise MeshError("a binary STL file has no solids: write text STL, or PLY with labels")
     return _labels_by_part(data, (b"facet", b"solid"), any_case=True)
 
 
 def obj_labels(data: Content) -> Array:
-    """The label of each face, by the last `g` or `o` line before it; a MeshError without any."""
+    """Return the label of each face, from the last `g` or `o` line before the face."""
     read_obj(data)  # raises the errors of damaged files
     labels = _labels_by_part(without_continuations(data), (b"f", b"g", b"o"), comment=b"#")
     if not len(labels) or labels.max() < 0:
@@ -44,11 +44,7 @@ def obj_labels(data: Content) -> Array:
 def _labels_by_part(
     data: Content, words: tuple[bytes, ...], *, any_case: bool = False, comment: bytes = b""
 ) -> Array:
-    """Labels of the lines that begin with the first word; other words begin a part with a name.
-
-    A part `region_17` has label 17 and `unlabeled` has -1, if all names are such. Otherwise parts
-    are numbered in the order of their names in the file. Faces before the first part have -1.
-    """
+    """Labels of the lines of cells, which begin with ``words[0]``; other words begin a part."""
     names: dict[bytes, int] = {}
     blocks, last = [], -1
     for lines in iterate_lines(data, comment=comment):
@@ -61,8 +57,8 @@ def _labels_by_part(
         blocks.append(np.array(parts)[np.cumsum(is_part)[keywords == 0]])
         last = parts[-1]
     matches = [_REGION.fullmatch(name) for name in names]
-    numbers = np.arange(-1, len(names))  # the last row is of no part, -1
-    if all(matches):
+    numbers = np.arange(-1, len(names))  # label of each part; the first is for cells in no part
+    if all(matches):  # all names are `region_17` or `unlabeled`
         numbers[1:] = [int(match[1]) if match and match[1] else -1 for match in matches]
     labels: Array = numbers[np.concatenate(blocks) + 1]
     return labels

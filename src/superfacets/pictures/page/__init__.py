@@ -1,1 +1,1 @@
-"""A page with a mesh and its regions: one file that opens offline in a browser."""
+"""Pages with a mesh and its regions: single files that a browser opens offline."""

@@ -1,4 +1,4 @@
-"""Encode arrays for the front end, as one block of bytes; for pages, the block as base64 text."""
+"""Encoding of arrays for the front end, as one block of bytes, or as base64 text for pages."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ..._types import Array
 
 Coding = Literal["plain", "planes", "difference", "newest"]
 
-# Compression level of zlib. Level 9 makes a page of the bunny 1 % smaller in three times the time.
+# Compression level of zlib. Level 9 takes three times as long, for 1 % less on a page of the bunny.
 _EFFORT = 6
 
 _ALIGNMENT = 4
-"""Alignment of arrays in the block, so that plain arrays are read in place."""
+"""Alignment of arrays in the block, in bytes, so that plain arrays are used in place."""
 
 
 class Entry(TypedDict):
@@ -31,7 +31,7 @@ class Entry(TypedDict):
 
 
 class Arrays:
-    """Arrays by name, in the order in which they were added."""
+    """Named arrays, in the order of addition."""
 
     def __init__(self) -> None:
         self.entries: list[Entry] = []
@@ -41,11 +41,10 @@ class Arrays:
     def add(self, name: str, array: Array, coding: Coding) -> None:
         """Add an array of numbers, shape (n,) or (n, columns).
 
-        "plain" stores the memory of the array. The other codings compress better: numbers are
-        stored column by column, and their bytes in planes (all lowest bytes, then all second bytes,
-        ...). "difference" replaces each number of a column, except the first, by its difference
-        from the number before. "newest" stores the codes that `newest_codes` returns for the
-        numbers row by row.
+        "plain" stores the memory of the array. The other codings compress better. They store
+        numbers column by column, and bytes in planes: all lowest bytes, then all second bytes, and
+        so on. "difference" replaces each number of a column, except the first, by its difference
+        to the previous number. "newest" stores the `newest_codes` of the numbers, row by row.
         """
         self.entries.append(
             {
@@ -83,7 +82,7 @@ def _planes(array: Array, coding: Coding) -> bytes:
 def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
     """High-watermark encoding: one more than the highest number so far, minus each number.
 
-    Codes are small where triangles that follow each other share corners.
+    Codes are small if consecutive triangles share corners.
     """
     highest = np.maximum.accumulate(numbers)
     before = np.zeros_like(numbers)
@@ -92,5 +91,5 @@ def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
 
 
 def little_endian(array: Array) -> Array:
-    """The array in little-endian order: no copy on most machines."""
+    """The array in little-endian order, which needs no copy on most machines."""
     return array.astype(array.dtype.newbyteorder("<"), copy=False)

@@ -1,4 +1,4 @@
-"""Pages: assembled from their parts, shown in notebooks, written to files."""
+"""`view`: pages with a mesh and its regions, for notebooks and files."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ _FRAME_HEIGHT = 480
 class Page:
     """A page with a mesh and its regions: the result of ``superfacets.view``.
 
-    A notebook shows the page if it is the last line of a cell.
+    A notebook shows the page at the end of a cell.
 
     Attributes
     ----------
     html : str
-        The whole page: HTML with all that it needs.
+        The whole page, as self-contained HTML.
     """
 
     html: str = field(repr=False)
@@ -47,7 +47,7 @@ class Page:
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page to a file that ends in .html, and return its path.
 
-        The file is written completely or not at all: an existing file is replaced at the very end.
+        The file is written atomically.
 
         Raises
         ------
@@ -62,7 +62,7 @@ class Page:
         return target
 
     def _repr_html_(self) -> str:
-        """A frame with the page, which has no access to the notebook around it."""
+        """An iframe with the page, which cannot access the notebook."""
         return (
             f'<iframe title="superfacets" width="100%" height="{_FRAME_HEIGHT}"'
             ' style="border:0" sandbox="allow-scripts"'
@@ -80,49 +80,50 @@ def view(
     title: str = "superfacets",
     camera: View | None = None,
 ) -> Page:
-    """Return a page to look at a mesh and its regions in a browser, offline and in one file.
+    """Return a page that shows a mesh and its regions in a browser, as a single offline file.
 
-    In the page, the mesh can be turned, zoomed and moved. Pointing at a region shows its number,
+    On the page, the mesh can be turned, zoomed and moved. Pointing at a region shows its number,
     cells and area. Cells are colored by region, by ground truth or by value, and a slider changes
-    the level. Colors of regions are as from `face_colors`, borders as from `render`. Positions are
-    rounded to 1/65535 of the bounding box, values to 1/65534 of their range. Time and size are
-    linear in cells: about 12 bytes for a triangle. The browser needs WebGL 2, and the page loads
-    nothing else.
+    the level. Colors of regions are as from `face_colors`, and borders are as from `render`.
+    Positions are rounded to 1/65535 of the bounding box, and values to 1/65534 of their range. Time
+    and size are linear in cells: about 12 bytes per triangle. The browser needs WebGL 2.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
-        As for `segment`. Polygons are cut into triangles; of tetrahedra the outer surface is shown.
+        As for `segment`. Polygons are drawn as triangles, and tetrahedra by their outer surface.
     labels : array_like of integers, shape (N,) or (L, N), or Hierarchy, optional
-        Region of each cell, any integers; -1 for a cell in no region, which is drawn gray. Several
-        levels may be given as a 2D array, a list of arrays or a `Hierarchy`; the page begins with
-        the first. Without labels, all cells have one plain color.
+        Region of each cell. Labels may be any integers; cells with label -1 are gray. Several
+        levels may be given as a 2D array, a list of arrays or a `Hierarchy`; the page shows the
+        first level first. Without labels, all cells have one plain color.
     ground_truth : array_like of integers, shape (N,), optional
-        Labels of a ground truth, to compare the regions with.
+        Labels of a ground truth, for comparison.
     features : mapping of str to array_like of numbers, shape (N,) or (K,), optional
         Values by name: one per cell, or one per region of the first level, in ascending order of
         their labels. NaN marks a missing value.
     texture : Texture, optional
-        From `read_attributes`. A slider, and the key T, blend it with the colors of regions. All
-        images together are scaled down to 2048 x 2048 pixels. This needs the extra ``texture``.
+        Texture from `read_attributes`. A slider, and the key T, blend the texture with the colors
+        of regions. All images together are scaled down to 2048 x 2048 pixels. A texture needs the
+        extra ``texture``.
     title : str, default "superfacets"
-        Title of the page, of which the first 200 characters are used.
+        Title of the page; only the first 200 characters are used.
     camera : View, optional
-        Initial viewpoint; by default from the right and a little above.
+        Initial viewpoint. The default is from the right and a little above.
 
     Returns
     -------
     Page
-        Has ``save(path)``; a notebook shows the page.
+        Has ``save(path)``. A notebook shows the page.
 
     Raises
     ------
     MeshError
-        If the mesh is not valid, the texture does not fit it, or an image is missing or damaged.
+        If the mesh is not valid, the texture does not fit the mesh, or an image is missing or
+        damaged.
     MissingExtraError
         If there is a texture, and Pillow is not installed.
     ValueError, TypeError
-        If another argument is not as described.
+        If another argument is invalid.
 
     Examples
     --------
@@ -193,7 +194,7 @@ def _arrays(
 
 
 def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
-    """The first view, and the grid of quantized positions in a box of diagonal 1 at the origin."""
+    """The first view, and the grid of quantized positions, in a box of diagonal 1 at the origin."""
     low, high = shape.bounds
     return {
         **view_facts(shape, camera),
@@ -204,7 +205,7 @@ def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
 
 
 def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> str:
-    """The page as HTML, with text escaped so that it cannot end the element that contains it."""
+    """The page as HTML; text is escaped so that it cannot close its element."""
     folder = files(__package__)
     template, style, script = (
         folder.joinpath(name).read_text(encoding="utf-8")
@@ -219,7 +220,7 @@ def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> st
         "FACTS": json.dumps(facts, separators=(",", ":")).replace("<", "\\u003c"),
         "PAYLOAD": payload,
     }
-    # The template is split first, so that inserted text is not searched for placeholders.
+    # The template is split first, because inserted text must not be searched for placeholders.
     first, *rest = template.split("@")
     pieces = [first]
     for i, piece in enumerate(rest):

@@ -1,4 +1,4 @@
-"""Colorings of cells on a page: regions of levels, ground truth, values."""
+"""Colorings of cells on a page: by regions of levels, by ground truth, and by values."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ NO_VALUE = 65535
 
 @runtime_checkable
 class Levels(Protocol):
-    """The part of a `Hierarchy` that is used here. Its class belongs to a higher layer."""
+    """The used part of a `Hierarchy`, whose class belongs to a higher layer."""
 
     @property
     def levels(self) -> list[Ints]:
@@ -34,10 +34,10 @@ LabelsLike = npt.ArrayLike | Levels | Sequence[npt.ArrayLike]
 
 @dataclass(frozen=True)
 class Labeling:
-    """Labels of cells: regions 0..K-1, and -1 for cells in no region."""
+    """Labels of cells: regions 0 to K - 1, and -1 for cells without region."""
 
     labels: Ints
-    ids: Longs  # (K,) label of each region as given
+    ids: Longs  # (K,) original label of each region
 
     @property
     def n_regions(self) -> int:
@@ -57,9 +57,7 @@ class Labeling:
     def add_to(self, arrays: Arrays, name: str, shape: Shape, finer: Labeling | None) -> None:
         """Add labels (or parents of finer regions), colors, cell counts and sizes of the regions.
 
-        If each region of `finer` lies within one region, its parent is stored instead of labels of
-        cells.
-
+        If each region of `finer` is inside one region, parents are stored instead of labels.
         """
         parents = None if finer is None else self._parents(finer)
         if parents is None:
@@ -75,12 +73,10 @@ class Labeling:
         arrays.add(f"{name}_sizes", sizes.astype(np.float32), "planes")
 
     def _parents(self, finer: Labeling) -> Ints | None:
-        """Region that contains each finer region; None if a finer region lies in several."""
+        """Region that contains each finer region; None if a finer region is in several regions."""
         if not np.array_equal(self.labels == NO_REGION, finer.labels == NO_REGION):
             return None
-        parents = np.empty(
-            finer.n_regions + 1, np.int32
-        )  # the last entry is for cells in no region
+        parents = np.empty(finer.n_regions + 1, np.int32)  # the last one is for label -1
         parents[finer.labels] = self.labels
         if not np.array_equal(parents[finer.labels], self.labels):
             return None
@@ -97,7 +93,7 @@ class Feature:
 
     @property
     def range(self) -> tuple[float, float]:
-        """The lowest and the highest value; 0 and 0 without values."""
+        """The lowest and the highest value; (0, 0) without values."""
         known = self.values[~np.isnan(self.values)]
         return (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
 

@@ -1,4 +1,4 @@
-"""Shapes on a page: quantized positions, triangles or points, and edges that may be borders."""
+"""Shapes on a page: quantized positions, triangles or points, and possible borders."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from ..scene import Scene, guess_up, hexagons_of
 from .coding import Coding
 
 STEPS = 65535
-"""Steps of positions along a side of the bounding box; the error is at most half a step."""
+"""Number of steps along a side of the bounding box; positions have errors of up to half a step."""
 
-# Diameter of a drawn point, in units of the square root of the area around the point. It closes
-# nearly all gaps between points.
+# Diameter of a drawn point, in units of the square root of the area of the point. There are then
+# few gaps between points.
 _POINT_SIZE = 2.0
 
 
@@ -36,23 +36,21 @@ _POINT_SIZE = 2.0
 class Shape:
     """The drawn surface of cells: triangles, or the points of a cloud.
 
-    Points of a mesh are in the order in which triangles first use them, without duplicates.
+    Points of a mesh have no duplicates, and are in the order of their first use by triangles.
     """
 
     points: Floats  # (P, 3)
     triangles: npt.NDArray[np.uint32] | None  # (T, 3); None: the points are the cells
-    sources: (
-        npt.NDArray[np.uint32] | None
-    )  # (T,) cell of each triangle; None: each triangle is a cell
+    sources: npt.NDArray[np.uint32] | None  # (T,) cell of each triangle; None: they are the cells
     normals: Floats | None  # (P, 3) for a cloud; None for a mesh
     measures: Floats  # (N,) area or volume of each cell
     areas: Floats  # areas of the drawn faces or points
     graph: CsrArcs  # neighbors of all cells
-    outline: _Outline | None  # None: there are no borders to draw
+    outline: _Outline | None  # None without borders
 
     @cached_property
     def bounds(self) -> Floats:
-        """The lowest and the highest corner of the bounding box, (2, 3)."""
+        """The low and the high corner of the bounding box, (2, 3)."""
         return np.array([self.points.min(axis=0), self.points.max(axis=0)])
 
     @property
@@ -63,7 +61,7 @@ class Shape:
 
     @property
     def scene(self) -> Scene:
-        """The triangles, or one triangle per point, in a box of diagonal 1 and without colors."""
+        """The triangles, or one triangle per point, in a box of diagonal 1, without colors."""
         points, triangles = self.points, self.triangles
         if isinstance(self.graph, PointGraph):
             points = hexagons_of(self.graph)  # one triangle per hexagon suffices
@@ -75,7 +73,7 @@ class Shape:
 
     @property
     def point_size(self) -> float:
-        """Diameter of a point of a cloud in diagonals; 0 for a mesh."""
+        """Diameter of the points of a cloud, in diagonals; 0 for a mesh."""
         if self.triangles is not None:
             return 0.0
         known = self.areas[self.areas > 0]
@@ -89,9 +87,9 @@ class Shape:
         return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
 
     def parts(self, positions: Array) -> dict[str, tuple[Array, Coding]]:
-        """Arrays that the front end draws, each in its most compact encoding.
+        """Arrays for the front end, each with its most compact encoding.
 
-        ``positions`` are the coordinates of `points` in the unit that the caller needs.
+        ``positions`` are the coordinates of `points` in the unit of the caller.
         """
         found: dict[str, tuple[Array, Coding]] = {"positions": (positions, "difference")}
         if self.triangles is not None:
@@ -109,11 +107,11 @@ class _Outline:
 
     mesh: FaceMesh
     graph: FaceGraph
-    cells: npt.NDArray[np.uint32] | None  # of each face; None: each face is a cell
+    cells: npt.NDArray[np.uint32] | None  # cell of each face; None: each face is a cell
     places: npt.NDArray[np.uint32]  # (V,) the drawn vertex of each vertex of the mesh
 
     def edges(self, labelings: Sequence[Ints]) -> npt.NDArray[np.uint32]:
-        """The two vertices and two cells of each edge between regions, (B, 4)."""
+        """Two vertices and two cells of each edge between regions, (B, 4)."""
         sources = np.repeat(
             np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets)
         )
@@ -144,7 +142,7 @@ def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
 
 
 def shape_of(cells: Cells) -> Shape:
-    """Return the drawn shape of a mesh (of tetrahedra: the outer surface) or of a cloud."""
+    """Return the drawn shape of a mesh, of the surface of tetrahedra, or of a cloud."""
     kind = kind_of(cells)
     outside = kind.outside(cells)
     if outside is None:
@@ -163,7 +161,7 @@ def _surface_shape(
     measures: Floats | None,
     cell_graph: CsrArcs | None,
 ) -> Shape:
-    """The shape of faces, which are cells themselves or sides of cells."""
+    """The shape of faces, which are either cells or sides of cells."""
     threads = checked_threads(None)
     graph = build_face_graph(mesh)
     areas = measure_faces(mesh, threads)[1]
@@ -182,10 +180,10 @@ def _surface_shape(
 def _numbered_by_use(
     corners: Ints, n_vertices: int
 ) -> tuple[Longs, npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
-    """Vertices in order of first use, corners as new indices, new index of each (0: unused)."""
+    """Vertices in order of first use, corners as new indices, new index of each vertex or 0."""
     flat = corners.ravel()
     first = np.full(n_vertices, len(flat), dtype=np.int64)  # first corner that uses each vertex
-    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # of several writes, the last one counts
+    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the last of several writes counts
     is_first = np.zeros(len(flat), dtype=bool)
     is_first[first[first < len(flat)]] = True
     used = flat[is_first].astype(np.int64)

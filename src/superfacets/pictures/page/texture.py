@@ -1,4 +1,4 @@
-"""The texture of a mesh for the front end: coordinates of corners, and one image of all images."""
+"""Textures for the front end: texture coordinates of corners, and an atlas of all images."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ import numpy as np
 
 from ..._types import Array
 from ...cells.texels import check_texture
+from ...io.images import TextureImage, import_pillow
 from ...io.light import srgb_of_linear
-from ...io.textures import WRAPS, Texture, TextureImage, import_pillow
+from ...io.textures import WRAPS, Texture
 from ...mesh.faces import FaceMesh, corner_triangles
 from .coding import Coding
 from .shape import STEPS
 
 ATLAS_SIZE = 2048
-"""Largest width and height of the image, in pixels; every WebGL 2 takes it."""
+"""Largest width and height of the atlas, in pixels; each implementation of WebGL 2 supports it."""
 
 GRID = 32
-"""Images begin at multiples of it, and their edges are repeated up to the next, so that they stay
-apart when the front end halves the whole five times."""
+"""Images start at multiples of this number of pixels, and are padded by their edges to the next
+multiple. They then stay separate in five mipmap levels."""
 
 QUALITY = 88
-"""Of the JPEG."""
+"""Quality of the JPEG, 0 to 100."""
 
 
 def texture_parts(
@@ -32,8 +33,8 @@ def texture_parts(
 ) -> tuple[dict[str, Any], dict[str, tuple[Array, Coding]]]:
     """Return facts about a texture, and its arrays.
 
-    All images are scaled down to fit into one of `ATLAS_SIZE`, side by side. There is a tile for
-    each material, and one for faces without: its rectangle in the image, how it repeats, and its
+    All images are scaled down to fit side by side into an atlas of `ATLAS_SIZE`. Each material, and
+    the absence of a material, has a tile: its rectangle in the atlas, its repetition, and its
     color. Coordinates are rounded to 1/65535 of their range. Raises a MeshError if the texture does
     not fit the mesh, or an image is missing or damaged.
     """
@@ -73,7 +74,7 @@ def _rectangle(image: TextureImage | None, rectangles: dict[TextureImage, list[i
 
 
 def _extended(pillow: Any, picture: Any, most: int) -> Any:
-    """The picture with its right and lower edge repeated, to a multiple of `GRID` or `most`."""
+    """The picture, padded by its right and lower edges to a multiple of `GRID`, at most `most`."""
     pixels = np.asarray(picture)
     grow = [(0, min(-length % GRID, most - length)) for length in pixels.shape[:2]]
     return pillow.fromarray(np.pad(pixels, [*grow, (0, 0)], mode="edge"))

@@ -1,7 +1,4 @@
-"""Methods to compare superfacets with; their results have the same form.
-
-They are no part of the pipeline, and nothing in the package depends on them.
-"""
+"""Other methods, whose results can be compared with superfacets. The pipeline does not use them."""
 
 from .metis import metis_partition
 from .spectral import AffinityEmbedding, affinity_embedding, normalized_cuts

@@ -1,4 +1,4 @@
-"""Input of the baselines: the weighted graph of faces, component by component."""
+"""Input of the baselines: the weighted face graph, and its connected components."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Component:
 
 @dataclass(frozen=True)
 class FaceCells:
-    """The cell graph of a mesh, with the timings and parameters of its stages."""
+    """The cell graph of a mesh, and the timings and parameters of the stages that made it."""
 
     mesh: FaceMesh
     faces: FaceGraph
@@ -62,10 +62,7 @@ class FaceCells:
         return components
 
     def segmentation(self, labels: Array, n_threads: int) -> Segmentation:
-        """Return the result of a method without centers, which labels faces only once.
-
-        Labels that do not occur are removed by renumbering.
-        """
+        """Return the result of a method without centers; gaps between labels are removed."""
         compact, _ = compact_partial_labels(labels, self.graph.n_cells)
         timings = dict(self.timings)
         with timed(timings, "update"):
@@ -88,10 +85,7 @@ def component_graph(cells: FaceCells, component: Component) -> CellGraph:
 def read_face_cells(
     mesh: MeshLike, n_segments: int | None, chosen: WeightOptions, weld: bool, n_threads: int
 ) -> FaceCells:
-    """Run stages 0 to 2; arguments as for `superfacets.segment`.
-
-    If the two arcs of a pair have different given weights, both get the mean.
-    """
+    """Run stages 0 to 2; arguments are as for `superfacets.segment`."""
     timings: dict[str, float] = {}
     with timed(timings, "mesh"):
         surface = as_mesh(mesh)
@@ -109,7 +103,7 @@ def read_face_cells(
 
 
 def _means_of_pairs(graph: CellGraph) -> Floats:
-    """Mean weight of each arc and its reverse arc."""
+    """Mean of the weights of each arc and its reverse arc."""
     there = np.lexsort((graph.neighbors, graph.sources))
     back = np.lexsort((graph.sources, graph.neighbors))
     weights = np.empty(graph.n_arcs)

@@ -1,14 +1,14 @@
-"""METIS: parts of about equal area, with borders that are short or in creases."""
+"""METIS: parts of about equal area, whose borders are short or in creases."""
 
 from __future__ import annotations
 
 import heapq
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..._timing import timed
-from ..._types import Array, Floats, Longs
+from ..._types import Floats, Longs
 from ..._validate import checked_number, checked_threads
 from ...adapters.convert import MeshLike
 from ...cells.weights import WeightName, WeightOptions, Weights
@@ -18,31 +18,22 @@ from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells
 
 CREASE_SCALE = 2.0
-"""Weight per edge length at which cutting an edge costs 1/e of cutting a flat edge, in multiples of
-the mean weight per length.
-
-On the 95 benchmark models at hand, k = 150, alpha = 200: from 1 to 3 the undersegmentation error
-changes by 0.001, and borders get rounder.
-"""
+"""Weight per edge length at which an edge costs 1/e of a flat edge, in multiples of the mean weight
+per edge length. Between 1 and 3, the undersegmentation error on 95 benchmark models changes by
+0.001."""
 
 IMBALANCE = 0.5
-"""Largest allowed excess of a part's area over the mean area, as a fraction of that.
-
-METIS allows 0.03 by default, with which borders often miss creases: the undersegmentation error is
-higher by 0.002 on those models, and by 0.03 on the ten smallest of them.
-"""
+"""Largest excess of a part's area over the mean area, as a fraction of the mean. With 0.03, the
+default of METIS, borders often miss creases, and the undersegmentation error is 0.002 higher."""
 
 LARGEST_CELL = 0.25
-"""Largest area of a face that METIS is given, as a fraction of the mean area of a part.
-
-If faces are larger than a part, METIS otherwise leaves parts empty, and prints warnings on the
-terminal.
-"""
+"""Upper bound of the area of a face for METIS, as a fraction of the mean area of a part. If faces
+are larger than a part, METIS leaves parts empty, and prints warnings."""
 
 SEED = 0
 
 _MEAN_INTEGER = 1000  # mean of the weights after rounding to integers
-_LARGEST_SUM = 2**30  # bound on the sum of the integers: METIS may be built for 32 bits
+_LARGEST_SUM = 2**30  # upper bound of the sum of the integers: METIS may use 32 bits
 
 
 def metis_partition(
@@ -58,37 +49,37 @@ def metis_partition(
 ) -> Segmentation:
     """Label every face of a mesh with one of k parts that METIS finds.
 
-    METIS makes a multilevel partition of the face graph: it looks for a small total cost of the
-    edges along borders, for parts of at most one and a half times the mean area (`imbalance`). A
+    METIS computes a multilevel partition of the face graph. It minimizes the total cost of the
+    edges along borders, with parts of at most one and a half times the mean area (`imbalance`). A
     border along an edge e between faces of weight w costs ``|e| exp(-w / (s |e|))``, where s is
     twice the sum of all weights divided by the sum of all edge lengths. So borders are short, and
-    cheap in creases. The unit of the weights does not matter.
+    cost little in creases. The unit of the weights does not matter.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any triangle mesh, as for `superfacets.segment`. Components are divided separately: each has
-        at least one part, and further parts go, one by one, to the component with the largest area
+        Any triangle mesh, as for `superfacets.segment`. Components are divided separately. Each
+        component gets one part, and each further part goes to the component with the largest area
         per part.
     n_segments : int, optional
-        Number of parts k, 1 to the number of faces. By default 150, or the number of faces if that
-        is less. METIS may leave parts empty, so that there are fewer: a few in a thousand at 20
-        faces a part, and more if parts are smaller. There are more if the mesh has more components.
+        Number of parts k, from 1 to the number of faces. The default is 150, or the number of faces
+        if that is less. METIS may leave some parts empty: a few in a thousand at 20 faces per part,
+        and more if parts are smaller. There are more parts if the mesh has more components.
     alpha, eta_convex, weights
-        As for `superfacets.segment`, but ``"superfacets"`` by default. If the two arcs of a pair
-        have different given weights, both get the mean.
+        As for `superfacets.segment`. The default is ``"superfacets"``. If the two arcs of a pair
+        have different weights, both arcs get the mean.
     imbalance : float, default 0.5
         Largest excess of a part's area over the mean, as a fraction, >= 0.001.
     weld : bool, default True
-        Count vertices at exactly the same position as one.
+        Whether vertices at exactly the same position count as one vertex.
     n_threads : int, optional
         As for `superfacets.segment`; METIS uses one thread.
 
     Returns
     -------
     Segmentation
-        ``centers`` are as from `update_centers`. METIS is asked for connected parts; nearly all are
-        connected, but METIS does not guarantee it.
+        ``centers`` are as from `update_centers`. Nearly all parts are connected, but METIS does not
+        guarantee it.
 
     Raises
     ------
@@ -156,10 +147,7 @@ def _cutting_costs(cells: FaceCells) -> Floats:
 
 
 def _share_out(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
-    """Number of parts per component: 1 at first, then 1 more where the area per part is largest.
-
-    Among equals, the lowest component gets the part.
-    """
+    """Parts per component: 1, then 1 more where the area per part is largest (lowest on ties)."""
     shares = [1] * len(areas)
     queue = [(-area, place) for place, area in enumerate(areas) if sizes[place] > 1]
     heapq.heapify(queue)
@@ -186,9 +174,9 @@ def _divide(
     dtype = metis.zero_copy_dtype()
     parts = metis.part_graph(
         n_parts,
-        metis.CSRAdjacency(pairs.offsets.astype(dtype), pairs.neighbors.astype(dtype)),
+        metis.CSRAdjacency(pairs.indptr.astype(dtype), pairs.indices.astype(dtype)),
         vweights=_whole_numbers(_cap(areas, n_parts)).astype(dtype),
-        eweights=pairs.costs.astype(dtype),
+        eweights=pairs.data.astype(dtype),
         recursive=False,  # only direct partitioning supports connected parts
         options=metis.Options(contig=1, ufactor=excess, seed=SEED),
     ).vertex_part
@@ -196,10 +184,7 @@ def _divide(
 
 
 def _cap(areas: Floats, n_parts: int) -> Floats:
-    """Areas, capped at `LARGEST_CELL` of the mean area of a part after the capping.
-
-    All areas are 1 if there are so few faces that every face would be capped.
-    """
+    """Areas, capped at `LARGEST_CELL` of the mean area of a part; all 1 if all would be capped."""
     falling = np.sort(areas)[::-1]
     n_capped = np.arange(len(areas))
     rest = falling[::-1].cumsum()[::-1]  # sum of the areas that are not capped
@@ -209,22 +194,15 @@ def _cap(areas: Floats, n_parts: int) -> Floats:
     return np.minimum(areas, caps[fits.argmax()]) if fits.any() else np.ones(len(areas))
 
 
-class _Pairs(NamedTuple):
-    """Distinct neighbors of each face in CSR form, and the cost of a cut to each of them."""
+def _merge_pairs(component: Component, costs: Longs) -> Any:
+    """Matrix of the costs of cuts; arcs between faces that share several edges are added up."""
+    from scipy.sparse import csr_array
 
-    offsets: Array
-    neighbors: Array
-    costs: Array
-
-
-def _merge_pairs(component: Component, costs: Longs) -> _Pairs:
-    """Merge parallel arcs between faces that share several edges."""
-    n_faces = len(component.faces)
-    sources = np.repeat(np.arange(n_faces), np.diff(component.offsets))
-    pairs, pair_of_arc = np.unique(sources * n_faces + component.neighbors, return_inverse=True)
-    offsets = np.searchsorted(pairs, np.arange(n_faces + 1) * n_faces)
-    # Sums of integers are exact, and therefore the same in both directions.
-    return _Pairs(offsets, pairs % n_faces, np.bincount(pair_of_arc, costs))
+    n = len(component.faces)
+    arcs = (costs, component.neighbors.copy(), component.offsets.copy())
+    pairs = csr_array(arcs, shape=(n, n))
+    pairs.sum_duplicates()  # sums of integers are exact, so the matrix stays symmetric
+    return pairs
 
 
 def _whole_numbers(values: Floats) -> Longs:

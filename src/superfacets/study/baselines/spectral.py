@@ -19,11 +19,8 @@ from ...errors import import_extra
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
 
 SIGMA = 0.1
-"""Width of the affinity, as a fraction of the mean path length.
-
-Among values from 0.02 to 1, it has the least undersegmentation error on small benchmark models, or
-equals the least, for every alpha except 0.
-"""
+"""Width of the affinity, as a fraction of the mean path length. For every alpha except 0, no value
+from 0.02 to 1 has a smaller undersegmentation error on small benchmark models."""
 
 ALPHA = 100.0
 """The paper's best alpha for normalized cuts."""
@@ -31,11 +28,10 @@ ALPHA = 100.0
 MAX_MEMORY = 6e9
 """Default memory limit in bytes; enough for all pairs of 37,000 faces."""
 
-_N_SAMPLES = 256  # faces whose paths give the mean path length, with an error of 1 or 2 %
+_N_SAMPLES = 256  # faces for estimating the mean path length; the error is 1 or 2 %
 
-# Block Krylov space: vectors of a block, as a share of the wanted vectors plus a constant, and
-# number of powers. Eigenvalues are then right to 1e-6 on benchmark models, and to 1e-3 with three
-# powers less.
+# Block Krylov space: width of a block, as a share of the wanted vectors plus a constant, and number
+# of powers. Errors of eigenvalues are then 1e-6 on benchmark models, and 1e-3 with nine powers.
 _BLOCK_SHARE, _BLOCK_SLACK = 1 / 3, 8
 _N_POWERS = 12
 
@@ -44,8 +40,7 @@ _N_ROWS = 1024  # rows of a sparse array that are processed together
 _MAX_ROTATIONS = 50  # upper bound; about 30 are needed
 _ROTATION_TOL = 1e-9
 
-# Bytes per pair of near faces: sparse rows, and temporary arrays to concatenate and symmetrize
-# these.
+# Bytes per pair of near faces: sparse rows, and temporary arrays to symmetrize the matrix.
 _BYTES_PER_NEAR_PAIR = 32
 
 
@@ -59,21 +54,7 @@ class _EmbeddedComponent(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class AffinityEmbedding:
-    """Eigenvectors of a mesh that give its normalized cuts for any number of regions.
-
-    Attributes
-    ----------
-    n_vectors : int
-        Largest number of regions that the eigenvectors suffice for.
-    eigenvalues : ndarray of float32
-        The largest eigenvalues of D^-1/2 W D^-1/2, descending from 1: `n_vectors` of them, or one
-        per component if there are more components.
-    timings : dict of str to float
-        Seconds of wall time in each stage.
-    params : dict
-        The parameters as used. ``sigma_length`` is the width of the affinity in the unit of the arc
-        weights.
-    """
+    """Eigenvectors of a mesh that give its normalized cuts for any number of regions."""
 
     _cells: FaceCells
     _components: list[_EmbeddedComponent]
@@ -81,22 +62,22 @@ class AffinityEmbedding:
 
     @property
     def n_vectors(self) -> int:
-        """The largest number of regions for which there are vectors."""
+        """Largest number of regions for which there are enough eigenvectors."""
         return self._cells.n_segments
 
     @property
     def timings(self) -> dict[str, float]:
-        """Seconds of wall time in each stage."""
+        """Wall time of each stage in seconds."""
         return self._cells.timings
 
     @property
     def params(self) -> dict[str, Any]:
-        """The parameters as used."""
+        """Parameters; ``sigma_length`` is the width of the affinity in units of arc weights."""
         return self._cells.params
 
     @property
     def eigenvalues(self) -> Singles:
-        """The leading eigenvalues, descending."""
+        """Leading eigenvalues of D^-1/2 W D^-1/2, descending from 1; at least one per component."""
         values = np.concatenate([component.eigenvalues for component in self._components])
         return np.sort(values)[::-1][: max(self.n_vectors, len(self._components))]
 
@@ -134,7 +115,7 @@ class AffinityEmbedding:
         return cells.segmentation(labels, self._n_threads)
 
     def _n_leading(self, k: int) -> Longs:
-        """Number of the k leading vectors that each component has; always at least one."""
+        """How many of the k leading vectors belong to each component; at least one."""
         counts = [len(component.eigenvalues) for component in self._components]
         owner = np.repeat(np.arange(len(counts)), counts)
         values = np.concatenate([component.eigenvalues for component in self._components])
@@ -144,82 +125,43 @@ class AffinityEmbedding:
         return np.bincount(owner[leading], minlength=len(counts))
 
 
-def normalized_cuts(
-    mesh: MeshLike,
-    n_segments: int | None = None,
-    *,
-    alpha: float | None = None,
-    eta_convex: float | None = None,
-    weights: WeightName | Weights = "superfacets",
-    sigma: float = SIGMA,
-    reach: float | None = None,
-    max_memory: float = MAX_MEMORY,
-    weld: bool = True,
-    n_threads: int | None = None,
-) -> Segmentation:
+def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: Any) -> Segmentation:
     """Label every face of a mesh with one of k regions, by its normalized cuts.
 
     The affinity of two faces is ``exp(-d / s)``, where d is the length of the shortest path between
     them in the face graph. W is the matrix of affinities, and D is the diagonal matrix of its row
-    sums. The k leading eigenvectors of D^-1/2 W D^-1/2 make each face a point in k dimensions. A
-    rotation brings these points near to the axes, and the nearest axis is the label. The rotation
-    is improved step by step; a pivoted QR factorization gives the first one.
+    sums. The k leading eigenvectors of D^-1/2 W D^-1/2 map each face to a point in k dimensions. A
+    rotation moves these points near to the axes, and the nearest axis is the label. A pivoted QR
+    factorization gives the first rotation, which is then improved iteratively.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any triangle mesh, as for `superfacets.segment`. The affinity between components is 0, so no
-        region has faces of two components.
+        Any triangle mesh, as for `superfacets.segment`. The affinity between components is 0, so
+        each region is within one component.
     n_segments : int, optional
-        Number of regions k, 1 to the number of faces. By default 150, or the number of faces if
-        that is less. On rare occasions an axis is the nearest of no face, and there is one region
-        less. There are more if the mesh has more components.
-    alpha, eta_convex, weights
-        As for `superfacets.segment`, but ``"superfacets"`` with an `alpha` of 100 by default. If
-        the two arcs of a pair have different given weights, both get the mean.
-    sigma : float, default 0.1
-        s as a fraction of the mean path length, > 0. This mean is over the paths to all faces from
-        256 faces, which are evenly spaced among the faces that have a neighbor.
-    reach : float, optional
-        None: affinities of all pairs. Otherwise only of faces at a Euclidean distance e of less
-        than R = `reach` * r, where r is the expected radius of a region, along paths that stay
-        within R of either end. These affinities are multiplied by 1 - (e / R)^2. A reach of 3 gives
-        results fairly close to all pairs.
-    max_memory : float, default 6e9
-        Maximum memory in bytes for affinities and vectors.
-    weld : bool, default True
-        Count vertices at exactly the same position as one.
-    n_threads : int, optional
-        As for `superfacets.segment`, for paths. Matrices are multiplied by NumPy's BLAS, which has
-        its own threads. If these add numbers in another order, last bits change, and with them a
-        few labels.
+        Number of regions k, from 1 to the number of faces. The default is 150, or the number of
+        faces if that is less. There are more regions if the mesh has more components, and rarely
+        one region less, if an axis is not the nearest axis of any face.
+    **options
+        Keywords of `affinity_embedding`: `alpha`, `eta_convex`, `weights`, `sigma`, `reach`,
+        `max_memory`, `weld` and `n_threads`.
 
     Returns
     -------
     Segmentation
-        ``centers`` are as from `update_centers`. Regions may be in several pieces.
+        ``centers`` are as from `update_centers`. Regions may be disconnected.
 
     Raises
     ------
-    MeshError
-        If the mesh is not a valid triangle mesh.
-    ValueError, TypeError
-        If a parameter is out of range or of the wrong type, or if more memory than `max_memory` is
-        needed; the message tells how much.
-    MissingExtraError
-        If SciPy is not installed.
-
-    Notes
-    -----
-    Time is O(F^2 log F) for paths and O(k F^2) for vectors; memory is 4 bytes for each pair of
-    faces and 52 k bytes for each face. With a reach R, only pairs within it count: about F^2 R^2 /
-    k.
+    MeshError, ValueError, TypeError, MissingExtraError
+        As from `affinity_embedding`.
 
     References
     ----------
     Shi and Malik, "Normalized Cuts and Image Segmentation", 2000. Yu and Shi, "Multiclass Spectral
     Clustering", 2003, for the rotation; Damle, Minden and Ying, "Simple, Direct and Efficient
-    Multi-way Spectral Clustering", 2019, for its beginning; Musco and Musco, "Randomized Block
+    Multi-way Spectral Clustering", 2019, for the first rotation; Musco and Musco, "Randomized Block
     Krylov Methods for Stronger and Faster Approximate Singular Value Decomposition", 2015.
 
     Examples
@@ -228,18 +170,7 @@ def normalized_cuts(
     >>> normalized_cuts(square, 2)
     Segmentation(2 cells, 2 regions, 1 iterations, converged)
     """
-    return affinity_embedding(
-        mesh,
-        n_segments,
-        alpha=alpha,
-        eta_convex=eta_convex,
-        weights=weights,
-        sigma=sigma,
-        reach=reach,
-        max_memory=max_memory,
-        weld=weld,
-        n_threads=n_threads,
-    ).segment()
+    return affinity_embedding(mesh, n_segments, **options).segment()
 
 
 def affinity_embedding(
@@ -257,16 +188,34 @@ def affinity_embedding(
 ) -> AffinityEmbedding:
     """Return the eigenvectors for normalized cuts with up to `n_vectors` regions.
 
-    This is all of `normalized_cuts` except the last step. It is computed once for many numbers of
-    regions.
+    The embedding contains all of the work of `normalized_cuts` except for the last step. One
+    embedding serves many numbers of regions.
 
     Parameters
     ----------
-    mesh, alpha, eta_convex, weights, sigma, reach, max_memory, weld, n_threads
-        As for `normalized_cuts`. For `reach`, r is the expected radius of `n_vectors` regions.
+    mesh : Mesh or mesh-like
+        As for `normalized_cuts`.
     n_vectors : int, optional
-        The largest number of regions that will be asked for; default and range are as for
+        Largest number of regions that can be requested. The default and the range are as for
         `n_segments` of `normalized_cuts`.
+    alpha, eta_convex, weights
+        As for `superfacets.segment`. The defaults are ``"superfacets"`` and an `alpha` of 100. If
+        the two arcs of a pair have different weights, both arcs get the mean.
+    sigma : float, default 0.1
+        s as a fraction of the mean path length, > 0. The mean is over the paths from 256 faces,
+        evenly spaced among the faces that have a neighbor, to all faces.
+    reach : float, optional
+        Without `reach`, all pairs of faces have an affinity. With `reach`, only pairs at a
+        Euclidean distance e of less than R = `reach` * r do, along paths that stay within R of one
+        end; r is the expected radius of `n_vectors` regions. These affinities are multiplied by
+        1 - (e / R)^2. Results with a reach of 3 are close to results with all pairs.
+    max_memory : float, default 6e9
+        Memory limit in bytes for affinities and vectors.
+    weld : bool, default True
+        Whether vertices at exactly the same position count as one vertex.
+    n_threads : int, optional
+        Number of threads for paths, as for `superfacets.segment`. NumPy's BLAS multiplies matrices
+        and has its own threads. Their order of summation may change a few labels.
 
     Returns
     -------
@@ -274,8 +223,19 @@ def affinity_embedding(
 
     Raises
     ------
-    MeshError, ValueError, TypeError, MissingExtraError
-        As from `normalized_cuts`.
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type, or if more memory than `max_memory` is
+        needed; the message says how much.
+    MissingExtraError
+        If SciPy is not installed.
+
+    Notes
+    -----
+    Time is O(F^2 log F) for paths and O(k F^2) for vectors. Memory is 4 bytes for each pair of
+    faces and 52 k bytes for each face. With a reach R, only pairs within R count: about F^2 R^2 / k
+    pairs.
 
     Examples
     --------
@@ -320,7 +280,7 @@ class _Affinity:
         return np.exp(lengths, out=lengths)
 
     def between_near(self, graph: CellGraph, reach: float) -> Any:
-        """Affinities of pairs within reach, as a sparse array; the higher of the two directions."""
+        """Affinities of pairs within reach, as a sparse array: the maximum of both directions."""
         from scipy.sparse import csr_array
 
         ordered = graph.ordered(self.n_threads)
@@ -346,11 +306,11 @@ def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memor
     n_bytes = 24.0 * n_faces**2 if n_columns >= n_faces else 12.0 * n_faces * n_columns
     if reach is None:
         n_bytes += 4.0 * n_faces**2
-        what, advice = "", "give `reach`, say 3, to leave out pairs that are far apart"
+        what, advice = "", "use reach=3, which leaves out pairs that are far apart"
     else:
         n_near = min(n_faces, cells.graph.n_cells * reach**2 / cells.n_segments)
         n_bytes += _BYTES_PER_NEAR_PAIR * n_faces * n_near
-        what, advice = f" with reach={reach:g}", "give a smaller `reach`"
+        what, advice = f" with reach={reach:g}", "use a smaller reach"
     if n_bytes > max_memory:
         raise ValueError(
             f"normalized cuts of {n_faces} faces{what} need {n_bytes / 1e9:.3g} GB but max_memory"
@@ -413,12 +373,9 @@ def _krylov_size(n_vectors: int) -> int:
 
 
 def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles]:
-    """The largest eigenvalues of a symmetric matrix, descending, and their vectors, (n, n_vectors).
-
-    The vectors are found in the space spanned by the powers of the matrix times a random block.
-    Unlike Lanczos' method, which begins with one vector, this finds all eigenvectors of a multiple
-    eigenvalue, as on meshes with symmetries; and it multiplies blocks, which is faster.
-    """
+    """Largest eigenvalues of a symmetric matrix, descending, and their vectors, (n, n_vectors)."""
+    # The block Krylov space is spanned by powers of the matrix times a random block. Unlike the
+    # space of Lanczos, it contains all eigenvectors of multiple eigenvalues (symmetric meshes).
     n = matrix.shape[0]
     n_columns = _krylov_size(n_vectors)
     if n_columns >= n:
@@ -447,11 +404,7 @@ def _highest(values: Floats, vectors: Floats, n: int) -> tuple[Singles, Singles]
 
 
 def _discretize(vectors: Singles) -> Longs:
-    """Label of each row of eigenvectors, (n, m): the nearest axis after rotation.
-
-    Rows are scaled to unit length. Labels and rotation are fitted to each other in turn, which
-    raises the sum of the rows' coordinates on their axes until it no longer grows.
-    """
+    """Label of each row of eigenvectors, (n, m): the nearest axis after rotation."""
     from scipy.sparse import csr_array
 
     n, m = vectors.shape
@@ -459,7 +412,7 @@ def _discretize(vectors: Singles) -> Longs:
     rows = vectors.astype(np.float64) / np.maximum(norms, np.finfo(np.float32).tiny)
     rotation = _pivoted_rotation(vectors.astype(np.float64))
     labels = np.zeros(n, np.int64)
-    fit = 0.0
+    fit = 0.0  # sum of the rows' coordinates on their axes; each iteration increases it
     for _ in range(_MAX_ROTATIONS):
         labels = (rows @ rotation).argmax(axis=1)
         members = csr_array((np.ones(n), labels, np.arange(n + 1)), shape=(n, m))
@@ -472,7 +425,7 @@ def _discretize(vectors: Singles) -> Longs:
 
 
 def _pivoted_rotation(vectors: Floats) -> Floats:
-    """The rotation, (m, m), that brings the m most different rows near to the axes."""
+    """The rotation, (m, m), that moves the m most different rows near to the axes."""
     from scipy.linalg import qr
 
     _, pivots = qr(vectors.T, mode="r", pivoting=True)

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from ... import _core
 from ..._timing import timed
-from ..._types import Ints
 from ..._validate import (
     checked_callable,
     checked_choice,
@@ -29,7 +28,7 @@ METRICS = {"l21": _core.ProxyMetric.L21, "l2": _core.ProxyMetric.L2}
 """Names of the error metrics."""
 
 INITS = ("random", "incremental")
-"""Names of the methods to find the first proxies."""
+"""Names of the methods that place the first seeds."""
 
 Progress = Callable[[int, int], object]
 
@@ -48,55 +47,54 @@ def variational_shape_approximation(
 ) -> Segmentation:
     """Label every face of a mesh with one of k connected regions that are as flat as possible.
 
-    Each region is approximated by a plane, its proxy: a center and a unit normal. Two steps
-    alternate: proxies are fitted to the regions, and then the regions are flooded anew. A flood
-    begins at the seed of each region: its face of least error (the lowest among equals; a face
-    without a normal only if there is no other). The flood then takes, one by one, the face of least
-    error against the proxy of a region that it touches (among equals, the face that was offered
-    first). Faces that were taken are not given back.
+    Each region is approximated by a plane, its proxy, which has a center and a unit normal. Two
+    steps alternate: proxies are fitted to the regions, and a flood fill grows new regions from
+    seeds. The seed of a region is its face of least error, the lowest on ties; a face without a
+    normal is the last choice. The flood fill adds, one by one, the face of least error with respect
+    to an adjacent region, the first queued on ties. Labeled faces keep their labels.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any triangle mesh, as for `superfacets.segment`. For ``"l21"`` it should be consistently
-        oriented: the normal of a flipped face counts as opposite.
+        Any triangle mesh, as for `superfacets.segment`. For ``"l21"``, faces should be consistently
+        oriented, because the error depends on the direction of normals.
     n_segments : int, optional
-        Number of regions k, 1 to the number of faces. By default 150, or the number of faces if
-        that is less.
+        Number of regions k, from 1 to the number of faces. The default is 150, or the number of
+        faces if that is less.
     metric : {"l21", "l2"}, default "l21"
-        Error that a face adds to its region, integrated over the area of the face. ``"l21"``: the
-        squared difference of the unit normals of face and proxy, 0 to 4. The proxy's normal is the
-        direction of the mean normal; a face without a normal adds nothing. ``"l2"``: the squared
-        distance to the plane of the proxy, which goes through the barycenter of the region,
-        perpendicular to the direction in which the region extends least.
+        Error of a face, integrated over its area. ``"l21"`` is the squared difference of the unit
+        normals of face and proxy, 0 to 4. The proxy's normal is the direction of the mean normal.
+        The error of a face without a normal is 0. ``"l2"`` is the squared distance to the plane of
+        the proxy. This plane contains the barycenter of the region, and is perpendicular to the
+        direction in which the region extends least.
     init : {"random", "incremental"}, default "random"
-        ``"random"``: the seeds are k faces drawn at random, without replacement, and the proxies
-        are their planes. ``"incremental"``: begin with one region for each component of the mesh.
-        While there are fewer than k, fit proxies to all regions, choose the region of largest total
-        error (of two or more faces; the lowest label among equals) and in it the face of largest
-        error (not the seed; the highest among equals), add this face as a seed with its plane as
-        the proxy, and flood all regions anew.
+        With ``"random"``, the seeds are k random faces, drawn without replacement, and the proxies
+        are their planes. ``"incremental"`` starts with one region per component of the mesh, and
+        adds one seed at a time until there are k regions. The new seed is the face of largest error
+        (the highest on ties; not the old seed) in the region of largest total error (the lowest on
+        ties; of two or more faces). After each new seed, proxies are fitted and all regions are
+        flooded again.
     rng : int or numpy.random.Generator, default 0
-        Draws the faces of ``"random"``; an int >= 0 seeds a generator.
+        Random number generator of ``"random"``, or its seed, an int >= 0.
     max_num_iter : int, default 50
-        Maximum number of floods with k regions, each of which labels all faces.
+        Maximum number of flood fills with k regions.
     weld : bool, default True
-        Count vertices at exactly the same position as one.
+        Whether vertices at exactly the same position count as one vertex.
     n_threads : int, optional
-        As for `superfacets.segment`; floods and fits use one thread.
+        As for `superfacets.segment`; flood fills and fits use one thread.
     progress : callable, optional
-        Called after each iteration with its number (from 1) and the number of faces that changed
-        their region (all faces in the first iteration). Returning False ends the loop with
-        ``stop_reason="cancelled"``. It is not called before there are k regions.
+        Called after each iteration with its number, from 1, and the number of faces that changed
+        their region; in the first iteration this is the number of all faces. If the callable
+        returns False, the loop stops with ``stop_reason="cancelled"``. The first call is after
+        there are k regions.
 
     Returns
     -------
     Segmentation
-        ``labels`` are from the last flood, ``centers`` are its seeds. ``stop_reason`` is
-        ``"converged"`` if no face changed regions, and ``"settled"`` if earlier labels came back.
-        Each component without a seed becomes one more region: the lowest of the faces that no flood
-        reaches becomes a seed. With ``"incremental"`` these regions count toward k, which is then
-        exceeded only if there are more components.
+        ``labels`` are from the last flood fill, and ``centers`` are its seeds. ``stop_reason`` is
+        ``"converged"`` if no face changed its region, and ``"settled"`` if earlier labels occur
+        again. Each component without a seed becomes one more region, whose seed is its lowest
+        face. With ``"incremental"`` these regions count toward k.
 
     Raises
     ------
@@ -107,8 +105,8 @@ def variational_shape_approximation(
 
     Notes
     -----
-    Each flood takes O(F log F), so ``"incremental"`` takes O(k F log F). Fitting never raises the
-    error, but a flood may, because its queue is greedy.
+    A flood fill takes O(F log F), so ``"incremental"`` takes O(k F log F). Fitting never increases
+    the error, but a flood fill may, because its queue is greedy.
 
     References
     ----------
@@ -139,7 +137,9 @@ def variational_shape_approximation(
             seeds = generator.choice(surface.n_faces, n_segments, replace=False)
             regions = _flood(surface, graph, metric, seeds)
         else:
-            regions = _flood_incrementally(surface, graph, metric, n_segments)
+            regions = _flood(surface, graph, metric, [0])  # adds a seed in each other component
+            while regions.n_regions < n_segments:
+                regions.insert()
     with timed(timings, "relax"):
         n_iter, stop_reason = _relax(regions, surface.n_faces, max_num_iter, progress)
     params: dict[str, Any] = {
@@ -151,30 +151,15 @@ def variational_shape_approximation(
 
 def _flood(mesh: Mesh, graph: FaceGraph, metric: str, seeds: npt.ArrayLike) -> _core.ProxyRegions:
     return _core.ProxyRegions(
-        mesh.vertices,
-        mesh.faces,
-        graph.measures,
-        graph.offsets,
-        graph.neighbors,
-        METRICS[metric],
+        mesh.vertices, mesh.faces, graph.measures, graph.offsets, graph.neighbors, METRICS[metric],
         np.asarray(seeds, dtype=np.int32),
-    )
-
-
-def _flood_incrementally(
-    mesh: Mesh, graph: FaceGraph, metric: str, n_segments: int
-) -> _core.ProxyRegions:
-    # The first face does not matter: it floods its component, and new seeds flood the others.
-    regions = _flood(mesh, graph, metric, [0])
-    while regions.n_regions < n_segments:
-        regions.insert()
-    return regions
+    )  # fmt: skip
 
 
 def _relax(
     regions: _core.ProxyRegions, n_faces: int, max_num_iter: int, progress: Progress | None
 ) -> tuple[int, StopReason]:
-    """Fit and flood until a stop rule applies; return the number of floods and the rule."""
+    """Fit and flood until a stop rule applies; return the number of iterations and the rule."""
     seen: set[bytes] = set()
     n_changed = n_faces
     for iteration in range(1, max_num_iter + 1):
@@ -185,13 +170,9 @@ def _relax(
             return iteration, "converged"
         if isinstance(answer, (bool, np.bool_)) and not answer:
             return iteration, "cancelled"
-        fingerprint = _fingerprint(regions.labels())
+        # Equal labels have equal successors.
+        fingerprint = hashlib.blake2b(regions.labels().tobytes(), digest_size=16).digest()
         if fingerprint in seen:
             return iteration, "settled"
         seen.add(fingerprint)
     return max_num_iter, "max_num_iter"
-
-
-def _fingerprint(labels: Ints) -> bytes:
-    """128-bit hash of the labels. Equal labels have equal successors."""
-    return hashlib.blake2b(labels.tobytes(), digest_size=16).digest()

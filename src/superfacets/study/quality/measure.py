@@ -14,8 +14,7 @@ import numpy as np
 from ... import __version__, metrics
 from ..._types import Bools, Floats, Ints
 from ...cells.face_graph import build_face_graph
-from ...cells.weights import superfacet_weights
-from ...mesh.faces import ends_of_sides
+from ...cells.surface import arc_measures
 from ...mesh.triangle_mesh import Mesh, split_in_four
 from ...pipeline import PAPER, segment
 from ..sources import Source, load_model
@@ -51,8 +50,8 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "default, eta 0.2": {"eta_convex": 0.2},
     "default, not smooth": {"smooth": False},
 }
-"""Keywords of `superfacets.segment`, by name. `PAPERS` is the paper's method, `PLAIN` the same
-without its limit on expansions and with our stop rule: exactly k regions, each in one piece."""
+"""Keywords of `superfacets.segment`, by name. `PAPERS` is the paper's method. `PLAIN` differs from
+it by unlimited expansions and our stop rule, and gives exactly k connected regions."""
 
 RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)
 """Variants that are measured on finer and coarser meshes."""
@@ -63,7 +62,7 @@ SHARP = math.radians(45)
 
 
 class Subject(NamedTuple):
-    """A mesh, and the segments of its faces according to several people."""
+    """A mesh, and the segment of each face according to several people."""
 
     mesh: Mesh
     truths: tuple[Ints, ...]
@@ -84,7 +83,7 @@ class Creases(NamedTuple):
 
 
 def refined(subject: Subject, levels: int = 1) -> Subject:
-    """Split each face into four, `levels` times; the new faces keep the segment of the old face."""
+    """Split each face into four, `levels` times; new faces keep the segment of the old face."""
     vertices, faces = subject.mesh.vertices, subject.mesh.faces
     for _ in range(levels):
         vertices, faces = split_in_four(vertices, faces)
@@ -93,10 +92,9 @@ def refined(subject: Subject, levels: int = 1) -> Subject:
 
 
 def coarsened(subject: Subject) -> Subject:
-    """Decimate to a quarter of the faces.
+    """Decimate to a quarter of the faces, with the segment of the old face nearest to each face.
 
-    Each new face gets the segment of the old face with the nearest centroid. Needs PyVista and
-    SciPy.
+    Needs PyVista and SciPy.
     """
     import pyvista
     from scipy.spatial import KDTree
@@ -119,24 +117,13 @@ def _centroids(mesh: Mesh) -> Floats:
 def creases(mesh: Mesh) -> tuple[Creases, Creases]:
     """Return the concave and the convex edges whose angle is at least `SHARP`."""
     faces = build_face_graph(mesh)
-    unit = math.pi * faces.diagonal  # with this crease length, eq. 2 adds the angle in radians
-
-    def angles(eta_convex: float) -> Floats:
-        priced = superfacet_weights(
-            mesh, faces, alpha=1.0, eta_convex=eta_convex, crease_length=unit
-        )
-        return priced - superfacet_weights(mesh, faces, alpha=0.0)
-
-    is_concave = angles(0.0) >= SHARP
-    is_convex = (angles(1.0) >= SHARP) & ~is_concave
-    sources = faces.sources
-    ends = mesh.vertices[ends_of_sides(mesh, sources, faces.sides)]
-    lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+    measures = arc_measures(mesh, faces)
+    angles = np.asarray(measures.angles)  # > 0 if concave
 
     def chosen(which: Bools) -> Creases:
-        return Creases(sources[which], faces.neighbors[which], lengths[which])
+        return Creases(faces.sources[which], faces.neighbors[which], measures.border_lengths[which])
 
-    return chosen(is_concave), chosen(is_convex)
+    return chosen(angles >= SHARP), chosen(angles <= -SHARP)
 
 
 SCALES: Mapping[str, Callable[[Subject], Subject]] = {
@@ -145,14 +132,14 @@ SCALES: Mapping[str, Callable[[Subject], Subject]] = {
     "x4": refined,
     "x16": lambda subject: refined(subject, 2),
 }
-"""Functions that change the number of faces on the same surface, by name."""
+"""Functions that change the number of faces of the same surface, by name."""
 
 
 _RECORD_VERSION = 2  # raised when the content of records changes
 
 
 class Case(NamedTuple):
-    """A run of one variant, which makes one row."""
+    """A run of one variant on one model, which makes one row."""
 
     source: Source
     scale: str
@@ -195,11 +182,11 @@ class Task:
         surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # shared by all labels
         areas = build_face_graph(subject.mesh).measures
         valleys, ridges = creases(subject.mesh)
-        _labels(subject, first)  # warm-up, which is not timed
+        _labels(subject, first)  # warm-up
 
         def measure(piece: Piece) -> Record:
             case: Case = piece.subject
-            start = time.process_time()  # CPU time, not affected by other programs
+            start = time.process_time()  # CPU time does not depend on other programs
             labels = _labels(subject, case)
             seconds = time.process_time() - start
             values = metrics.evaluate(subject.mesh, labels, surface)

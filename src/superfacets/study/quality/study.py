@@ -1,4 +1,4 @@
-"""The whole quality study: make the missing runs, and write the results."""
+"""The whole quality study: run what is missing, and write the results."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...io.atomic import atomic_outputs, locked, remove_leftovers
 from ..princeton import Benchmark
 from ..sources import Source, find_models
 from ..table_writer import write_csv
-from ..tasks import Piece, memory_of_tasks, outcome_of, read_piece, run_tasks
+from ..tasks import memory_of_tasks, outcome_of, read_piece, run_tasks
 from .measure import KS, RESOLUTION_VARIANTS, SCALES, VARIANTS, Case, Task
 from .tables import Row, render_quality
 
@@ -23,19 +23,19 @@ _RUN = ("model", "scale", "variant", "k")
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """The choice of runs, and the folders."""
+    """Choice of runs, and folders."""
 
     benchmark: Path
     output: Path
     models: tuple[int, ...] | None = None
     """Numbers of models; None means all models in the folder."""
     every: int = 1
-    """Step through these models: 2 takes every second one."""
+    """Step through the models: 2 selects every second model."""
     ks: tuple[int, ...] = KS
     n_finer: int = 10
     """Number of models that are measured at all scales."""
     n_jobs: int = 1
-    """Worker processes."""
+    """Number of worker processes."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,10 @@ class Report:
 def study(options: Options) -> Report:
     """Measure all variants on the models, and some variants on some models at all scales.
 
-    Rows go to ``runs.csv`` in the output folder, tables to ``tables.md``. If a run failed, its
-    model is left out of both at that scale, so that all means are over the same models. A MeshError
-    if no model could be measured; a ValueError if a model does not exist, or another start is using
-    the output; a MissingExtraError without tabulate.
+    Rows are written to ``runs.csv`` in the output folder, and tables to ``tables.md``. If a run
+    fails, its model is left out at that scale, so that all means are over the same models. A
+    MeshError if no model could be measured; a ValueError if a model does not exist, or another
+    process uses the output folder; a MissingExtraError without tabulate.
     """
     if importlib.util.find_spec("tabulate") is None:
         raise MissingExtraError("quality without tabulate", "reproduce")
@@ -70,7 +70,9 @@ def study(options: Options) -> Report:
     with locked(options.output):
         records = [piece.path for task in finer + main for piece in task.pieces]
         remove_leftovers([*files, *records], older_than=0.0)  # left by killed runs
-        left = [[piece for piece in task.pieces if not _is_done(piece)] for task in finer + main]
+        none = {"reason": "no record"}
+        left = [[piece for piece in task.pieces if "reason" in (read_piece(piece) or none)]
+                for task in finer + main]  # fmt: skip
         todo = [Task(tuple(pieces)) for pieces in left if pieces]
         lost = run_tasks("tasks", todo, options.n_jobs, memory=memory_of_tasks())
         rows, failures = _collect(main, lost)
@@ -79,7 +81,7 @@ def study(options: Options) -> Report:
             raise MeshError(f"every model failed; the first: {failures[0]}")
         tables = render_quality({"rows": rows, "resolution": resolution, "ks": options.ks})
         runs = {tuple(row[name] for name in _RUN): row for row in rows + resolution}
-        write_csv(files[0], list(runs.values()))  # runs of both parts are written once
+        write_csv(files[0], list(runs.values()))  # each run once, even if it is in both parts
         with atomic_outputs([files[1]]) as (partial,):
             partial.write_text(tables + "\n", encoding="utf-8")
     said = (*sources.problems, *problems, *failures, *more_failures)
@@ -87,7 +89,7 @@ def study(options: Options) -> Report:
 
 
 def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
-    """Return the scales that the installed packages allow, and a line if one scale is missing."""
+    """Return the scales that the installed packages allow, and a note if one scale is missing."""
     if all(importlib.util.find_spec(name) for name in ("pyvista", "scipy")):
         return list(SCALES), ()
     finer = [scale for scale in SCALES if scale != "x1/4"]
@@ -97,7 +99,7 @@ def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
 def _tasks(
     models: Sequence[Source], scales: Sequence[str], options: Options
 ) -> tuple[list[Task], list[Task]]:
-    """Return tasks for some models at all scales, and a task with all variants for each model."""
+    """Return tasks for some models at all scales, and tasks with all variants for all models."""
     some = models[:: max(1, len(models) // options.n_finer)] if options.n_finer else []
     ks = sorted(set(options.ks))
 
@@ -114,16 +116,12 @@ def _tasks(
     return finer, [task(model, "x1", VARIANTS, ks) for model in models]
 
 
-def _is_done(piece: Piece) -> bool:
-    return "reason" not in (read_piece(piece) or {"reason": "missing"})
-
-
 def _collect(tasks: Sequence[Task], lost: dict[Path, str]) -> tuple[list[Row], list[str]]:
     """Return the rows of tasks without failures, and the reasons of all failures."""
     rows: list[Row] = []
     failures: list[str] = []
     for task in tasks:
-        gone = {"reason": "its record is gone"}
+        gone = {"reason": "its record was deleted"}
         records = [outcome_of(piece, lost) or gone for piece in task.pieces]
         reasons = [
             f"{piece.subject}: {record['reason']}"

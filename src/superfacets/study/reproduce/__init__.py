@@ -1,9 +1,9 @@
-"""The paper's comparison, run again: methods and settings on a benchmark, its figures and a page.
+"""Reproduction of the paper's comparison: runs on a benchmark, figures, and a page of results.
 
-- `methods`: the table of methods, and how each is run.
+- `methods`: the table of methods, and how each method is run.
 - `measure`: a run and its record.
-- `gallery`: pictures of meshes. `plan`: all runs for the figures that are asked for.
+- `gallery`: pictures of meshes. `plan`: all runs for the requested figures.
 - `results`: curves and means of the records. `figures`: plots.
-- `page`: one page with everything, from the templates beside it.
-- `reproduction`: the stages in order. Options: `superfacets.cli.studies`.
+- `page`: one page with all results, from the templates in the same folder.
+- `reproduction`: all stages in order. Options: `superfacets.cli.studies`.
 """

@@ -1,4 +1,4 @@
-"""Plots like the paper's Figures 4 to 7, and the same plots for each category."""
+"""Plots like the paper's Figures 4 to 7, for all models and for each category."""
 
 from __future__ import annotations
 
@@ -34,12 +34,11 @@ _STYLE: dict[Any, Any] = {
     "svg.hashsalt": "superfacets",  # makes names inside SVG files reproducible
 }
 
-# Fraction of white in the color of a method's smallest alpha.
-_LIGHTEST = 0.62
+_LIGHTEST = 0.62  # fraction of white in the color of a method's smallest alpha
 
 
 def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
-    """Plot both measures over k, and one measure against the other at the usual k."""
+    """Plot both measures over k, and error over compactness at the usual k."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots(1, 3)
@@ -82,7 +81,7 @@ def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
 
 
 def plot_categories(path: Path, results: Results, comparison: Comparison, quantity: str) -> None:
-    """Plot a measure over k, in a panel for each category and with a curve for each method."""
+    """Plot a measure over k: a panel for each category, with a curve for each method."""
     curves = [
         curve for curve in comparison.curves if curve.alpha == METHODS[curve.method].usual_alpha
     ]
@@ -118,7 +117,7 @@ def _add_curves(
 
 
 def _add_tradeoff(axis: Axes, results: Results, comparison: Comparison) -> None:
-    """Add a dot for each curve, and a line through the dots of each method."""
+    """Plot a dot for each curve, and a line through the dots of each method."""
     k, looks = results.plan.choice.k, _looks(comparison.curves)
     for method in dict.fromkeys(curve.method for curve in comparison.curves):
         curves = [curve for curve in comparison.curves if curve.method == method]
@@ -146,7 +145,7 @@ def _add_legend(
 
 
 def _looks(curves: Sequence[Curve]) -> dict[Curve, dict[str, Any]]:
-    """Styles of curves: smaller alphas have lighter colors, the usual alpha has a thick line."""
+    """Styles of curves: smaller alphas are lighter, and the usual alpha has a thick line."""
     looks = {}
     for curve in curves:
         method = METHODS[curve.method]
@@ -169,7 +168,7 @@ def _lighter(color: str, white: float) -> Color:
 
 
 def _save(path: Path, size: tuple[float, float], draw: Callable[[Figure], None]) -> None:
-    """Draw a plot, and write it as .svg and as .png beside it."""
+    """Draw a plot, and write an .svg and a .png."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 

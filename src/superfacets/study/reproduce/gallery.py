@@ -1,4 +1,4 @@
-"""Pictures like the paper's Figures 1, 2, 3 and 8, redrawn only if their labels change."""
+"""Pictures like the paper's Figures 1, 2, 3 and 8. They are redrawn only if labels change."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ TABLE_METHODS = ("default", "superfacets", "paper")
 
 _ALPHA = 200.0
 
-# Categories whose smallest models are shown. If one has no model, another category replaces it.
+# Categories whose smallest models are shown. Another category replaces a category without models.
 _ALPHA_CATEGORIES = ("Fourleg", "Hand")
 _CUTS_CATEGORIES = ("Human", "Airplane", "Plier", "Bird")
 _VSA_CATEGORIES = ("Human", "Cup", "Mech", "Fourleg")
 
-# Methods shown below the rivals: the paper's method with exact regions, and today's default.
+# The last rows of figures: the paper's method with exact regions, and the default of `segment`.
 _OURS = (("superfacets", _ALPHA), ("default", METHODS["default"].usual_alpha))
 
 _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
@@ -37,7 +37,7 @@ _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture of one mesh with its regions, and its place in a figure."""
+    """A picture of a mesh with its regions, and the place of the picture in a figure."""
 
     figure: str
     row: str
@@ -46,16 +46,13 @@ class Picture:
 
     @property
     def name(self) -> str:
-        """Name of the file without its ending."""
+        """File name without the ending."""
         alpha = "" if self.run.alpha is None else f"-alpha{self.run.alpha:g}"
         return f"fig{self.figure}-{self.run.source.name}-{self.run.method}{alpha}-k{self.run.k}"
 
 
 def view_of(mesh: FaceMesh) -> View:
-    """Return a view of the broad side of a mesh, chosen by its bounding box.
-
-    The models of the benchmark have no common axis that points up.
-    """
+    """Return a view of the broad side of a mesh; models have no common axis that points up."""
     x, y, z = mesh.bounds[1] - mesh.bounds[0]
     if y <= min(x, z):
         return View(azimuth=20, elevation=60, up="y")
@@ -117,10 +114,9 @@ def _row_title(figure: str, method: str, alpha: float | None) -> str:
 
 _SIZE = (640, 480)
 
-_LOOK = 1  # raised when pictures of the same labels would look different
+_LOOK = 1  # version of the style: another version makes older pictures stale
 
-# Name of the text in a PNG file that identifies the input of the picture.
-_KEY = "superfacets"
+_KEY = "superfacets"  # name of the text in a PNG file that identifies the input
 
 
 @dataclass(frozen=True)
@@ -136,18 +132,18 @@ class Drawing:
 
     @classmethod
     def of(cls, picture: Picture, key: Key, labels: str, folder: Path) -> Drawing:
-        """Return the drawing of a picture, given the key and packed labels of its finished run."""
+        """Return the drawing of a picture, given the key and the packed labels of its run."""
         made_from = [key, labels, _SIZE, _LOOK]
         digest = hashlib.blake2b(json.dumps(made_from).encode(), digest_size=16).hexdigest()
         return cls(picture, labels, digest, folder)
 
     def run(self) -> str | None:
-        """Draw and write the picture; return the reason if that failed, otherwise None."""
+        """Draw and write the picture; return the cause if this fails, otherwise None."""
         try:
             mesh, _ = load(self.picture.run.source)
             pixels = render(mesh, unpack_labels(self.labels), size=_SIZE, view=view_of(mesh))
             _write(picture_path(self.folder, self.picture), pixels, self.key)
-        except Exception as error:  # any error is reported, and the other pictures are drawn
+        except Exception as error:  # any error is reported, and other pictures are drawn
             return reason_of(error)
         return None
 
@@ -158,7 +154,7 @@ def picture_path(folder: Path, picture: Picture) -> Path:
 
 
 def is_drawn(drawing: Drawing) -> bool:
-    """Whether the picture exists and was made from the current labels."""
+    """Whether the picture exists and shows the current labels."""
     from PIL import Image, UnidentifiedImageError
 
     try:

@@ -1,4 +1,4 @@
-"""Runs and their records. A run is one method on one mesh with one number of regions."""
+"""Runs and their records. A run applies one method to one mesh, for one number of regions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _RECORD_VERSION = 2  # raised when the content of records changes
 
 @dataclass(frozen=True)
 class Run:
-    """One method on one mesh with one alpha and one number of regions: it makes one record."""
+    """One method on one mesh with one alpha and one number of regions. A run makes one record."""
 
     source: Source
     method: str
@@ -42,7 +42,7 @@ class Run:
         )
 
     def key(self, most_segments: int) -> dict[str, Any]:
-        """Return everything that the result depends on; a record with another key is stale."""
+        """Return all inputs that the result depends on; a record with another key is stale."""
         method = METHODS[self.method]
         setting = self.setting(most_segments, max_memory=0)
         return {
@@ -63,7 +63,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Task:
-    """Runs that differ only in the number of regions, and share part of the work."""
+    """Runs that differ only in the number of regions, and share a part of the work."""
 
     pieces: tuple[Piece, ...]
     pictured: frozenset[Run]
@@ -72,17 +72,17 @@ class Task:
 
     @property
     def first(self) -> Run:
-        """The first run, from which all others differ only in the number of regions."""
+        """The first run; other runs differ only in the number of regions."""
         run: Run = self.pieces[0].subject
         return run
 
     @property
     def memory(self) -> int:
-        """Memory in bytes if it is quadratic in the number of faces; 0 for other methods."""
+        """Memory in bytes for methods with quadratic memory; 0 for other methods."""
         return METHODS[self.first.method].bytes_per_pair * self.first.source.n_faces**2
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Load the mesh, and do the part of the work that all numbers of regions share."""
+        """Load the mesh, and do the work that all numbers of regions share."""
         mesh, truths = load(self.first.source)
         start = time.perf_counter()
         segmenter = METHODS[self.first.method].prepare(mesh, self.setting)
@@ -139,5 +139,5 @@ def pack_labels(labels: Ints) -> str:
 
 
 def unpack_labels(text: str) -> Ints:
-    """Return the labels that were packed by `pack_labels`."""
+    """Return the labels from a text of `pack_labels`."""
     return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<i4").astype(np.int32)

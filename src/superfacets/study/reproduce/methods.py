@@ -21,13 +21,13 @@ Segmenter = Callable[[int], Segmentation]
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """Settings of a method, apart from the mesh and the number of regions."""
+    """Settings of a method, except for the mesh and the number of regions."""
 
     alpha: float | None
     most_segments: int
-    """The largest number of regions that will be asked for."""
+    """Largest number of regions in all runs."""
     seed: int
-    """Random seed, which differs between meshes but not between runs of a mesh."""
+    """Random seed: one per mesh."""
     max_memory: int
     """Memory limit in bytes; labels do not depend on it."""
 
@@ -38,38 +38,38 @@ class Method:
 
     title: str
     prepare: Callable[[FaceMesh, Setting], Segmenter]
-    """Function that does the work common to all numbers of regions, and returns the segmenter."""
+    """Function that does the work that all numbers of regions share, and returns the segmenter."""
     color: str
     line: str = "-"
-    """Line style of its curves, which distinguishes methods of similar colors."""
+    """Line style of curves, to distinguish methods of similar colors."""
     figures: tuple[str, ...]
     """Figures with curves or dots of this method."""
     depends_on: tuple[str, ...] = ("alpha",)
-    """Fields of `Setting` that its labels depend on."""
+    """Fields of `Setting` that labels depend on."""
     alphas: tuple[float | None, ...] = (None,)
     subset_alphas: tuple[float | None, ...] = (None,)
     usual_alpha: float | None = None
     """Alpha for pictures, times, and figures with one curve per method."""
     packages: tuple[str, ...] = ()
-    """Names of packages that must be installed."""
+    """Names of required packages."""
     bytes_per_pair: int = 0
-    """Memory in bytes per pair of faces, for methods whose memory is quadratic; 0 for others."""
+    """Bytes per pair of faces for methods with quadratic memory; 0 for other methods."""
     max_faces: int | None = None
-    """Models with more faces are left out, except for `least_models` of each category."""
+    """Models with more faces are left out, except for the `least_models` smallest per category."""
     least_models: int = 2
-    """Number of models of each category, the smallest, that are run regardless of their size."""
+    """Number of models of each category that are run regardless of their size."""
     subset_max_faces: int | None = None
     """With ``--subset``, models with more faces are left out."""
     version: int = 1
-    """Raised when the way to run the method changes, so that older records become stale."""
+    """Version of the way to run the method. A new version makes older records stale."""
 
 
 _OUR_ALPHAS = (0.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 _FEW_ALPHAS = (0.0, 100.0, 200.0)
 
 
-# The paper's weights and seeds, but expansions are not halted, so that each face belongs to its
-# nearest center; and a tolerance as stop rule.
+# The paper's weights and seeds with a tolerance as stop rule. Expansions are not halted, so that
+# each face belongs to its nearest center.
 _EXACT = dict(PAPER) | {"radius_factor": None, "tol": 0.02}
 
 
@@ -86,28 +86,16 @@ def _vsa(
 ) -> Segmenter:
     from ..baselines import variational_shape_approximation
 
-    return partial(
-        variational_shape_approximation,
-        mesh,
-        metric=metric,
-        init=init,
-        rng=setting.seed,
-        n_threads=1,
-    )
+    return partial(variational_shape_approximation, mesh, metric=metric, init=init,
+                   rng=setting.seed, n_threads=1)  # fmt: skip
 
 
 def _normalized_cuts(mesh: FaceMesh, setting: Setting, *, reach: float | None) -> Segmenter:
     from ..baselines import affinity_embedding
 
-    embedding = affinity_embedding(
-        mesh,
-        min(setting.most_segments, mesh.n_faces),
-        alpha=setting.alpha,
-        reach=reach,
-        max_memory=setting.max_memory,
-        n_threads=1,
-    )
-    return embedding.segment
+    n_vectors = min(setting.most_segments, mesh.n_faces)
+    return affinity_embedding(mesh, n_vectors, alpha=setting.alpha, reach=reach,
+                              max_memory=setting.max_memory, n_threads=1).segment  # fmt: skip
 
 
 def _metis(mesh: FaceMesh, setting: Setting) -> Segmenter:
@@ -136,7 +124,7 @@ _NCUTS = Method(
     subset_alphas=_FEW_ALPHAS,
     usual_alpha=100.0,
     packages=("scipy",),
-    bytes_per_pair=5,  # 4 for affinities, and less than 1 for the vectors of large meshes
+    bytes_per_pair=5,  # 4 for affinities, and less than 1 for eigenvectors of large meshes
     max_faces=12_000,
     least_models=0,
     subset_max_faces=9_000,
@@ -210,7 +198,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             color="#e07b39",
             line="--",
             figures=("4", "5", "rivals"),
-            bytes_per_pair=1,  # 32 bytes for each of the 3 % of pairs that are near
+            bytes_per_pair=1,  # 32 bytes for each near pair, and 3 % of all pairs are near
             max_faces=16_000,
             least_models=2,
             subset_max_faces=None,
@@ -223,8 +211,8 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             alphas=(0.0, 200.0),
             subset_alphas=(0.0, 200.0),
             usual_alpha=200.0,
-            packages=("pymetis",),
+            packages=("pymetis", "scipy"),
         ),
     }
 )
-"""Methods by name, as given to ``--methods``, in the order of legends."""
+"""Methods by their names for ``--methods``, in the order of legends."""

@@ -1,7 +1,6 @@
 """The page with all results: runs, meshes, times and figures.
 
-The templates hold text and layout, and this module computes the values in them. Images are embedded
-in the page.
+Templates hold the text and the layout; this module computes their values. Images are embedded.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ import numpy as np
 
 from ... import __version__
 from ...io.atomic import atomic_outputs
-from ..table_writer import html_table
 from .gallery import GALLERY, TABLE_METHODS, Picture, picture_path, table_runs
 from .measure import Run
 from .methods import METHODS
@@ -52,7 +50,7 @@ _CURVE_TEXTS = {
     "rivals": "All methods, each at its usual alpha",
 }
 
-# Columns of the summary: title, metric, number of decimals. Arrows show which direction is better.
+# Columns of the summary: title, metric, number of decimals. Arrows point to better values.
 _COLUMNS = (
     ("UE ↓", "undersegmentation_error", 4),
     ("compactness ↓", "compactness", 3),
@@ -67,21 +65,21 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class Files:
-    """Files and numbers from earlier stages."""
+    """Results of the stages before the page."""
 
     folder: Path
     plots: dict[str, list[Path]]
     """Plots of each figure: the main plot, then the plots by category."""
     comparisons: dict[str, Comparison]
     seconds: float
-    """Seconds that this start took."""
+    """Wall time in seconds until now."""
     n_before: int
-    """Number of runs that earlier starts had done."""
+    """Number of runs that were done before."""
     picture_problems: tuple[str, ...]
 
 
 def write_page(path: Path, results: Results, files: Files) -> None:
-    """Write the page. Needs Jinja2 and tabulate."""
+    """Write the page. Needs Jinja2."""
     sections = [
         _summary(results),
         *(_figure(figure, results, files) for figure in results.plan.choice.figures),
@@ -135,7 +133,7 @@ def _lead(results: Results) -> str:
 
 
 def _summary(results: Results) -> Section:
-    """Return the table of means over the models of each method, at the usual k."""
+    """Return the section with the means over models of each curve, at the usual k."""
     k = results.plan.choice.k
     curves = dict.fromkeys(
         Curve(run.method, run.alpha) for run in results.done if run.source.is_model and run.k == k
@@ -155,7 +153,7 @@ def _summary(results: Results) -> Section:
         "title": "Summary",
         "template": "summary.html",
         "k": k,
-        "table": html_table(head, rows, frozenset({usual})),
+        "table": {"head": head, "rows": rows, "marked": usual},
     }
 
 
@@ -163,21 +161,12 @@ def _place(curve: Curve) -> tuple[int, float]:
     return list(METHODS).index(curve.method), -1.0 if curve.alpha is None else curve.alpha
 
 
-@dataclass(frozen=True)
-class _Cell:
-    """A picture of a figure, with its caption."""
-
-    path: Path | None
-    """None if it could not be drawn."""
-    text: str
-
-
 def _picture_section(figure: str, results: Results, files: Files) -> Section:
     pictures = [picture for picture in results.plan.pictures if picture.figure == figure]
     cells = {(picture.row, picture.column): _cell(picture, results, files) for picture in pictures}
     reason = None
     if figure == "1" and not results.plan.meshes:
-        reason = "no folder of large meshes was given with --meshes."
+        reason = "it needs a folder of large meshes: --meshes DIR."
     elif not pictures:
         reason = "none of its methods was chosen."
     return {
@@ -193,15 +182,15 @@ def _picture_section(figure: str, results: Results, files: Files) -> Section:
     }
 
 
-def _cell(picture: Picture, results: Results, files: Files) -> _Cell:
+def _cell(picture: Picture, results: Results, files: Files) -> dict[str, Any]:
     path = picture_path(files.folder / "pictures", picture)
     is_there = picture.run in results.done and path.exists()
     text = f"{picture.row}, {picture.column}".strip(", ")
-    return _Cell(path if is_there else None, text)
+    return {"path": path if is_there else None, "text": text}
 
 
-def _mesh_table(results: Results) -> str:
-    """Return Table 1: times on the large meshes of the user."""
+def _mesh_table(results: Results) -> dict[str, Any]:
+    """Return Table 1: times for the user's large meshes."""
     rows = []
     for mesh in results.plan.meshes:
         runs = {run.method: run for run in table_runs((mesh,), results.plan.choice.k)}
@@ -212,7 +201,7 @@ def _mesh_table(results: Results) -> str:
         paper = _TIMES_2014.get(mesh.n_faces)
         rows.append([mesh.name, f"{mesh.n_faces:,}", *times, "-" if paper is None else str(paper)])
     titles = (METHODS[method].title for method in TABLE_METHODS)
-    return html_table(["mesh", "faces", *titles, "the paper, 2014"], rows)
+    return {"head": ["mesh", "faces", *titles, "the paper, 2014"], "rows": rows}
 
 
 def _curve_section(figure: str, results: Results, files: Files) -> Section:
@@ -231,13 +220,13 @@ def _curve_section(figure: str, results: Results, files: Files) -> Section:
 
 def _times_section(results: Results, files: Files) -> Section:
     head = ["method", "models", "median seconds", "times superfacets' (median over models)"]
-    ours = frozenset({METHODS["superfacets"].title})
+    ours = METHODS["superfacets"].title
     return {
         "title": "Figure 5",
         "template": "times.html",
         "plots": files.plots.get("5"),
         "k": results.plan.choice.k,
-        "table": html_table(head, _time_rows(results), ours),
+        "table": {"head": head, "rows": _time_rows(results), "marked": ours},
     }
 
 
@@ -265,14 +254,11 @@ def _time_rows(results: Results) -> list[list[str]]:
 
 def _missing_section(results: Results, files: Files) -> Section:
     lists = (
-        (
-            f"{len(results.missing):,} runs were not started within the budget:",
-            results.not_started(),
-        ),
+        (f"{len(results.missing):,} runs not started within the budget:", results.not_started()),
         (f"{len(results.failed):,} runs failed:", results.reasons()),
         ("Files that are missing or not used:", results.plan.problems),
         ("Pictures that could not be drawn:", files.picture_problems),
-        ("Models left out of a method for their size:", _too_large(results)),
+        ("Models that are too large for a method:", _too_large(results)),
     )
     return {
         "title": "What is missing",
@@ -282,7 +268,7 @@ def _missing_section(results: Results, files: Files) -> Section:
 
 
 def _too_large(results: Results) -> list[str]:
-    """Return a line for each method that leaves out models because of their size."""
+    """Return a line for each method that leaves out large models."""
     lines = []
     for method in dict.fromkeys(run.method for run in results.plan.runs):
         shown = {run.source for run in results.plan.runs if run.method == method}
@@ -312,7 +298,10 @@ def _method_section(results: Results, files: Files) -> Section:
         "seconds": _duration(files.seconds),
         "n_before": f"{files.n_before:,}",
         "sizes": f"{min(faces):,} to {max(faces):,}" if faces else "",
-        "table": html_table(["method", "name", "alphas", "runs done"], _method_rows(results)),
+        "table": {
+            "head": ["method", "name", "alphas", "runs done"],
+            "rows": _method_rows(results),
+        },
     }
 
 

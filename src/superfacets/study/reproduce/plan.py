@@ -1,4 +1,4 @@
-"""The plan: meshes, methods, settings and numbers of regions for each figure."""
+"""The plan: which runs and pictures each figure needs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..princeton import CATEGORIES
 from ..sources import Source, Sources
 from .gallery import GALLERY, Picture, pictures_of, table_runs
 from .measure import Run
-from .methods import METHODS, Method
+from .methods import METHODS
 
 KS = (50, 100, 150, 200, 250, 300)
 SUBSET_KS = (50, 150, 300)
@@ -19,16 +19,15 @@ CURVES = ("4", "6", "7")
 """Figures with a curve over k for each method and alpha."""
 
 FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
-"""The paper's figures, and a figure of our own with a curve for each method that runs on most
-models."""
+"""The paper's figures. "rivals" is an additional figure, with a curve for each method that runs on
+most models."""
 
-# Number of regions in the paper's pictures and times.
-_USUAL_K = 150
+_USUAL_K = 150  # in the paper's pictures and times
 
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """The user's choice of figures, methods and numbers of regions."""
+    """Chosen figures, methods and numbers of regions."""
 
     figures: tuple[str, ...] = FIGURES
     methods: tuple[str, ...] = tuple(METHODS)
@@ -38,17 +37,25 @@ class Choice:
 
     @property
     def k(self) -> int:
-        """The number of regions for pictures and times: the chosen k nearest to 150."""
+        """Number of regions for pictures and times: the chosen k that is nearest to 150."""
         return min(self.ks, key=lambda k: (abs(k - _USUAL_K), k))
 
     def alphas(self, method: str) -> tuple[float | None, ...]:
-        """Return the values of alpha that a method is run with."""
+        """Return the values of alpha for the runs of a method."""
         row = METHODS[method]
         return row.subset_alphas if self.is_subset else row.alphas
 
     def methods_in(self, figure: str) -> tuple[str, ...]:
         """Return the methods that have curves or dots in a figure."""
         return tuple(name for name in self.methods if figure in METHODS[name].figures)
+
+    def curves_in(self, figure: str) -> list[tuple[str, float | None]]:
+        """Return method and alpha of each curve in a figure."""
+        return [
+            (name, alpha)
+            for name in self.methods_in(figure)
+            for alpha in (self.alphas(name) if figure in CURVES else (METHODS[name].usual_alpha,))
+        ]
 
 
 @dataclass(frozen=True)
@@ -59,8 +66,7 @@ class Plan:
     models: tuple[Source, ...]
     meshes: tuple[Source, ...]
     runs: tuple[Run, ...]
-    """Without duplicates, in the order of work: the smallest models of all categories come first.
-    """
+    """Without duplicates, in the order of work: the smallest models of all categories first."""
     pictures: tuple[Picture, ...]
     problems: tuple[str, ...]
     """A line for each file that is missing or not used."""
@@ -83,7 +89,7 @@ def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
         table = table_runs(meshes.found, choice.k)
         runs |= {run for run in table if run.method in choice.methods}
     if not runs:
-        raise ValueError("nothing to run: no figure that was asked for shows these methods")
+        raise ValueError("nothing to run: no requested figure shows the requested methods")
     ordered = sorted(runs, key=lambda run: _place(run, ranks))
     problems = models.problems + meshes.problems
     return Plan(choice, chosen, meshes.found, tuple(ordered), pictures, problems)
@@ -100,25 +106,15 @@ def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
 
 
 def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
-    """Yield the runs for all figures except pictures; runs may occur repeatedly."""
-    for method in choice.methods:
-        row = METHODS[method]
-        for figure in choice.figures:
-            for alpha in _alphas_in(figure, row, choice.alphas(method)):
-                ks = (choice.k,) if figure == "5" else choice.ks
-                yield from (Run(model, method, alpha, k) for model in models for k in ks)
-
-
-def _alphas_in(
-    figure: str, method: Method, alphas: tuple[float | None, ...]
-) -> tuple[float | None, ...]:
-    if figure in GALLERY or figure not in method.figures:
-        return ()
-    return alphas if figure in CURVES else (method.usual_alpha,)
+    """Yield the runs for all figures except pictures; runs may occur several times."""
+    for figure in set(choice.figures) - set(GALLERY):
+        ks = (choice.k,) if figure == "5" else choice.ks
+        for curve in choice.curves_in(figure):
+            yield from (Run(model, *curve, k) for model in models for k in ks)
 
 
 def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
-    """Whether the mesh is small enough for the method, or a model that is run at any size."""
+    """Whether the mesh is small enough for the method, or is one of its `least_models`."""
     row = METHODS[run.method]
     limit = row.subset_max_faces if choice.is_subset else row.max_faces
     if limit is None or run.source.n_faces <= limit:
@@ -127,7 +123,7 @@ def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
 
 
 def _place(run: Run, ranks: dict[Source, int]) -> tuple[object, ...]:
-    """Sort key: meshes first, because they are few; then models, so that categories take turns."""
+    """Sort key: the user's meshes first, then models, alternating between categories."""
     place = (
         (1, ranks[run.source], CATEGORIES.index(run.source.category))
         if run.source.is_model

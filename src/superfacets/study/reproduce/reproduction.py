@@ -33,22 +33,19 @@ from .results import (
 _QUANTITIES = ("undersegmentation_error", "compactness")
 """Measures that are also plotted by category."""
 
-# Packages that the page and its tables need.
-_PAGE_PACKAGES = ("jinja2", "tabulate")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """The choice of runs, the folders, and limits."""
+    """Choice of runs, folders, and limits."""
 
     benchmark: Path
     output: Path
     meshes: Path | None
     choice: Choice
     budget_seconds: float | None
-    """Number of seconds after which no task starts; None means no limit."""
+    """Number of seconds after which no task is started; None means no limit."""
     n_jobs: int
-    """Worker processes."""
+    """Number of worker processes."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +59,10 @@ class Report:
 
 
 def reproduce(options: Options) -> Report:
-    """Make the missing runs, and write tables, plots, pictures and the page.
+    """Do the missing runs, and write tables, plots, pictures and the page.
 
-    A MeshError if no run succeeded; a ValueError if another start is using the output. A
-    MissingExtraError or RenderError, before any run, if the figures need something that is not
-    installed.
+    A MeshError if no run succeeded; a ValueError if another process uses the output folder; a
+    MissingExtraError or RenderError, before any run, if a requirement of the figures is missing.
     """
     start = time.monotonic()
     plan = _plan(options)
@@ -74,7 +70,7 @@ def reproduce(options: Options) -> Report:
     most_segments = max(plan.choice.ks)
     pieces = {run: run.piece(options.output / "records", most_segments) for run in plan.runs}
     with locked(options.output):
-        # Files left by killed runs. The lock excludes that another start is running.
+        # Temporary files of killed processes. No other process is running, because of the lock.
         remove_leftovers(_outputs(plan, pieces, options.output), older_than=0.0)
         results, n_before = _measure(plan, pieces, options, start)
         if not results.done:
@@ -97,8 +93,8 @@ def _plan(options: Options) -> Plan:
 
 
 def _check_needs(plan: Plan) -> None:
-    """Check that everything needed is installed, before hours of work."""
-    packages = [*_PAGE_PACKAGES]
+    """Raise an error if a required package is missing, before hours of work."""
+    packages = ["jinja2"]
     packages += [name for run in plan.runs for name in METHODS[run.method].packages]
     if any(figure not in GALLERY for figure in plan.choice.figures):
         packages.append("matplotlib")
@@ -114,7 +110,7 @@ def _check_needs(plan: Plan) -> None:
 def _measure(
     plan: Plan, pieces: Mapping[Run, Piece], options: Options, start: float
 ) -> tuple[Results, int]:
-    """Run the tasks without records; also return the number of runs that were done before."""
+    """Do the missing runs; also return the number of runs that were done before."""
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, pieces, pictured, {})
     memory = memory_of_tasks()
@@ -150,7 +146,7 @@ def _tasks(
 def _draw_pictures(
     results: Results, pieces: Mapping[Run, Piece], options: Options
 ) -> tuple[str, ...]:
-    """Draw missing pictures; return a line for each failure."""
+    """Draw the missing pictures; return a line for each failure."""
     folder = options.output / "pictures"
     folder.mkdir(exist_ok=True)
     drawings = [
@@ -164,7 +160,7 @@ def _draw_pictures(
 
 
 def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path]:
-    """Return the paths of all files that a start may write."""
+    """Return the paths of all files that may be written."""
     paths = [piece.path for piece in pieces.values()]
     paths += [picture_path(folder / "pictures", picture) for picture in plan.pictures]
     paths += [folder / name for name in ("runs.csv", "means.csv", "index.html")]
@@ -200,7 +196,7 @@ def _write_files(
 
 
 def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: Path) -> list[Path]:
-    """Plot a figure, and the same by category; no plots if there are no curves to compare."""
+    """Plot a figure, and the same curves by category; without common models, plot nothing."""
     from .figures import plot_categories, plot_curves
 
     if not comparison.models:
@@ -217,9 +213,7 @@ def _plot_times(results: Results, folder: Path) -> list[Path]:
     from .figures import plot_times
 
     k = results.plan.choice.k
-    curves = [
-        Curve(method, METHODS[method].usual_alpha) for method in results.plan.choice.methods_in("5")
-    ]
+    curves = [Curve(*pair) for pair in results.plan.choice.curves_in("5")]
     shown = [curve for curve in curves if results.models_with(curve, (k,))]
     if not shown:
         return []
@@ -230,5 +224,5 @@ def _plot_times(results: Results, folder: Path) -> list[Path]:
 
 def _why_nothing(results: Results) -> str:
     if results.failed:
-        return f"every run failed; the first: {results.reasons()[0]}"
-    return "no run was started within the budget"
+        return f"every run failed; the first failure: {results.reasons()[0]}"
+    return "no run was started within --budget-minutes: allow more minutes"

@@ -1,4 +1,4 @@
-"""Results of the runs of a plan: curves, means over meshes, and tables in files."""
+"""Results of the runs of a plan: curves, means over models, and CSV files."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ..table_writer import write_csv
 from ..tasks import Piece, Record, outcome_of
 from .measure import Run
 from .methods import METHODS
-from .plan import CURVES, Plan
+from .plan import Plan
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A method with one alpha: a line in a figure."""
+    """A method with one alpha, which makes a curve in a figure."""
 
     method: str
     alpha: float | None
@@ -41,18 +41,18 @@ class Results:
     plan: Plan
     done: dict[Run, Record] = field(default_factory=dict)
     failed: dict[Run, str] = field(default_factory=dict)
-    """Reason of the failure, by run."""
+    """Cause of each failure."""
     missing: tuple[Run, ...] = ()
 
     def value(self, run: Run, quantity: str) -> float:
-        """Return a metric, or the "seconds", of a run that is done."""
+        """Return a metric, or the total "seconds", of a run that is done."""
         record = self.done[run]
         if quantity == "seconds":
             return float(record["seconds"]["total"])
         return float(record["metrics"][quantity])
 
     def models_with(self, curve: Curve, ks: Iterable[int]) -> set[Source]:
-        """Return the models whose runs are done for all these numbers of regions."""
+        """Return the models whose runs with this curve are done for all `ks`."""
         ks = tuple(ks)
         return {
             model
@@ -61,7 +61,7 @@ class Results:
         }
 
     def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
-        """Return the mean of a quantity over models, each of which has the mean of its truths."""
+        """Return the mean over models of a quantity, which is a mean over ground truths."""
         values = [
             self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
         ]
@@ -100,8 +100,8 @@ def collect(
 ) -> Results:
     """Read the records of all runs of a plan, given the piece of each run.
 
-    Runs of `pictured` need labels: their records without labels do not count. `lost` holds the
-    reasons why records could not be written, by path.
+    Records of `pictured` runs must contain labels. `lost` holds the reasons why records could not
+    be written, by path.
     """
     done: dict[Run, Record] = {}
     failed: dict[Run, str] = {}
@@ -117,26 +117,23 @@ def collect(
 
 @dataclass(frozen=True)
 class Comparison:
-    """Curves over the same models, so that they can be compared."""
+    """Curves over the same models, which makes them comparable."""
 
     curves: tuple[Curve, ...]
     models: tuple[Source, ...]
     """Models with a result for every point of every curve."""
     left_out: tuple[Curve, ...]
-    """Planned curves that would leave no common model."""
+    """Planned curves without a model in common with the other curves."""
 
 
 def compare(results: Results, figure: str) -> Comparison:
-    """Return the curves of a figure, and the models that all of them have.
+    """Return the curves of a figure, and the models that all curves have in common.
 
-    Curves with the most models come first. A curve is left out if no common model would remain.
+    Curves with many models are chosen first. A curve is left out if no common model would remain.
     """
     choice = results.plan.choice
-    models = {
-        curve: results.models_with(curve, choice.ks)
-        for method in choice.methods_in(figure)
-        for curve in _curves(method, choice.alphas(method), figure)
-    }
+    curves = [Curve(*pair) for pair in choice.curves_in(figure)]
+    models = {curve: results.models_with(curve, choice.ks) for curve in curves}
     shared, kept = set(results.plan.models), set()
     for curve in sorted(models, key=lambda curve: -len(models[curve])):
         if shared & models[curve]:
@@ -149,28 +146,20 @@ def compare(results: Results, figure: str) -> Comparison:
     )
 
 
-def _curves(method: str, alphas: tuple[float | None, ...], figure: str) -> list[Curve]:
-    if figure not in CURVES:
-        alphas = (METHODS[method].usual_alpha,)
-    return [Curve(method, alpha) for alpha in alphas]
-
-
 Row = dict[str, Any]
 
 _FACTS = ("model", "category", "faces", "ground_truths", "method", "alpha", "k")
 
 
 def write_runs(path: Path, results: Results) -> None:
-    """Write a row for each planned run: its status, with numbers or a reason."""
-    rows = [_row_of_run(results, run) for run in results.plan.runs]
-    write_csv(path, rows)
+    """Write a row for each planned run: its status, and numbers or the cause of failure."""
+    write_csv(path, [_row_of_run(results, run) for run in results.plan.runs])
 
 
 def write_means(path: Path, results: Results) -> None:
-    """Write means over models, and medians of seconds, for each method, alpha and k.
+    """Write means over models, and median seconds, for each method, alpha and k.
 
-    For each of these, one row is over all models with such a run, and one row is over the models of
-    each category.
+    There is a row over all models, and a row for each category.
     """
     groups: dict[tuple[str, str, float | None, int], list[Run]] = {}
     for run in results.done:
@@ -188,7 +177,7 @@ def write_means(path: Path, results: Results) -> None:
 
 
 def write_points(path: Path, results: Results, comparison: Comparison) -> None:
-    """Write the points of a figure: means over the models that all of its curves share."""
+    """Write the points of a figure: means over the models that all curves share."""
     rows = [
         _row_of_point(results, curve, k, comparison.models)
         for curve in comparison.curves
