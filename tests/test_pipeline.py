@@ -353,7 +353,7 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"alpha": 10**400}, ValueError, "alpha must be finite and not negative"),
         ({"alpha": 1.5, "weights": "stk02"}, ValueError, r"alpha must be 0 to 1, got 1\.5"),
         ({"radius": "0.1"}, TypeError, "radius must be a number"),
-        ({"init": None}, ValueError, "init must be one-dimensional"),
+        ({"init": 3}, ValueError, "init must be one-dimensional"),
         ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),
         ({"smooth": 1}, TypeError, "smooth must be True or False, got 1"),
         ({"enforce_connectivity": None}, TypeError, "enforce_connectivity must be True or False"),

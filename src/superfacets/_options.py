@@ -27,7 +27,7 @@ from ._validate import (
     checked_threads,
 )
 
-Init = Literal["geodesic", "farthest", "flood", "grid"]
+Init = Literal["geodesic", "curve", "farthest", "flood", "grid"]
 INITS: tuple[str, ...] = get_args(Init)
 """Names of the methods that place seeds."""
 
@@ -62,7 +62,7 @@ class SizeOptions:
             checked_count(n_segments, "n_segments")
         if radius is not None:
             radius = checked_number(radius, "radius", zero=False)
-        return cls(n_segments, radius, None if isinstance(init, str) else init)
+        return cls(n_segments, radius, None if init is None or isinstance(init, str) else init)
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,14 @@ from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, OrderedCells, kind_of
 from .cells.named_features import features_of
-from .cells.parts import PART_CREASE_SCALE, SPARE, PartPrices, groups_to_embed
+from .cells.parts import (
+    FAR_STEPS,
+    PART_CREASE_SCALE,
+    SHORT_STEPS,
+    SPARE,
+    PartPrices,
+    groups_to_embed,
+)
 from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.balance import Balancer, SizeRules
@@ -142,7 +149,7 @@ def segment(
     weights: WeightName | Weights = "parts",
     eta_convex: float | None = None,
     ridges: float | None = None,
-    init: Init | Start = "geodesic",
+    init: Init | Start | None = None,
     relocate: bool | None = None,
     smooth: bool = True,
     max_num_iter: int = 50,
@@ -199,9 +206,10 @@ def segment(
     eta_convex, ridges : float, optional
         Weights relative to concave creases: `eta_convex` for convex edges, `ridges` for sharp
         convex edges between flat faces.
-    init : {"geodesic", "farthest", "flood", "grid"}, array_like of int, or Segmentation
-        Method that places the seeds. Alternatively the seed faces, or a start for the loop: one
-        label per face, or an earlier result.
+    init : {"geodesic", "curve", "farthest", "flood", "grid"}, array_like, or Segmentation, optional
+        Method that places the seeds. The default is ``"geodesic"``, or ``"curve"`` for 10,000 or
+        more regions of less than a hundred faces. Alternatively the seed faces, or a start for the
+        loop: one label per face, or an earlier result.
     relocate : bool, optional
         Whether centers may jump into large regions. The default is True for ``"parts"`` only.
     smooth : bool, default True
@@ -306,7 +314,7 @@ class Options:
     """The checked options of all stages."""
 
     weld: bool
-    init: Init | Start
+    init: Init | Start | None
     size: SizeOptions
     weights: WeightOptions
     loop: LoopOptions
@@ -403,10 +411,10 @@ class _Work:
 
     def relocating(self) -> _Work:
         """Return the work with None for `relocate` replaced by its default."""
-        loop, is_given = self.options.loop, not isinstance(self.options.init, str)
+        loop = self.options.loop
         if loop.relocate is not None:
             return self
-        relocates = self.has_parts and not is_given and loop.radius_factor is None
+        relocates = self.has_parts and not self.plan.has_seeds and loop.radius_factor is None
         loop = replace(loop, relocate=relocates)
         return replace(self, options=replace(self.options, loop=loop))
 
@@ -593,8 +601,10 @@ def price_parts(
     if levels.on_all:
         groups = groups_to_embed(graph, n_threads)
         parts = PartPrices.of(graph, groups, factors, n_threads)
-        far = has_small_regions(graph, size.n_segments)
-        parts.add_to_all(graph, levels.coarse, n_threads, far=far)
+        far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
+        if levels.is_short:
+            far_steps = SHORT_STEPS
+        parts.add_to_all(graph, levels.coarse, n_threads, far_steps=far_steps)
     else:
         groups = levels.coarse[: levels.n_finer + 1]
         parts = PartPrices.of(graph, groups, factors, n_threads)

@@ -18,7 +18,7 @@ from superfacets import (
 )
 
 THREADS = (1, 2, 3, 8)
-INITS = ("geodesic", "farthest", "flood", "grid")
+INITS = ("geodesic", "curve", "farthest", "flood", "grid")
 
 
 def weighted(mesh):

@@ -317,6 +317,8 @@ def test_seeds_and_regions_on_one_way_graphs_equal_their_twins(seed):
     geodesic = place_seeds(graph, k).tolist()
     assert len(set(geodesic)) == k
     assert geodesic == reference.geodesic_seeds(graph, k)
+    order = graph.ordered(1).order()
+    assert place_seeds(graph, k, init="curve").tolist() == reference.curve_seeds(graph, order, k)
     assert place_seeds(graph, k, init="farthest").tolist() == reference.farthest_seeds(graph, k)
     flooded = place_seeds(graph, k, init="flood").tolist()
     assert flooded == reference.flood_seeds(graph, radius)

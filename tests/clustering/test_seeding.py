@@ -151,7 +151,7 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
         (
             {"init": "random"},
             ValueError,
-            "init must be one of geodesic, farthest, flood, grid, got 'random'",
+            "init must be one of geodesic, curve, farthest, flood, grid, got 'random'",
         ),
         ({"init": [0, 5]}, ValueError, r"init\[1\] is 5; it must be 0 to 4"),
         ({"init": [-1]}, ValueError, r"init\[0\] is -1; it must be 0 to 4"),
@@ -182,7 +182,20 @@ def test_geodesic_seeds_are_the_ends_of_the_longest_paths():
     assert place_seeds(graph, 3, init="geodesic").tolist() == [2, 0, 4]
 
 
-def test_geodesic_seeds_begin_with_the_components_that_are_worth_a_region():
+def test_curve_seeds_divide_a_line_equally_then_fill_its_gaps():
+    """Three in the middle of thirds of ten cells; then the ends of the longest paths."""
+    line = shapes.line_graph([1.0] * 9)
+    assert place_seeds(line, 5, init="curve").tolist() == [1, 5, 8, 3, 0]
+
+
+def test_curve_seeds_are_denser_where_steps_are_long():
+    line = shapes.line_graph([1.0] * 50 + [16.0] * 49)
+    seeds = np.sort(place_seeds(line, 20, init="curve"))
+    assert np.count_nonzero(seeds > 50) == 17  # 9 of the first 12, and all others
+
+
+@pytest.mark.parametrize("init", ["geodesic", "curve"])
+def test_seeds_are_in_the_components_that_are_worth_a_region(init):
     mesh = shapes.two_islands()  # of 4 faces and 2 in area each
     speck = Mesh(
         np.concatenate([mesh.vertices, [[9, 9, 0], [9.1, 9, 0], [9, 9.1, 0]]]),
@@ -190,20 +203,22 @@ def test_geodesic_seeds_begin_with_the_components_that_are_worth_a_region():
     )
     graph = build_face_graph(speck).with_weights(np.ones(12))
     for k in (2, 3, 8):
-        seeds = place_seeds(graph, k, init="geodesic")
+        seeds = place_seeds(graph, k, init=init)
         assert len(set(seeds.tolist())) == k
         assert 0 not in seeds  # the speck
-        assert {*((seeds[:2] - 1) // 4).tolist()} == {0, 1}  # an island each
-    assert set(place_seeds(graph, 9, init="geodesic").tolist()) == set(range(9))
-    assert place_seeds(graph, 1, init="geodesic").tolist()[0] > 0
+        firsts = seeds[:2] if init == "geodesic" else seeds
+        assert {*((firsts - 1) // 4).tolist()} == {0, 1}  # both islands
+    assert set(place_seeds(graph, 9, init=init).tolist()) == set(range(9))
+    assert place_seeds(graph, 1, init=init).tolist()[0] > 0
 
 
-def test_geodesic_seeds_of_soup_are_distinct():
+@pytest.mark.parametrize("init", ["geodesic", "curve"])
+def test_seeds_of_soup_are_distinct(init):
     soup = Mesh([[x, y, z] for x in range(40) for y, z in ((0, 0), (1, 0), (0, 1))],
                 np.arange(120).reshape(-1, 3))  # fmt: skip
     graph = build_face_graph(soup).with_weights([])
     for k in (1, 20, 40):
-        assert len(set(place_seeds(graph, k, init="geodesic").tolist())) == k
+        assert len(set(place_seeds(graph, k, init=init).tolist())) == k
 
 
 def test_islands_have_to_be_kept_or_join_the_nearest():

@@ -103,6 +103,10 @@ def check_loop(graph, k, **options):
     assert result.centers.tolist() == history[-1][1]
 
 
+def curve_seeds(graph, k):
+    return reference.curve_seeds(graph, graph.ordered(1).order(), k)
+
+
 @pytest.mark.parametrize("name", AWKWARD)
 def test_stages_of_awkward_meshes_equal_their_twins(name):
     mesh = AWKWARD[name]()
@@ -115,6 +119,7 @@ def test_stages_of_awkward_meshes_equal_their_twins(name):
         few = min(k, 20)
         geodesic = place_seeds(graph, few, init="geodesic").tolist()
         assert geodesic == reference.geodesic_seeds(graph, few)
+        assert curve_seeds(graph, few) == place_seeds(graph, few, init="curve").tolist()
         flooded = reference.flood_seeds(graph, radius)
         assert place_seeds(graph, k, init="flood").tolist() == flooded
         assert place_seeds(graph, k, init="grid").tolist() == reference.grid_seeds(graph, radius)
@@ -134,6 +139,7 @@ def test_loops_on_random_graphs_with_ties_equal_their_twins(seed):
     check_loop(graph, k, tol=0.0)
     check_loop(graph, k, radius_factor=float(rng.uniform(0.1, 2)), tol=0.0)
     assert place_seeds(graph, k, init="geodesic").tolist() == reference.geodesic_seeds(graph, k)
+    assert place_seeds(graph, k, init="curve").tolist() == curve_seeds(graph, k)
     assert place_seeds(graph, k, init="flood").tolist() == reference.flood_seeds(
         graph, size_of(graph, k).radius
     )
@@ -148,6 +154,7 @@ def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, pla
     if place < 4:
         geodesic = place_seeds(graph, 9, init="geodesic").tolist()
         assert geodesic == reference.geodesic_seeds(graph, 9)
+        assert place_seeds(graph, 99, init="curve").tolist() == curve_seeds(graph, 99)
     radius = size_of(graph, 150).radius
     assert place_seeds(graph, 150, init="flood").tolist() == reference.flood_seeds(graph, radius)
     assert place_seeds(graph, 150, init="grid").tolist() == reference.grid_seeds(graph, radius)

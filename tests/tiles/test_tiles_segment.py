@@ -448,7 +448,7 @@ def test_warnings_name_the_caller(torn, tmp_path):
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
-        ({"init": "grid"}, TypeError, "unexpected keyword argument 'init'"),
+        ({"init": "grid"}, ValueError, "init must be one of geodesic, got 'grid'"),
         ({"radius_factor": 2.0}, TypeError, "unexpected keyword argument 'radius_factor'"),
         ({"weights": [1.0]}, ValueError, "weights must be one of"),
         ({"weights": "stk02"}, ValueError, "weights must be one of parts, creases, superfacets"),

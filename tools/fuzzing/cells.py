@@ -86,7 +86,7 @@ def random_options(rng: np.random.Generator, n_cells: int) -> Options:
     """Random options of `segment`; most options keep their defaults."""
     options: Options = {
         "weights": str(rng.choice(["creases", "superfacets", "stk02"])),
-        "init": str(rng.choice(["geodesic", "farthest", "flood", "grid"])),
+        "init": str(rng.choice(["geodesic", "curve", "farthest", "flood", "grid"])),
         "radius_factor": float(rng.uniform(0.1, 3)),
         "max_num_iter": int(rng.integers(0, 20)),
         "tol": float(rng.choice([0.0, 0.1])),

@@ -30,6 +30,8 @@ def check_graph(rng: np.random.Generator, _folder: Path) -> None:
 def _check_seeds(graph: sf.CellGraph, k: int) -> None:
     radius = size_of(graph, k).radius
     assert sf.place_seeds(graph, k).tolist() == reference.geodesic_seeds(graph, k)
+    order = graph.ordered(1).order()
+    assert sf.place_seeds(graph, k, init="curve").tolist() == reference.curve_seeds(graph, order, k)
     farthest = sf.place_seeds(graph, k, init="farthest").tolist()
     assert farthest == reference.farthest_seeds(graph, k)
     if radius > 0:

@@ -74,7 +74,7 @@ def _random_options(rng: np.random.Generator, mesh: sf.Mesh) -> Options:
     """Random options of `segment`; most options keep their defaults."""
     options: Options = {
         "weights": rng.choice(["creases", "superfacets", "stk02"]),
-        "init": rng.choice(["geodesic", "farthest", "flood", "grid"]),
+        "init": rng.choice(["geodesic", "curve", "farthest", "flood", "grid"]),
         "radius_factor": float(rng.uniform(0.1, 3)),
         "max_num_iter": int(rng.integers(1, 20)),
         "tol": float(rng.choice([0.0, 0.1])),

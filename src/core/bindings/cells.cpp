@@ -174,6 +174,11 @@ auto conducting(const OrderedGraph& graph, double crease_unit, double steepness,
                     std::move(found.conductances), found.hindered_share);
 }
 
+void add_far_arcs_to(OrderedGraph& graph, int n_threads, int most_steps) {
+  const auto work = [&](ThreadTeam& team) { add_far_arcs(graph, most_steps, team); };
+  on_team(graph.n_cells(), n_threads, work, kMinSlowPerThread);
+}
+
 void price_arcs(OrderedGraph& graph, const Table<float>& vectors, double factor, ThreadTeam& team) {
   graph.add_part_prices({vectors.shape(1), {vectors.data(), vectors.size()}}, factor, team);
 }
@@ -269,7 +274,7 @@ void bind_graphs(nb::module_& module) {
       .def_rw("barrier", &OrderedGraph::barrier)
       .def("add_part_prices", threaded<kMinSlowPerThread>(&price_arcs), "vectors"_a.noconvert(),
            "factor"_a, "n_threads"_a)
-      .def("add_far_arcs", threaded<kMinSlowPerThread>(&add_far_arcs), "n_threads"_a)
+      .def("add_far_arcs", &add_far_arcs_to, "n_threads"_a, "most_steps"_a = kFarSteps)
       .def("conducting_arcs", threaded<kMinSlowPerThread>(&conducting), "crease_unit"_a,
            "steepness"_a, "n_threads"_a)
       .def("measures", serial(&measures_of))

@@ -133,6 +133,8 @@ void bind_clustering_stages(nb::module_& module) {
              "islands"_a, "n_threads"_a);
   module.def("geodesic_seeds", threaded(&geodesic_seeds), "graph"_a, "first"_a, "n_seeds"_a,
              "n_threads"_a);
+  module.def("curve_seeds", threaded(&curve_seeds), "graph"_a, "first"_a, "n_seeds"_a,
+             "n_threads"_a);
   module.def("flood_seeds", threaded(&flood_seeds), "graph"_a, "first"_a, "n_seeds"_a, "reach"_a,
              "islands"_a, "n_threads"_a);
   module.def("grid_seeds", threaded(&grid_seeds), "graph"_a, "corner"_a, "side"_a, "n_threads"_a);

@@ -146,9 +146,9 @@ int steps_of(const OrderedGraph& graph) {
 
 }  // namespace
 
-void add_far_arcs(OrderedGraph& graph, ThreadTeam& team) {
+void add_far_arcs(OrderedGraph& graph, int most_steps, ThreadTeam& team) {
   SUPERFACETS_ASSERT(graph.is_symmetric && graph.straight_unit > 0.0);
-  const int n_steps = steps_of(graph);
+  const int n_steps = std::min(steps_of(graph), most_steps);
   if (n_steps == 1) return;
   const Buffer<float> prices = prices_of(graph, team);
   const std::int64_t size = block_size(graph);

@@ -44,7 +44,7 @@ class CoarseGraph {
   // `width` numbers.
   Buffer<float> means_of(std::span<const float> rows, std::size_t width, ThreadTeam& team) const;
   // Change the arcs of the coarse graph for the loop; see far_arcs.hpp and OrderedGraph.
-  void add_far_arcs(ThreadTeam& team) { superfacets::add_far_arcs(graph_, team); }
+  void add_far_arcs(ThreadTeam& team) { superfacets::add_far_arcs(graph_, kFarSteps, team); }
   void add_part_prices(const PartVectors& vectors, double factor, ThreadTeam& team) {
     graph_.add_part_prices(vectors, factor, team);
   }

@@ -44,6 +44,16 @@ std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_s
 std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  ThreadTeam& team);
 
+// Seeds along the curve for three fifths of n_seeds, then the cell with the longest path from all
+// seeds, repeatedly, as in geodesic_seeds. The share of a cell is its measure times the root of the
+// mean length of its arcs per straight distance, and each component is divided along the curve into
+// parts of equal shares. A seed is the middle of a part. Large components get seeds in proportion
+// to their shares, but at least one each; islands get none.
+//
+// Time: few passes, as gaps between seeds are small. Memory: as geodesic_seeds.
+std::vector<Cell> curve_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
+                              ThreadTeam& team);
+
 // Visits cells in ascending order of path length from `first`. Ties go to the lowest index. A
 // visited cell that no region has reached starts a region. The region expands through the cells
 // within `reach` of its first cell, and also labels the cells adjacent to them. The component of

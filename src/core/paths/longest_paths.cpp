@@ -21,7 +21,11 @@ LongestPaths::LongestPaths(const OrderedGraph& graph, ThreadTeam& team)
 }
 
 void LongestPaths::place(Place center) {
-  paths_.start(center, n_placed_++);
+  place_all({&center, 1});
+}
+
+void LongestPaths::place_all(std::span<const Place> centers) {
+  for (const Place center : centers) paths_.start(center, n_placed_++);
   paths_.run();
 }
 

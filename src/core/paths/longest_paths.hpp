@@ -1,6 +1,7 @@
 // Farthest-point sampling by path length; used by the seeding stage.
 #pragma once
 
+#include <span>
 #include <tuple>
 
 #include "cells/ordered_graph.hpp"
@@ -16,6 +17,7 @@ class LongestPaths {
   LongestPaths(const OrderedGraph& graph, ThreadTeam& team);
 
   void place(Place center);
+  void place_all(std::span<const Place> centers);  // faster than one after the other
 
   // reaches: whether a path reaches a place. reach_all: whether paths reach all places.
   bool reaches(Place place) const { return paths_.path(place).label != kNoLabel; }

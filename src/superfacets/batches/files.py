@@ -113,7 +113,8 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
         names = ", ".join(_OF_FILES)
         raise TypeError(f"{unknown[0]} is not an option for files: the options are {names}")
     for name in ("weights", "init"):
-        if not isinstance(keywords.get(name, ""), str):
+        given = keywords.get(name, _DEFAULTS[name])
+        if not isinstance(given, str) and given is not _DEFAULTS[name]:
             raise TypeError(f"{name} must be a name, because an array fits only one mesh")
     Options.checked({**_DEFAULTS, **keywords})
 

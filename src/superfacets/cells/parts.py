@@ -76,6 +76,10 @@ EQUAL = 1e-3
 """Relative difference up to which eigenvalues count as equal. Vectors of equal eigenvalues have an
 arbitrary basis, so either all of them are used or none."""
 
+FAR_STEPS, SHORT_STEPS = 3, 2
+"""Most arcs between the ends of a far arc; and the same for a short loop, where 9 arcs per face in
+place of 20 make regions more compact by 0.4%, on regular grids longer by 5%."""
+
 NO_GROUPS = np.empty(0, np.int32)
 
 
@@ -117,18 +121,17 @@ class PartPrices:
         coarse: list[_core.CoarseGraph],
         n_threads: int,
         *,
-        far: bool,
+        far_steps: int,
     ) -> None:
         """Add far arcs, and the prices of all arcs, to the graph and to coarser graphs.
 
-        Without `far`, the graph itself gets no far arcs, because they would dominate the run time
-        if regions have thousands of cells.
+        In the graph itself, far arcs join faces at most `far_steps` arcs apart. With 1 there are
+        none, because far arcs would dominate the run time if regions have thousands of cells.
         """
         rows = self.vectors
         if len(self.group_of):
             rows = np.take(rows, self.group_of, axis=0)
-        if far:
-            graph.add_far_arcs(n_threads)
+        graph.add_far_arcs(n_threads, far_steps)
         graph.add_part_prices(rows, self.factor, n_threads)
         for level in coarse:
             rows = self._add_to(level, _means(level, rows, n_threads), n_threads)

@@ -81,7 +81,7 @@ segment_options = options(
            "  [default: parts]"),
     option("--init", INITS,
            "How the first centers are placed; flood and grid make only approximately -n regions."
-           "  [default: geodesic]"),
+           "  [default: geodesic; curve for 10,000 regions or more of less than 100 cells]"),
     option("--paper", opts.FLAG, "The algorithm of the paper, exactly as published."),
     option("--parts", opts.FLAG,
            "Regions within the parts of a shape: --weights parts --relocate, the default."),

@@ -41,7 +41,6 @@ tile_options = options(
 
 _NOT_OF_TILES = {
     "--paper": "radius_factor",
-    "--init": "init",
     "--connect": "enforce_connectivity",
     "--min-size": "min_size",
     "--feature-weight": "feature_weight",
@@ -106,10 +105,9 @@ class TileOptions:
             "--vertex-labels": given.vertex_labels,
             "--ascii": given.ascii,
             **{name: given.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
+            "--init": given.keywords.get("init") not in (None, "geodesic"),
             **others,
         }
-        if refused["--init"] == "geodesic":  # the only placement of centers that tiles support
-            del refused["--init"]
         for name, value in refused.items():
             if value:
                 raise click.UsageError(f"--tiled does not support {name}")

@@ -229,7 +229,7 @@ class Balancer:
     ) -> Balancer:
         """Return a balancer for all cells and for coarse levels, the finest first."""
         n_threads, islands = loop.n_threads, CORE_ISLANDS[loop.islands]
-        may_jump = isinstance(plan.init, str)
+        may_jump = not plan.has_seeds
         sizes, components = [rules.sizes], [rules.components]
         for level in coarse:
             assert isinstance(level, _core.CoarseGraph)  # tiles have no balance

@@ -134,7 +134,7 @@ def coarsened(graph: AnyGraph, plan: Plan, loop: LoopOptions, timings: dict[str,
     if not can_be_coarse(graph.is_symmetric, plan, loop):
         return Levels([])
     with timed(timings, "coarsen", loop.on_stage):
-        return Levels.of(graph, plan.size.n_segments, loop.n_threads)
+        return Levels.of(graph, plan, loop.n_threads)
 
 
 def segment_cells(
@@ -153,6 +153,8 @@ def segment_cells(
     sizes.
     """
     size, options, init = plan.size, plan.asked, plan.init
+    if init is None:
+        init = "curve" if levels.is_short else "geodesic"
     timings: dict[str, float] = {}
     with timed(timings, "seeding", loop.on_stage):
         coarse = levels.coarse
@@ -160,7 +162,8 @@ def segment_cells(
         graph = graph if coarse else first
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
         del first  # the loop frees each coarse graph after use
-    run = Iteration(size.radius, loop, timings, balancer=balancer)
+    is_short = levels.is_short and bool(loop.relocate)
+    run = Iteration(size.radius, loop, timings, balancer=balancer, is_short=is_short)
     labels, centers = run.run(levels, graph, seeds)
     n_unreached = max(0, len(centers) - len(seeds))  # balance may remove centers
     if join_pieces is not None and loop.radius_factor is None:

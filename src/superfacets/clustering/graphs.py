@@ -93,6 +93,11 @@ COARSEST_PER_REGION = 12
 """Value of CELLS_PER_REGION for straight steps on further levels, where seeds are placed and
 moved."""
 
+MANY_REGIONS = 10_000
+"""Number of small regions from which the default loop is a short one, see `Levels.is_short`. On 14
+meshes of 43,000 to 420,000 faces, with 17 and 40 faces per region, the undersegmentation error is
+0.0261 (0.0259 with the long loop), and compactness is lower by 0.5%."""
+
 ENOUGH_OF_SEEDED = 0.75
 """Fraction of the required coarse cells that must be in components with seeds."""
 
@@ -137,7 +142,7 @@ def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
     single iteration, or if an arc has no reverse arc of the same length.
     """
     is_exact = loop.radius_factor is None and loop.tol > 0 and loop.max_num_iter > 1
-    return isinstance(plan.init, str) and is_exact and is_symmetric
+    return not plan.has_seeds and is_exact and is_symmetric
 
 
 @dataclass
@@ -151,10 +156,13 @@ class Levels:
     cells."""
     on_all: bool = True
     """Whether the loop also runs on all cells. If not, all cells are labeled once at the end."""
+    is_short: bool = False
+    """Whether the loop has only a few iterations, with seeds along the curve and fewer far arcs."""
 
     @classmethod
-    def of(cls, graph: AnyGraph, n_segments: int, n_threads: int) -> Levels:
+    def of(cls, graph: AnyGraph, plan: Plan, n_threads: int) -> Levels:
         """Build coarser graphs while regions have enough coarse cells."""
+        n_segments = plan.size.n_segments
         if not is_straight(graph):
             enough = (CELLS_PER_REGION * n_segments, CELLS_PER_REGION * n_segments)
             coarse = _coarser(graph, CELL_SIZES, enough, n_segments, n_threads)
@@ -162,7 +170,9 @@ class Levels:
         finest, coarsest = FINEST_PER_REGION * n_segments, COARSEST_PER_REGION * n_segments
         if has_small_regions(graph, n_segments):
             enough = (CELLS_PER_REGION * n_segments, coarsest)
-            return cls(_coarser(graph, (NEXT_CELL_SIZE,), enough, n_segments, n_threads))
+            coarse = _coarser(graph, (NEXT_CELL_SIZE,), enough, n_segments, n_threads)
+            is_short = not coarse and n_segments >= MANY_REGIONS and plan.init is None
+            return cls(coarse, is_short=is_short)
         coarse = _coarser(graph, CELL_SIZES, (finest, coarsest), n_segments, n_threads)
         n_fine = sum(level.graph.n_cells >= finest for level in coarse)
         return cls(coarse, max(n_fine - 1, 0), on_all=not coarse)

@@ -32,12 +32,13 @@ class Plan:
     cut: Cut | None  # kept cells and arcs; None: all
     size: RegionSize
     asked: SizeOptions  # size options of the user, including seeds in `init`
-    init: Init | Seeds  # a seeding method, or the initial centers among kept cells
+    init: Init | Seeds | None
+    """A seeding method, None for the default, or the initial centers among kept cells."""
 
     @classmethod
     def of(
-        cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start], n_threads: int,
-        *, dimension: int, order: Ints | None = None,
+        cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start | None],
+        n_threads: int, *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
         """Return the plan for a graph, or raise the errors of `segment`.
 
@@ -49,11 +50,17 @@ class Plan:
         if cut is not None:
             kept, measures = cut.cells, measures[cut.cells]
         init = _first_centers(given, graph.positions, graph.measures, kept, n_threads, order)
-        if cut is not None and not isinstance(init, str):
-            init = cut.new_cells(init, "init", order)
-        asked = replace(asked, seeds=None if isinstance(init, str) else init)
+        seeds = None if init is None or isinstance(init, str) else init
+        if cut is not None and seeds is not None:
+            init = seeds = cut.new_cells(seeds, "init", order)
+        asked = replace(asked, seeds=seeds)
         size = region_size(asked, measures, graph.diagonal, n_threads, dimension)
         return cls(cut, size, asked, init)
+
+    @property
+    def has_seeds(self) -> bool:
+        """Whether the initial centers are given."""
+        return self.init is not None and not isinstance(self.init, str)
 
     @property
     def groups(self) -> Ints:
@@ -84,20 +91,20 @@ class Plan:
 
 
 def _first_centers(
-    init: Init | Start,
+    init: Init | Start | None,
     positions: Floats,
     measures: Floats,
     kept: Ints | None,
     n_threads: int,
     order: Ints | None = None,
-) -> Init | Seeds:
-    """Return the name of a seeding method, or the initial centers as indices of positions.
+) -> Init | Seeds | None:
+    """Return the seeding method as given, or the initial centers as indices of positions.
 
     A segmentation gives its centers. One label per cell gives the kept cell nearest to the centroid
     of each region (`kept` is None if all cells are kept). Labels and centers in `init` refer to the
     source; `order` holds the index of each cell in the source.
     """
-    if isinstance(init, str):
+    if init is None or isinstance(init, str):
         return init
     n_cells = len(positions)
     given = _centers_or_labels(init, n_cells)

@@ -35,7 +35,7 @@ def place_seeds(
         the sum of all measures. The default is 150, or N if N is less, unless `radius` is given.
     radius : float, optional
         r as a fraction of the diagonal of the graph's bounds, > 0. Then k is A / (pi r^2), rounded.
-    init : {"geodesic", "farthest", "flood", "grid"} or array_like of int
+    init : {"geodesic", "curve", "farthest", "flood", "grid"} or array_like of int
         How to place seeds.
 
         - ``"geodesic"``: start with the central cell, which is nearest to the centroid; then
@@ -44,6 +44,10 @@ def place_seeds(
           start with the central cells of all components except islands, the largest first.
         - ``"farthest"``: like ``"geodesic"``, with Euclidean distances. Exactly k seeds;
           O((N + k) log N) in practice.
+        - ``"curve"``: divide the Morton curve through all cells into equal parts, and take the
+          middle cell of each part as a seed, for three fifths of the k seeds; then continue as
+          ``"geodesic"``. The weight of a cell is its measure times the square root of its mean arc
+          length per distance. Exactly k seeds; O(N + k log N) in practice.
         - ``"flood"``: visit cells in the order of their path length from the central cell. A cell
           that no region has reached starts a new region, which expands to 2 r. Each further
           component is flooded from its lowest cell.
@@ -55,8 +59,9 @@ def place_seeds(
     islands : {"keep", "nearest"}
         A component is an island if it is not among the k largest, or has less than half of the mean
         measure of a region (A / k), provided that the other components have k cells. Islands get no
-        geodesic seeds. With ``"nearest"`` they get no seeds of ``"farthest"`` and ``"flood"``
-        either, and ``"farthest"`` starts with the same central cells as ``"geodesic"``.
+        seeds of ``"geodesic"`` and ``"curve"``. With ``"nearest"`` they get no seeds of
+        ``"farthest"`` and ``"flood"`` either, and ``"farthest"`` starts with the same central cells
+        as ``"geodesic"``.
     n_threads : int, optional
         As for `segment`.
 
@@ -108,6 +113,8 @@ def run_seeding(
     of_islands = CORE_ISLANDS[islands]
     if init == "farthest":
         return _core.farthest_seeds(graph, first, size.n_segments, of_islands, n_threads)
+    if init == "curve":
+        return _core.curve_seeds(graph, first, size.n_segments, n_threads)
     if init == "geodesic":
         return _core.geodesic_seeds(graph, first, size.n_segments, n_threads)
     reach = SEED_SPACING * _positive_radius(size, init)

@@ -67,9 +67,10 @@ class Segmentation:
         Total number of iterations on all levels; see ``levels``.
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
         Why the loop ended. ``"converged"``: the centers moved less than `tol`. ``"settled"``: the
-        centers alternate between a few equally good states. ``"max_num_iter"``: the limit was
-        reached. ``"cancelled"``: `progress` returned False. With several levels, the reason on the
-        finest coarse level; with `relocate`, the reason of its last round.
+        centers alternate between a few equally good states. ``"max_num_iter"``: the limit of the
+        user, of a round of relocation, or of a short loop was reached. ``"cancelled"``: `progress`
+        returned False. With several levels, the reason on the finest coarse level; with `relocate`,
+        the reason of its last round.
     n_unreached : int
         Number of islands that no center reached: components without a seed and, with
         `radius_factor`, faces out of reach. With ``islands="keep"`` each island is a region and

@@ -24,6 +24,7 @@ from .regions import find_bridges as find_bridges
 from .regions import merge_tree as merge_tree
 from .regions import region_arcs as region_arcs
 from .regions import region_shapes as region_shapes
+from .seeding import curve_seeds as curve_seeds
 from .seeding import farthest_seeds as farthest_seeds
 from .seeding import find_components as find_components
 from .seeding import flood_seeds as flood_seeds

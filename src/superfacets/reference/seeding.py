@@ -9,7 +9,7 @@ import numpy as np
 
 from .._types import Array, Floats
 from ..cells.cell_graph import CellGraph
-from .arithmetic import dot
+from .arithmetic import dot, norm
 
 
 def find_components(graph: CellGraph, labels: Array) -> list[int]:
@@ -150,6 +150,51 @@ def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
     components, seeded = _seeded_components(graph, n_seeds)
     central = update_centers(graph, components)
     seeds = [central[component] for component in seeded]
+    return _with_farthest(graph, seeds, n_seeds, components, seeded)
+
+
+def curve_seeds(graph: CellGraph, order: list[int], n_seeds: int) -> list[int]:
+    """Seeds in the middle of equal parts of a curve, given by its cells in order; then geodesic."""
+    components, seeded = _seeded_components(graph, n_seeds)
+    n_along = max(math.ceil(0.6 * n_seeds), len(seeded))
+    shares = [_share_of(graph, cell) for cell in range(graph.n_cells)]
+    cells = {which: [cell for cell in order if components[cell] == which] for which in seeded}
+    totals = [sum(shares[cell] for cell in cells[which]) for which in seeded]
+    seeds: list[int] = []
+    for i in reversed(range(len(seeded))):  # the smallest component first
+        own = cells[seeded[i]]
+        n_others = sum(len(cells[which]) for which in seeded[:i])
+        exact = n_along * (totals[i] / sum(totals[: i + 1]))
+        n_own = min(max(math.floor(exact + 0.5), 1, n_along - n_others), len(own), n_along - i)
+        n_along -= n_own
+        passed, n_placed = 0.0, 0
+        for place, cell in enumerate(own):
+            passed += shares[cell]
+            is_middle = passed * n_own > (n_placed + 0.5) * totals[i]
+            if n_placed < n_own and (is_middle or len(own) - place <= n_own - n_placed):
+                seeds.append(cell)
+                n_placed += 1
+    seeds.sort(key=list(map(int, order)).index)
+    return _with_farthest(graph, seeds, n_seeds, components, seeded)
+
+
+def _share_of(graph: CellGraph, cell: int) -> float:
+    """Measure of a cell times the root of its mean arc length per distance."""
+    lengths = steps = 0.0
+    for neighbor, length in arcs_of(graph, cell):
+        if neighbor == cell:
+            continue
+        lengths += length
+        steps += norm(graph.positions[neighbor] - graph.positions[cell])
+    if not steps > 0:
+        return 1e-300
+    return max(float(graph.measures[cell]) * math.sqrt(lengths / steps), 1e-300)
+
+
+def _with_farthest(
+    graph: CellGraph, seeds: list[int], n_seeds: int, components: Array, seeded: list[int]
+) -> list[int]:
+    """Add the cell with the longest path from all seeds, again and again."""
     cells = np.flatnonzero(np.isin(components, seeded)).tolist()
     lengths = dict.fromkeys(cells, math.inf)
     for n_placed in range(n_seeds):

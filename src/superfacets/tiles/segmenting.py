@@ -7,12 +7,13 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal, cast
 
 import numpy as np
 
 from .. import _core
 from .._memory import address_limit, memory_of_process
-from .._options import CleanupOptions, Islands, LoopOptions, Progress, SizeOptions
+from .._options import CleanupOptions, Init, Islands, LoopOptions, Progress, SizeOptions
 from .._timing import OnStage, timed
 from .._types import Viewpoint
 from .._validate import checked_choice, checked_count, checked_flag
@@ -77,6 +78,7 @@ def segment_tiled(
     weights: WeightName = "parts",
     max_num_iter: int = 50,
     tol: float = 0.02,
+    init: Literal["geodesic"] | None = None,
     relocate: bool | None = None,
     islands: Islands = "keep",
     smooth: bool = True,
@@ -111,6 +113,8 @@ def segment_tiled(
         or in the order of the tileset.
     n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, relocate, islands, smooth
         As for `segment`.
+    init : {"geodesic"}, optional
+        As for `segment`, with the same default.
     denoise, weld
         As for `segment`.
     viewpoint : sequence of float, length 3, optional
@@ -175,8 +179,7 @@ def segment_tiled(
     regions have fewer than about 200 faces (100 with other weights than ``"parts"``), or if the
     loop runs on all faces (``tol=0``, ``max_num_iter`` 0 or 1).
 
-    Expansions do not halt (`radius_factor` of `segment`), and seeds are the farthest from each
-    other by path length (``init="geodesic"``).
+    Expansions do not halt (`radius_factor` of `segment`).
 
     Examples
     --------
@@ -188,13 +191,15 @@ def segment_tiled(
     True
     """
     checked_choice(weights, "weights", _WEIGHTS)  # not an array
+    if init is not None:
+        checked_choice(init, "init", ("geodesic",))
     loop = LoopOptions.checked(
         max_num_iter, tol, None, islands, n_threads, progress, on_stage, relocate=relocate
     )
     options = Options(
         checked_flag(weld, "weld"),
-        "geodesic",
-        SizeOptions.checked(n_segments, radius, "geodesic"),
+        init,
+        SizeOptions.checked(n_segments, radius, init),
         WeightOptions.checked(weights, alpha, eta_convex, ridges),
         loop,
         CleanupOptions.checked(smooth, False, 0.0, islands),
@@ -304,7 +309,7 @@ def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> 
     """Run stages 2 to 5 on a graph of tiles."""
     store, diagonal = graph.store, box_diagonal(graph.store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
-    plan = Plan(None, size, options.size, "geodesic")
+    plan = Plan(None, size, options.size, cast("Init | None", options.init))
     has_parts = options.weights.has_parts and size.radius > 0.0
     if options.loop.relocate is None:
         options = replace(options, loop=replace(options.loop, relocate=has_parts))

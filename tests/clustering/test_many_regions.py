@@ -1,0 +1,69 @@
+"""The short loop for many small regions: when it runs, and what it gives."""
+
+import numpy as np
+import pytest
+
+from superfacets import enforce_connectivity, sample_mesh, segment
+from superfacets.clustering import graphs
+from superfacets.metrics import compactness
+from superfacets.tiles.segmenting import segment_tiled
+
+K = 200
+
+
+@pytest.fixture(autouse=True)
+def few_are_many(monkeypatch):
+    monkeypatch.setattr(graphs, "MANY_REGIONS", K)
+
+
+@pytest.fixture(scope="module")
+def bear():
+    return sample_mesh(5_000)
+
+
+def test_many_small_regions_have_seeds_along_the_curve_and_few_iterations(bear):
+    result = segment(bear, K)
+    assert result.params["init"] == "curve"
+    assert (result.n_segments, result.n_unreached) == (K, 0)
+    assert 4 <= result.n_iter <= 6
+    assert [level.n_cells for level in result.levels] == [bear.n_faces]
+
+
+@pytest.mark.parametrize(
+    ("k", "options"),
+    [
+        (K - 1, {}),  # not many
+        (K, {"init": "geodesic"}),
+        (K, {"weights": "creases"}),
+        (K, {"tol": 0.0}),
+        (K, {"max_num_iter": 1}),
+    ],
+)
+def test_the_long_loop_runs_otherwise(bear, k, options, monkeypatch):
+    expected = segment(bear, k, **{"init": "geodesic", **options})
+    result = segment(bear, k, **options)
+    assert result.params["init"] == "geodesic"
+    assert np.array_equal(result.labels, expected.labels)
+    monkeypatch.setattr(graphs, "MANY_REGIONS", 10**9)
+    assert np.array_equal(segment(bear, k, **options).labels, expected.labels)
+
+
+def test_regions_of_enough_faces_for_coarse_cells_are_not_small():
+    bear = sample_mesh(60_000)
+    assert segment(bear, K).params["init"] == "geodesic"
+
+
+@pytest.mark.parametrize("n_threads", [1, 3])
+def test_labels_are_those_of_tiles_for_any_number_of_threads(bear, n_threads, tmp_path):
+    expected = segment(bear, K, n_threads=2)
+    tiled = segment_tiled(bear, K, tile_size=4096, scratch=tmp_path, n_threads=n_threads)
+    assert np.array_equal(segment(bear, K, n_threads=n_threads).labels, expected.labels)
+    assert np.array_equal(tiled.labels, expected.labels)
+    long = segment_tiled(bear, K, init="geodesic", tile_size=4096, scratch=tmp_path)
+    assert np.array_equal(long.labels, segment(bear, K, init="geodesic").labels)
+
+
+def test_regions_are_as_round_and_connected_as_those_of_the_long_loop(bear):
+    short, long = segment(bear, K), segment(bear, K, init="geodesic")
+    assert compactness(bear, short.labels) < 1.02 * compactness(bear, long.labels)
+    assert enforce_connectivity(bear, short.labels).n_joined == 0
