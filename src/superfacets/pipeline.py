@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from types import MappingProxyType
 from typing import Any, cast
 
@@ -47,7 +47,7 @@ from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from .io.guards import counted
 from .io.readers.read import read_cells_and_attributes
 from .mesh.cells import Cells
-from .mesh.denoising import Denoise, checked_denoise, denoised
+from .mesh.denoising import Denoise, checked_denoise, denoised, slack_of
 from .mesh.faces import FaceMesh
 from .regions.connect import connect_regions
 from .regions.edit import BorderCosts
@@ -118,6 +118,8 @@ class Prepared:
     found: Any
     order: Ints | None
     """This and the three above as in `OrderedCells`."""
+    weld: bool
+    n_threads: int
 
     @classmethod
     def of(cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True) -> Prepared:
@@ -126,7 +128,16 @@ class Prepared:
         ordered = kind.sorted_graph(source, weld, n_threads) if is_sorted else None
         if ordered is None:
             ordered = OrderedCells(source, *kind.build_graph(source, weld, n_threads), None)
-        return cls(source, kind, *ordered)
+        return cls(source, kind, *ordered, weld, n_threads)
+
+    @cached_property
+    def without_noise(self) -> tuple[Prepared, int]:
+        """The faces with ``denoise="auto"``, and the number of steps of smoothing."""
+        mesh, threads = cast(FaceMesh, self.source), self.n_threads
+        smooth, n_steps = denoised(mesh, "auto", weld=self.weld, n_threads=threads)
+        if n_steps == 0:
+            return self, 0
+        return Prepared.of(smooth, weld=self.weld, n_threads=threads), n_steps
 
 
 @says_what_is_meant(OTHER_NAMES)
@@ -332,6 +343,21 @@ class Options:
     denoise: Denoise = None  # once cells are prepared, the number of steps
     balance: BalanceOptions = field(default_factory=BalanceOptions)
 
+    def denoise_of(self, *, has_faces: bool) -> Denoise:
+        """Return `denoise`, or its default for such cells.
+
+        The default smooths only where creases count, and where no sizes are asked for, which are
+        those of the mesh as it is.
+        """
+        is_usual = self.weights.has_parts and self.weights.params["alpha"] > 0
+        is_auto = has_faces and is_usual and not self.balance.is_used
+        return "auto" if self.denoise is None and is_auto else self.denoise
+
+    def smoothed(self, n_steps: int) -> Options:
+        """Return the options for cells that were smoothed in so many steps."""
+        weights = replace(self.weights, slack=slack_of(n_steps))
+        return replace(self, denoise=n_steps, weights=weights)
+
     def needs_order(self, kind: Kind) -> bool:
         """Whether the order of the input is kept, even a bad one.
 
@@ -440,7 +466,11 @@ def _prepare(work: _Work) -> _Work:
             )
         if options.denoise is not None:
             raise ValueError("the cells are prepared already: denoise needs the mesh")
-        return replace(work, source=mesh.source, order=mesh.order)
+        source = mesh.source
+        if options.denoise_of(has_faces=mesh.kind.has_faces) is not None:
+            mesh, n_steps = mesh.without_noise
+            options = options.smoothed(n_steps)
+        return replace(work, options=options, prepared=mesh, source=source, order=mesh.order)
     with work.timed("mesh"):
         source, options = _with_named_features(mesh, options)
     with work.timed("face_graph"):
@@ -472,16 +502,16 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
 
 def _denoised(source: Cells, options: Options) -> tuple[Cells, Options]:
     """Return cells for stages 1 to 5, and options with the number of steps of smoothing."""
-    if options.denoise is None:
-        return source, options
     kind = kind_of(source)
+    denoise = options.denoise_of(has_faces=kind.has_faces)
+    if denoise is None:
+        return source, options
     if not kind.has_faces:
         raise ValueError(f"denoise needs a mesh of faces, not {kind.plural}")
     cells, n_steps = denoised(
-        cast(FaceMesh, source), options.denoise, weld=options.weld,
-        n_threads=options.loop.n_threads,
-    )  # fmt: skip
-    return cells, replace(options, denoise=n_steps)
+        cast(FaceMesh, source), denoise, weld=options.weld, n_threads=options.loop.n_threads
+    )
+    return cells, options.smoothed(n_steps)
 
 
 def _plan(work: _Work) -> _Work:
