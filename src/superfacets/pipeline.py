@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import partial
 from types import MappingProxyType
 from typing import Any, cast
 
@@ -118,8 +118,6 @@ class Prepared:
     found: Any
     order: Ints | None
     """This and the three above as in `OrderedCells`."""
-    weld: bool
-    n_threads: int
 
     @classmethod
     def of(cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True) -> Prepared:
@@ -128,16 +126,7 @@ class Prepared:
         ordered = kind.sorted_graph(source, weld, n_threads) if is_sorted else None
         if ordered is None:
             ordered = OrderedCells(source, *kind.build_graph(source, weld, n_threads), None)
-        return cls(source, kind, *ordered, weld, n_threads)
-
-    @cached_property
-    def without_noise(self) -> tuple[Prepared, int]:
-        """The faces with ``denoise="auto"``, and the number of steps of smoothing."""
-        mesh, threads = cast(FaceMesh, self.source), self.n_threads
-        smooth, n_steps = denoised(mesh, "auto", weld=self.weld, n_threads=threads)
-        if n_steps == 0:
-            return self, 0
-        return Prepared.of(smooth, weld=self.weld, n_threads=threads), n_steps
+        return cls(source, kind, *ordered)
 
 
 @says_what_is_meant(OTHER_NAMES)
@@ -343,16 +332,6 @@ class Options:
     denoise: Denoise = None  # once cells are prepared, the number of steps
     balance: BalanceOptions = field(default_factory=BalanceOptions)
 
-    def denoise_of(self, *, has_faces: bool) -> Denoise:
-        """Return `denoise`, or its default for such cells.
-
-        The default smooths only where creases count, and where no sizes are asked for, which are
-        those of the mesh as it is.
-        """
-        is_usual = self.weights.has_parts and self.weights.params["alpha"] > 0
-        is_auto = has_faces and is_usual and not self.balance.is_used
-        return "auto" if self.denoise is None and is_auto else self.denoise
-
     def smoothed(self, n_steps: int) -> Options:
         """Return the options for cells that were smoothed in so many steps."""
         weights = replace(self.weights, slack=slack_of(n_steps))
@@ -466,11 +445,7 @@ def _prepare(work: _Work) -> _Work:
             )
         if options.denoise is not None:
             raise ValueError("the cells are prepared already: denoise needs the mesh")
-        source = mesh.source
-        if options.denoise_of(has_faces=mesh.kind.has_faces) is not None:
-            mesh, n_steps = mesh.without_noise
-            options = options.smoothed(n_steps)
-        return replace(work, options=options, prepared=mesh, source=source, order=mesh.order)
+        return replace(work, source=mesh.source, order=mesh.order)
     with work.timed("mesh"):
         source, options = _with_named_features(mesh, options)
     with work.timed("face_graph"):
@@ -502,15 +477,15 @@ def _with_named_features(mesh: MeshLike | CloudLike, options: Options) -> tuple[
 
 def _denoised(source: Cells, options: Options) -> tuple[Cells, Options]:
     """Return cells for stages 1 to 5, and options with the number of steps of smoothing."""
-    kind = kind_of(source)
-    denoise = options.denoise_of(has_faces=kind.has_faces)
-    if denoise is None:
+    if options.denoise is None:
         return source, options
+    kind = kind_of(source)
     if not kind.has_faces:
         raise ValueError(f"denoise needs a mesh of faces, not {kind.plural}")
     cells, n_steps = denoised(
-        cast(FaceMesh, source), denoise, weld=options.weld, n_threads=options.loop.n_threads
-    )
+        cast(FaceMesh, source), options.denoise, weld=options.weld,
+        n_threads=options.loop.n_threads,
+    )  # fmt: skip
     return cells, options.smoothed(n_steps)
 
 

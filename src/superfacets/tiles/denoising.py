@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 
 from .. import _core
-from .._types import Array, Floats, Longs
+from .._types import Array, Floats, Ints, Longs
 from ..batches.mapping import Run
 from ..io.readers.pieces import Pieces
 from ..io.tables import Rows, take_rows
-from ..mesh.denoising import noise_products, sample_stride, steps_of
-from ..mesh.faces import VertexGraph, vertex_graph
+from ..mesh.denoising import LEAST_FACES, noise_products, sampled_faces, steps_of
+from ..mesh.faces import vertex_graph
 from ..workers.scratch import Scratch
 from .arrays import index_in
 from .chunks import BlockRows, Chunks
@@ -51,11 +51,13 @@ def _smooth_all(store: TileStore, denoise: int | Literal["auto"], run: Run, n_th
 
     Each step is a pass over the tiles, with two rings of faces around each.
     """
+    if denoise == 0 or (denoise == "auto" and store.n_cells < LEAST_FACES):
+        return 0
     halos = find_halos(store, run)
     tiles = range(store.n_tiles)
     if denoise == "auto":
-        stride = sample_stride(store.n_cells)
-        jobs = [(tile, halos[tile], stride, n_threads) for tile in tiles]
+        sample = sampled_faces(store.n_cells)
+        jobs = [(tile, halos[tile], sample, n_threads) for tile in tiles]
         denoise = steps_of(np.concatenate(run(_measure_noise, store, jobs)))
     if denoise:
         run(_link_vertices, store, [(tile, halos[tile], n_threads) for tile in tiles])
@@ -67,31 +69,24 @@ def _smooth_all(store: TileStore, denoise: int | Literal["auto"], run: Run, n_th
 
 
 def _measure_noise(
-    store: TileStore, tile: int, others: list[int], stride: int, n_threads: int
+    store: TileStore, tile: int, others: list[int], sample: Ints, n_threads: int
 ) -> Floats:
     """The `noise_products` of the faces of a tile that belong to the sample."""
     faces = faces_with_halo(store, Part.of_tile(store, tile, OF_FACES), others)
-    is_chosen = store.is_in(tile, faces.columns["places"]) & (faces.columns["cells"] % stride == 0)
+    is_chosen = store.is_in(tile, faces.columns["places"]) & np.isin(faces.columns["cells"], sample)
     own_numbers = np.arange(len(faces.vertices["ids"]), dtype=np.int32)
-    sample = np.flatnonzero(is_chosen).astype(np.int32)
-    return noise_products(faces.mesh(store), own_numbers, sample, n_threads)
+    chosen = np.flatnonzero(is_chosen).astype(np.int32)
+    return noise_products(faces.mesh(store), own_numbers, chosen, n_threads)
 
 
 def _link_vertices(store: TileStore, tile: int, others: list[int], n_threads: int) -> None:
     """Write the graph of the vertices of a tile and its halo."""
-    faces, graph = _faces_around(store, tile, others, n_threads)
+    faces = faces_with_halo(store, Part.of_tile(store, tile, OF_FACES), others)
+    own_numbers = np.arange(len(faces.vertices["ids"]), dtype=np.int32)
+    graph = vertex_graph(faces.mesh(store), own_numbers, n_threads)
     around = {"ids": faces.vertices["ids"], "offsets": graph.offsets, "neighbors": graph.neighbors}
     for name, array in around.items():
         store.write(tile, f"around/{name}", array)
-
-
-def _faces_around(
-    store: TileStore, tile: int, others: list[int], n_threads: int
-) -> tuple[Part, VertexGraph]:
-    """The faces of a tile and its halo, and the graph of their vertices."""
-    faces = faces_with_halo(store, Part.of_tile(store, tile, OF_FACES), others)
-    own_numbers = np.arange(len(faces.vertices["ids"]), dtype=np.int32)
-    return faces, vertex_graph(faces.mesh(store), own_numbers, n_threads)
 
 
 def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads: int) -> None:

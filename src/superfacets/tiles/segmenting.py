@@ -294,10 +294,12 @@ def _make_tiles(
         raise MeshError("a viewpoint is for point clouds that have neither normals nor viewpoints")
     if is_cloud:
         return make_cloud_tiles(*made, run=run, n_threads=n_threads), options
-    welds, denoise = options.weld, options.denoise_of(has_faces=True)
-    if denoise is None:
+    welds = options.weld
+    if options.denoise is None:
         return make_mesh_tiles(*made, welds=welds, run=run, n_threads=n_threads), options
-    store, n_steps = make_denoised_tiles(*made, denoise, welds=welds, run=run, n_threads=n_threads)
+    store, n_steps = make_denoised_tiles(
+        *made, options.denoise, welds=welds, run=run, n_threads=n_threads
+    )
     return store, options.smoothed(n_steps)
 
 
