@@ -138,18 +138,20 @@ def height_field(noise):
     return sf.Mesh(mesh.vertices + heights * [0, 0, 1], mesh.faces)
 
 
-@pytest.mark.parametrize("noise", [0.05, 0.1, 0.2, 0.5])
-def test_regions_of_a_smoothed_height_field_are_round_and_lean_nowhere(noise):
+@pytest.mark.parametrize(("noise", "n_steps"), [(0.05, 20), (0.1, 20), (0.2, 40), (0.5, 80)])
+def test_regions_of_a_smoothed_height_field_are_round_and_lean_nowhere(noise, n_steps):
     """Measured: at most 1.19 and 0.18."""
-    ratios, axes = elongations_and_axes(height_field(noise), denoise="auto")
+    ratios, axes = elongations_and_axes(height_field(noise), denoise=n_steps)
     assert np.median(ratios) < 1.2
     assert alignment(axes) < 0.3
 
 
-def test_noise_that_is_not_smoothed_stretches_regions():
-    ratios, axes = elongations_and_axes(height_field(0.1))
-    assert np.median(ratios) > 1.5
-    assert alignment(axes) > 0.7
+def test_noise_stretches_regions_of_a_height_field():
+    """Also after five steps of smoothing, which leave small creases that count."""
+    for n_steps in (0, 5):
+        ratios, axes = elongations_and_axes(height_field(0.1), denoise=n_steps)
+        assert np.median(ratios) > 1.4
+        assert alignment(axes) > 0.7
 
 
 def test_paths_over_shared_borders_alone_lean_along_the_diagonals():

@@ -6,13 +6,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, _core, sample_mesh, segment
-from superfacets.mesh.cells import lowest_vertices
-from superfacets.mesh.denoising import (
-    LEAST_STEPS,
-    denoised,
-    noise_products,
-    slack_of,
-)
+from superfacets.mesh.denoising import AUTO_STEPS, denoised, slack_of
 from superfacets.mesh.faces import vertex_graph
 
 
@@ -75,63 +69,12 @@ def test_auto_leaves_meshes_with_little_noise_alone(make, noise):
 @pytest.mark.parametrize("noise", [0.1, 0.3])
 @pytest.mark.parametrize("make", [lambda: sample_mesh(20_000), shapes.bumpy_sheet])
 def test_auto_smooths_noise(make, noise):
-    taken = segment(noisy(make(), noise), 6, denoise="auto").params["denoise"]
-    assert taken == pytest.approx(200 * noise, rel=0.3)
-
-
-def found_products(mesh, sample, *, weld=True):
-    lowest = lowest_vertices(mesh.vertices, weld, 1)
-    return noise_products(mesh, lowest, np.array(sample, np.int32), 1)
-
-
-def expected_products(mesh, sample):
-    """A readable twin of `noise_products`, for welded triangles."""
-    heights, products = mesh.vertices - taubin(mesh, 1), []
-    for face in mesh.faces[sample]:
-        a, b, c = mesh.vertices[face]
-        normal = np.cross(b - a, c - a) / np.linalg.norm(np.cross(b - a, c - a))
-        offs = heights[face] @ normal
-        length = np.mean([np.linalg.norm(b - a), np.linalg.norm(c - b), np.linalg.norm(a - c)])
-        products.append(-np.mean(offs * np.roll(offs, -1)) / length**2)
-    return np.array(products)
-
-
-def test_noise_of_a_sample_equals_its_twin():
-    mesh = noisy(shapes.bumpy_sheet(24), 0.1)
-    sample = np.arange(0, mesh.n_faces, 7)
-    found = found_products(mesh, sample)
-    assert np.allclose(found, expected_products(mesh, sample), rtol=1e-9, atol=1e-15)
-    assert np.allclose(found_products(shapes.soup(mesh), sample), found, rtol=1e-9)
-    polygons = sf.PolygonMesh.of_faces(mesh.vertices, mesh.faces)
-    assert np.allclose(found_products(polygons, sample), found, rtol=1e-9)
-
-
-def test_faces_without_area_and_loose_faces_are_no_noise():
-    mesh = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]])
-    assert len(found_products(mesh, [0])) == 0
-    assert np.allclose(found_products(mesh, [0, 1]), 0.0)
-    assert np.allclose(found_products(shapes.soup(noisy(mesh, 0.3)), [1], weld=False), 0.0)
-
-
-@pytest.mark.parametrize("make", [lambda: sample_mesh(5_000), shapes.bumpy_sheet])
-def test_the_number_of_steps_repeats_the_labels(make):
-    mesh = noisy(make(), 0.1)
-    result = segment(mesh, 20, denoise="auto")
-    n_steps = result.params["denoise"]
-    assert n_steps >= LEAST_STEPS
-    for scaled, denoise in ((mesh, n_steps), (Mesh(mesh.vertices * 2.0**-40, mesh.faces), "auto")):
-        labels = segment(scaled, 20, denoise=denoise, n_threads=1).labels
-        assert np.array_equal(labels, result.labels)
-
-
-def test_small_meshes_are_their_shape():
-    mesh = noisy(shapes.bumpy_sheet(22), 0.1)
-    assert segment(mesh, 20, denoise="auto").params["denoise"] == 0
+    assert segment(noisy(make(), noise), 6, denoise="auto").params["denoise"] == AUTO_STEPS
 
 
 def test_edges_count_as_flat_after_many_steps_only():
-    assert slack_of(0) == slack_of(LEAST_STEPS - 1) == 0.0
-    assert slack_of(LEAST_STEPS) == slack_of(20) == pytest.approx(np.radians(2.25))
+    assert slack_of(0) == slack_of(AUTO_STEPS) == slack_of(9) == 0.0
+    assert slack_of(10) == slack_of(20) == pytest.approx(np.radians(2.25))
     assert slack_of(60) == pytest.approx(np.radians(6))
 
 

@@ -145,11 +145,6 @@ Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
   return numbers;
 }
 
-std::vector<Cell> two_rings(Integers corners, Offsets offsets, std::int64_t size,
-                            Integers representative, Integers given) {
-  return cells_around({corners, offsets, size}, representative, given);
-}
-
 Buffer<Label> joined_by_masks(Offsets offsets, Integers masks, Doubles areas, Integers image_of,
                               double least) {
   return join_by_masks({offsets, masks, areas, image_of}, least);
@@ -168,8 +163,6 @@ void bind_regions(nb::module_& module) {
              "n_threads"_a);
   module.def("region_arcs", threaded(&arcs_between), "surface"_a, "labels"_a, "n_threads"_a);
   module.def("cells_at_borders", serial(&cells_at_borders), "offsets"_a, "targets"_a, "labels"_a);
-  module.def("cells_around", serial(&two_rings), "corners"_a, "offsets"_a, "size"_a,
-             "representative"_a, "given"_a);
   module.def("spread_rings", serial(&spread), "offsets"_a, "corners"_a, "rings"_a);
   module.def("trace_lines", serial(&trace_lines), "partners"_a);
   module.def("smooth_borders", threaded(&smoothed), "surface"_a, "lengths"_a, "unit"_a,

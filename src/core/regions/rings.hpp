@@ -2,12 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <vector>
 
 #include "base/buffer.hpp"
 #include "base/types.hpp"
 #include "cells/arcs.hpp"
-#include "mesh/corner_lists.hpp"
 
 namespace superfacets {
 
@@ -15,12 +13,6 @@ namespace superfacets {
 // given cells; the arcs may lead to any labeled cell. Time O(N + M).
 Buffer<std::uint8_t> cells_at_borders(std::span<const std::int64_t> offsets,
                                       std::span<const Cell> targets, std::span<const Label> labels);
-
-// The cells that share a vertex with one of the given cells, and the cells that share a vertex with
-// these: two rings of cells, ascending. representative[vertex] replaces a vertex (see
-// weld_vertices). Time O(C + V).
-std::vector<Cell> cells_around(const CornerLists& cells, std::span<const Vertex> representative,
-                               std::span<const Cell> given);
 
 // Spreads ring numbers over vertices, until every vertex of a cell has at least the largest number
 // in the cell minus one. Then each cell within n rings of a vertex with number n has a vertex with

@@ -169,13 +169,6 @@ def measure_shapes(
     return *measure_faces(mesh, n_threads), None, None
 
 
-def unit_normals(mesh: FaceMesh, n_threads: int) -> Floats:
-    """Unit normal of each face, shape (F, 3); 0 where a face has none."""
-    if isinstance(mesh, Mesh):
-        return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)[2]
-    return _measure_polygons(mesh, n_threads)[2]
-
-
 def area_vectors(mesh: FaceMesh, n_threads: int) -> Floats:
     """Area times unit normal of each face, shape (F, 3)."""
     if isinstance(mesh, Mesh):

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import Literal
+from typing import Literal, NamedTuple, cast
 
 import numpy as np
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs
+from .._types import Array, Bools, Floats, Longs
 from ..batches.mapping import Run
 from ..io.readers.pieces import Pieces
 from ..io.tables import Rows, take_rows
-from ..mesh.denoising import LEAST_FACES, noise_products, sampled_faces, steps_of
-from ..mesh.faces import vertex_graph
+from ..mesh.denoising import AUTO_STEPS, NOISE_LIMIT, estimated_noise, noise_products
+from ..mesh.faces import FaceMesh, VertexGraph, corners_in_a_row, mesh_like, vertex_graph
 from ..workers.scratch import Scratch
 from .arrays import index_in
 from .chunks import BlockRows, Chunks
@@ -22,6 +22,14 @@ from .halos import OF_FACES, faces_with_halo, find_halos
 from .mesh_tiles import mesh_chunks, tiles_of_chunks
 from .part import Part
 from .store import TileStore
+
+
+class _Noise(NamedTuple):
+    """Sums over the vertices of a tile that no lower tile has."""
+
+    products: Floats  # see `noise_products`
+    length: float  # of all edges, from both ends
+    n_ends: int
 
 
 def make_denoised_tiles(
@@ -51,42 +59,46 @@ def _smooth_all(store: TileStore, denoise: int | Literal["auto"], run: Run, n_th
 
     Each step is a pass over the tiles, with two rings of faces around each.
     """
-    if denoise == 0 or (denoise == "auto" and store.n_cells < LEAST_FACES):
-        return 0
     halos = find_halos(store, run)
-    tiles = range(store.n_tiles)
-    if denoise == "auto":
-        sample = sampled_faces(store.n_cells)
-        jobs = [(tile, halos[tile], sample, n_threads) for tile in tiles]
-        denoise = steps_of(np.concatenate(run(_measure_noise, store, jobs)))
-    if denoise:
+    tiles, n_steps = range(store.n_tiles), 1 if denoise == "auto" else denoise
+    if n_steps:
         run(_link_vertices, store, [(tile, halos[tile], n_threads) for tile in tiles])
-    for step in range(denoise):
+    step = 0
+    while step < n_steps:
         run(_smooth, store, [(tile, halos[tile], step, n_threads) for tile in tiles])
         if step:
             store.remove_from_all(f"smoothed{step}", f"outer/smoothed{step}")
-    return denoise
+        step += 1
+        if denoise == "auto" and step == 1:
+            found = run(_measure_noise, store, [(tile, halos[tile], n_threads) for tile in tiles])
+            n_steps = AUTO_STEPS if _noise_of(found) >= NOISE_LIMIT else 0
+    return n_steps
 
 
-def _measure_noise(
-    store: TileStore, tile: int, others: list[int], sample: Ints, n_threads: int
-) -> Floats:
-    """The `noise_products` of the faces of a tile that belong to the sample."""
-    faces = faces_with_halo(store, Part.of_tile(store, tile, OF_FACES), others)
-    is_chosen = store.is_in(tile, faces.columns["places"]) & np.isin(faces.columns["cells"], sample)
-    own_numbers = np.arange(len(faces.vertices["ids"]), dtype=np.int32)
-    chosen = np.flatnonzero(is_chosen).astype(np.int32)
-    return noise_products(faces.mesh(store), own_numbers, chosen, n_threads)
+def _noise_of(found: list[_Noise]) -> float:
+    """The noise, in mean edge lengths; 8 bytes per vertex are in memory."""
+    n_ends = sum(some.n_ends for some in found)
+    if not n_ends:
+        return 0.0
+    mean_length = sum(some.length for some in found) / n_ends
+    return estimated_noise(np.concatenate([some.products for some in found]), mean_length)
 
 
 def _link_vertices(store: TileStore, tile: int, others: list[int], n_threads: int) -> None:
     """Write the graph of the vertices of a tile and its halo."""
-    faces = faces_with_halo(store, Part.of_tile(store, tile, OF_FACES), others)
-    own_numbers = np.arange(len(faces.vertices["ids"]), dtype=np.int32)
-    graph = vertex_graph(faces.mesh(store), own_numbers, n_threads)
+    faces, graph = _faces_around(store, tile, others, n_threads)
     around = {"ids": faces.vertices["ids"], "offsets": graph.offsets, "neighbors": graph.neighbors}
     for name, array in around.items():
         store.write(tile, f"around/{name}", array)
+
+
+def _faces_around(
+    store: TileStore, tile: int, others: list[int], n_threads: int
+) -> tuple[Part, VertexGraph]:
+    """The faces of a tile and its halo, and the graph of their vertices."""
+    faces = faces_with_halo(store, Part.of_tile(store, tile, OF_FACES), others)
+    own_numbers = np.arange(len(faces.vertices["ids"]), dtype=np.int32)
+    return faces, vertex_graph(faces.mesh(store), own_numbers, n_threads)
 
 
 def _smooth(store: TileStore, tile: int, others: list[int], step: int, n_threads: int) -> None:
@@ -112,6 +124,31 @@ def _points_after(store: TileStore, tile: int, others: list[int], step: int, ids
         points[at[at >= 0]] = store.read(other, f"outer/{name}")[at >= 0]
     points[np.searchsorted(ids, store.read(tile, "vertices/ids"))] = store.read(tile, name)
     return points
+
+
+def _measure_noise(store: TileStore, tile: int, others: list[int], n_threads: int) -> _Noise:
+    """The noise after the first step of smoothing."""
+    faces, graph = _faces_around(store, tile, others, n_threads)
+    mesh, ids = faces.mesh(store), faces.vertices["ids"]
+    points = _points_after(store, tile, others, 1, ids)
+    made = mesh_like(mesh, points, corners_in_a_row(mesh), faces.corners()[0], store.bounds)
+    own_numbers = np.arange(len(ids), dtype=np.int32)
+    products = noise_products(mesh.vertices, cast(FaceMesh, made), graph, own_numbers)
+    is_own = _is_first(store, tile, others, ids) & (np.diff(graph.offsets) > 0)
+    is_end = np.repeat(is_own, np.diff(graph.offsets))
+    lengths = graph.lengths[is_end]
+    return _Noise(products[is_own], _core.sum_of(lengths, n_threads), len(lengths))
+
+
+def _is_first(store: TileStore, tile: int, others: list[int], ids: Longs) -> Bools:
+    """Whether each vertex belongs to a tile, and to no lower one."""
+    is_first = np.zeros(len(ids), bool)
+    is_first[np.searchsorted(ids, store.read(tile, "vertices/ids"))] = True
+    for other in others:
+        if other < tile:
+            at = index_in(store.read(other, "outer/vertices/ids"), ids)
+            is_first[at[at >= 0]] = False
+    return is_first
 
 
 def _table(chunks: Chunks, store: TileStore, step: int, run: Run) -> Rows:
