@@ -1,4 +1,4 @@
-"""What the scripts that take pictures of pages in a browser share."""
+"""Functions shared by the scripts that take screenshots in a browser."""
 
 import shutil
 from collections.abc import Iterator
@@ -13,15 +13,15 @@ from shrink_images import IMAGES, read, save_page
 import superfacets as sf
 
 OPTIONS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
-PATIENCE = 300_000  # milliseconds: software draws a million faces slowly
-N_FACES = 963_520  # of the large bear
+PATIENCE = 300_000  # timeout in milliseconds: software draws a million faces slowly
+N_FACES = 963_520  # number of faces of the large bear
 GAP = 8  # pixels between the pictures of a montage
-WIDTH = 1000  # of a montage: what there is room for in a file of a picture here
+WIDTH = 1000  # width of a montage in pixels, to keep the file small
 
 
 @contextmanager
 def chromium() -> Iterator[Browser]:
-    """Chromium without a window, drawing in software."""
+    """Return Chromium without a window and with software rendering."""
     with sync_playwright() as playwright:
         path = shutil.which("chromium") or shutil.which("google-chrome")
         browser = playwright.chromium.launch(executable_path=path, args=OPTIONS)
@@ -34,13 +34,13 @@ def large_bear() -> sf.Mesh:
 
 
 def cloud() -> sf.PointCloud:
-    """Colored points on a rug."""
+    """Return a rug of colored points."""
     rug: sf.PointCloud = gallery_meshes.rug()
     return rug
 
 
 def montage(shots: list[Path], name: str) -> None:
-    """Put four pictures of one size into one, two by two."""
+    """Combine four pictures of the same size into one picture, two by two."""
     pictures = [read(path) for path in shots]
     width, height = pictures[0].size
     sheet = Image.new("RGB", (2 * width + GAP, 2 * height + GAP), "#8a8f98")

@@ -32,7 +32,7 @@ extensions = [
 exclude_patterns = ["_build", "examples", "help"]
 templates_path = ["_templates"]
 nitpicky = True
-# Types of other projects and words of numpydoc's type descriptions, which have no page here.
+# Types of other projects and words of numpydoc's type descriptions have no page to link to.
 nitpick_ignore_regex = [
     (r"py:.*", r"(numpy|np|npt|collections|os|pathlib|types)\..*"),
     (r"py:.*", r"(array_like|ndarray|optional|default|callable|path|float64|float32|int32|int64)"),
@@ -43,7 +43,7 @@ nitpick_ignore_regex = [
 
 myst_enable_extensions = ["deflist", "dollarmath"]
 myst_heading_anchors = 3
-autodoc_typehints = "none"  # the docstrings say more
+autodoc_typehints = "none"  # docstrings describe the types
 numpydoc_show_class_members = False
 
 sphinx_gallery_conf = {
@@ -71,7 +71,7 @@ html_title = "superfacets"
 def add_docstring_of_data(
     app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]
 ) -> None:
-    """Take the docstring of a preset from its module, because data has none at run time."""
+    """Read the docstring of a preset from the source: data has no docstring at run time."""
     preset = name.removeprefix("superfacets.")
     documented = ModuleAnalyzer.for_module("superfacets.pipeline").find_attr_docs()
     if preset.isupper() and ("", preset) in documented:
@@ -81,7 +81,7 @@ def add_docstring_of_data(
 def skip_fields_of_tuples(
     app: Sphinx, what: str, name: str, obj: Any, skip: bool, options: Any
 ) -> bool | None:
-    """Leave out "Alias for field number 0": the class describes its fields."""
+    """Remove the docstrings "Alias for field number 0": the class documents its fields."""
     return True if type(obj).__name__ == "_tuplegetter" else None
 
 
@@ -96,7 +96,7 @@ PAGES_OF_COMMANDS = {
 
 
 def write_help(app: Sphinx) -> None:
-    """Write ``help/commands.md``, which the page of the command includes: a section for each."""
+    """Write ``help/commands.md``, a section per command, which ``command.md`` includes."""
     sections = []
     for name in COMMANDS:
         arguments = [name, "--help"]
@@ -109,7 +109,7 @@ def write_help(app: Sphinx) -> None:
 
 
 def write_tutorial(app: Sphinx) -> None:
-    """Write the tutorial as a notebook to download."""
+    """Write the tutorial as a notebook for download."""
     write_notebook(Path(app.srcdir, "tutorial.md"))
 
 

@@ -1,4 +1,4 @@
-"""Meshes that the examples of the gallery make, for pictures and tests."""
+"""Meshes of the examples of the gallery, for pictures and tests."""
 
 import ast
 from pathlib import Path
@@ -8,7 +8,7 @@ EXAMPLES = Path(__file__).resolve().parent / "examples"
 
 
 def functions_of(example: str) -> dict[str, Any]:
-    """Imports and functions of an example, without running the rest of it."""
+    """Return the imports and functions of an example, without running the example."""
     path = EXAMPLES / f"{example}.py"
     module = ast.parse(path.read_text(encoding="utf-8"))
     kinds = (ast.Import, ast.ImportFrom, ast.FunctionDef)

@@ -1,4 +1,4 @@
-"""What sphinx-gallery calls while it builds the gallery: order of examples, pictures of plots."""
+"""Callbacks of sphinx-gallery: the order of the examples, and pictures of plots."""
 
 from typing import Any
 
@@ -14,15 +14,15 @@ ORDER = [
 
 
 def position(filename: str) -> int:
-    """The place of an example in the gallery."""
+    """Return the position of an example in the gallery."""
     return ORDER.index(filename.removesuffix(".py"))
 
 
 def save_plot(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
-    """Save the plot that a block of code ends with, as a notebook shows it."""
+    """Save the plot at the end of a code block as a picture."""
     names = block_vars["example_globals"]
     plot = names.get("___")
-    if not isinstance(plot, sf.Plot) or plot is names.get("_saved"):  # of an earlier block
+    if not isinstance(plot, sf.Plot) or plot is names.get("_saved"):  # plot of an earlier block
         return ""
     names["_saved"] = plot
     path = plot.save(next(block_vars["image_path_iterator"]))

@@ -22,7 +22,7 @@ N_SEGMENTS = 150
 
 
 def main() -> None:
-    """Draw one picture per stage, and the one that the README begins with."""
+    """Draw one picture per stage, and the first picture of the README."""
     IMAGES.mkdir(exist_ok=True)
     mesh = sf.sample_mesh()
     faces = sf.build_face_graph(mesh)
@@ -63,18 +63,18 @@ def draw(mesh, name, labels=None, colors=None):
 
 
 def shades(values, exponent):
-    """Colors from plain (the lowest value) to dark (the highest, outliers aside)."""
+    """Return colors from plain (lowest value) to dark (highest value without outliers)."""
     share = np.clip(values / np.quantile(values, 0.995), 0, 1)[:, None] ** exponent
     return np.round(PLAIN + share * (DARK - PLAIN)).astype(np.uint8)
 
 
 def dearest_arc(graph):
-    """The largest weight among the arcs of each face."""
+    """Return the largest weight of the arcs of each face."""
     return np.maximum.reduceat(graph.weights, graph.offsets[:-1])
 
 
 def dots(graph, seeds):
-    """1 for the faces around each seed, 0 for others."""
+    """Return 1 for the faces around each seed, and 0 for all other faces."""
     is_near = np.zeros(graph.n_cells)
     for seed in seeds:
         distance = np.linalg.norm(graph.positions - graph.positions[seed], axis=1)
@@ -83,7 +83,7 @@ def dots(graph, seeds):
 
 
 def draw_slivers(name):
-    """Write, side by side, a CAD part, its regions, and those of the subdivided part."""
+    """Write, side by side, a CAD part, its regions, and the regions of the subdivided part."""
     part = gallery_meshes.flange()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.SliverWarning)
@@ -102,7 +102,7 @@ def draw_slivers(name):
 
 
 def draw_cut(name):
-    """Write, side by side, borders along edges and smooth ones."""
+    """Write, side by side, borders along edges and smooth borders."""
     mesh = sf.sample_mesh(6_000)
     labels = sf.segment(mesh, 60).labels
     style = {"size": (440, 440), "border_width": 2}
@@ -129,7 +129,7 @@ def draw_kinds():
 
 
 def draw_tutorial():
-    """Write the picture that the Python of the tutorial makes."""
+    """Run the Python of the tutorial and write its picture."""
     page = Path(__file__).with_name("tutorial.md").read_text(encoding="utf-8")
     code = "\n".join(re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE))
     with TemporaryDirectory() as folder, contextlib.chdir(folder):

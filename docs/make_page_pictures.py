@@ -1,4 +1,4 @@
-"""Take the pictures of the page anew: ``python docs/make_page_pictures.py DATA``.
+"""Update the screenshots of the page: ``python docs/make_page_pictures.py DATA``.
 
 DATA is a folder with ``meshes/bunny.ply`` and ``psb``. Playwright and Chromium are needed.
 """
@@ -21,12 +21,12 @@ MODEL = "397"
 
 @dataclass
 class Shot:
-    """A page, and what is done on it before its picture is taken."""
+    """A page, and the actions on the page before the screenshot."""
 
     name: str
     page: sf.Page
     scheme: str = "light"
-    coloring: int = 0  # place in the list
+    coloring: int = 0  # index in the list of colorings
     level: int = 0
     pointer: tuple[int, int] | None = None
 
@@ -52,7 +52,7 @@ def shots(data: Path) -> Iterator[Shot]:
 
 
 def take(browser: Browser, shot: Shot, path: Path) -> None:
-    """Open the page from disk and save what it shows."""
+    """Open the page from disk and save a screenshot."""
     file = path.with_suffix(".html")
     shot.page.save(file)
     page = browser.new_page(viewport=SIZE, color_scheme=shot.scheme)

@@ -1,4 +1,4 @@
-"""Draw regions of creases alone and by default, side by side, the features of parts, and a cup.
+"""Draw regions of ``"creases"`` beside regions of the default, features of parts, and a cup.
 
 ``python docs/make_parts_figures.py psb``: the folder of the Princeton benchmark.
 """
@@ -39,7 +39,7 @@ def main(folder: Path) -> None:
 
 
 def save_cup(mesh: sf.Mesh) -> None:
-    """Draw a hollow shape as if it were solid, and as a hollow one, with creases alone."""
+    """Draw regions of ``"creases"`` on a hollow shape, treated as solid and as hollow."""
     as_hollow = sf.segment(mesh, N_SEGMENTS, weights="creases")
     radius = as_hollow.params["expected_radius"]
     weights = sf.crease_weights(mesh, sf.build_face_graph(mesh), radius, hollows=False)
@@ -48,7 +48,7 @@ def save_cup(mesh: sf.Mesh) -> None:
 
 
 def shades(values: np.ndarray) -> np.ndarray:
-    """Bands of equal width, as labels."""
+    """Return labels of bands of equal width."""
     low, high = values.min(), values.max()
     bands = np.minimum((values - low) / (high - low) * N_SHADES, N_SHADES - 1).astype(np.int32)
     return np.unique(bands, return_inverse=True)[1].astype(np.int32)
@@ -57,7 +57,7 @@ def shades(values: np.ndarray) -> np.ndarray:
 def save_side_by_side(
     mesh: sf.Mesh, labels: list[np.ndarray], view: sf.View, file_name: str
 ) -> None:
-    """Render one picture for each labels, and keep them as one."""
+    """Render one picture for each labels, and save the pictures side by side in one file."""
     picture = Image.new("RGB", (SIZE[0] * len(labels), SIZE[1]))
     with TemporaryDirectory() as folder:
         path = Path(folder, "one.png")

@@ -24,7 +24,7 @@ from superfacets.study.quality.tables import means
 N_SEGMENTS = 150
 
 SMALL = (320, 270)
-"""Size of each of the pictures on one sheet."""
+"""Size of each picture on the sheet, in pixels."""
 
 SHAPES: dict[str, tuple[Callable[[Path], Any], int, sf.View]] = {
     "terrain": (lambda _: gallery_meshes.terrain(), 100, sf.View(up="z", elevation=45)),
@@ -34,7 +34,7 @@ SHAPES: dict[str, tuple[Callable[[Path], Any], int, sf.View]] = {
     "fandisk": (lambda folder: sf.read_mesh(folder / "fandisk.obj"), 60, sf.View(azimuth=-50)),
     "bracket": (lambda _: bracket(), 30, sf.View(up="z", azimuth=40, elevation=30)),
 }
-"""Function that returns the mesh, the number of regions, and the view, by name."""
+"""For each name, the function that returns the mesh, the number of regions, and the view."""
 
 KS = (50, 150, 300)
 DEFAULTS = ("default, alpha 10", DEFAULT, "default, alpha 30", "default, alpha 40")
@@ -48,7 +48,7 @@ CURVES = {
 
 
 def main(runs: Path, meshes: Path) -> None:
-    """Draw a plain, six shapes, and the frontier."""
+    """Draw the pictures of a plain and of six shapes, and the plot of the frontier."""
     save_plain()
     save_sheet(meshes)
     with runs.open(newline="") as file:
@@ -56,7 +56,7 @@ def main(runs: Path, meshes: Path) -> None:
 
 
 def save_plain() -> None:
-    """Draw a plain on a regular grid, with creases alone and by default."""
+    """Draw a plain on a regular grid, by ``"creases"`` and by default."""
     rows, columns = np.mgrid[:160, :160].astype(float)
     mesh = gallery_meshes.grid(np.stack([rows, columns, 0 * rows], axis=2))
     variants = (VARIANTS[CREASES], VARIANTS[DEFAULT])
@@ -66,7 +66,7 @@ def save_plain() -> None:
 
 
 def save_sheet(folder: Path) -> None:
-    """Draw six shapes, each with creases alone and by default, in pairs on one sheet."""
+    """Draw six shapes, each by ``"creases"`` and by default, in pairs on one sheet."""
     width, height = SMALL
     sheet = Image.new("RGB", (4 * width, 3 * height))
     with TemporaryDirectory() as scratch:
@@ -81,7 +81,7 @@ def save_sheet(folder: Path) -> None:
 
 
 def voxel_room() -> Any:
-    """Floor, two walls and furniture as marching cubes give them, from distances at voxels."""
+    """Return a floor, two walls and furniture by marching cubes of distances at voxels."""
     import pyvista
 
     spacing = 0.04
@@ -104,7 +104,7 @@ def voxel_room() -> Any:
 
 
 def bracket() -> sf.Mesh:
-    """A thin plate with a right angle, of small and equal faces."""
+    """Return a thin plate with a right angle, of small faces of equal size."""
     profile = [[0, 0], [4, 0], [4, 0.25], [0.25, 0.25], [0.25, 3], [0, 3]]
     ends = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 5], [3, 4, 5]])
     points = np.concatenate([np.insert(np.array(profile), 1, y, axis=1) for y in (0.0, 2.5)])
@@ -116,7 +116,7 @@ def bracket() -> sf.Mesh:
 
 
 def draw_frontier(rows: Iterable[dict[str, str]]) -> None:
-    """Draw UE over compactness, one panel for each k."""
+    """Plot UE over compactness, with one panel for each k."""
     from matplotlib.figure import Figure
 
     found = means(

@@ -1,4 +1,4 @@
-"""Take the pictures of the studio anew: ``python docs/make_studio_pictures.py DATA``.
+"""Update the screenshots of the studio: ``python docs/make_studio_pictures.py DATA``.
 
 DATA is a folder with ``meshes/bunny.ply``, ``psb/off`` and ``rooms``. Playwright and Chromium are
 needed.
@@ -26,7 +26,7 @@ SIZE = {"width": 1280, "height": 800}
 MODELS = ("125", "181", "281", "301", "397")
 Line = list[tuple[int, int]]
 
-# What the lasso goes around on the bunny, by class.
+# The lassos on the bunny, by class.
 BUNNY: list[tuple[str, Line]] = [
     ("1", [(642, 263), (688, 119), (902, 124), (902, 236), (698, 279)]),
     ("2", [(489, 314), (552, 241), (645, 263), (698, 294), (718, 357), (591, 459), (494, 450)]),
@@ -34,13 +34,13 @@ BUNNY: list[tuple[str, Line]] = [
     ("4", [(572, 644), (727, 644), (893, 703), (893, 771), (572, 771)]),
 ]
 ROOM = {1: "ball", 2: "shelf", 3: "box", 6: "floor", 9: "wall"}
-LEFT_OUT = 5  # a shelf
+LEFT_OUT = 5  # the object without a label, a shelf
 NAMES = ("ears", "head", "tail", "feet", "body")
 
 
 @contextmanager
 def studio(path: Path) -> Iterator[str]:
-    """Serve a path; gives the address."""
+    """Serve a path, and yield the address."""
     command = [sys.executable, "-m", "superfacets", "studio", str(path), "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -73,7 +73,7 @@ def lasso(page: Page, key: str, line: Line) -> None:
 
 
 def take(page: Page, path: Path) -> None:
-    """Save a picture with smooth lines, however long they take here."""
+    """Save a picture with smooth lines, and wait until the lines are drawn."""
     page.wait_for_timeout(1000)
     page.evaluate("studio.desk.drawing.refine(true)")
     page.screenshot(path=path, timeout=PATIENCE)
@@ -95,7 +95,7 @@ def label_bunny(page: Page) -> None:
 
 
 def label_largest(page: Page) -> None:
-    """Give the largest region without a class one, with a ring around it; three times."""
+    """Give a class to the largest region without a class, and to a ring around it; three times."""
     for key in ("1", "2", "3"):
         for pressed in (key, "s", "Enter", "+", "Enter"):
             page.keyboard.press(pressed)
@@ -117,7 +117,7 @@ def label_folder(page: Page) -> None:
 
 
 def storage(data: Path, place: Path) -> Path:
-    """A room whose objects are labeled by its ground truth, region by region, but for a shelf."""
+    """Return a room with ground-truth labels of all objects except a shelf, by regions."""
     room = np.load(data / "rooms" / "storage_d1.npz")
     path = place / "storage.ply"
     write_mesh(path, Mesh(room["vertices"].astype(float), room["faces"]))

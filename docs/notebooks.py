@@ -1,4 +1,4 @@
-"""Run the tutorial and five examples as notebooks, after sphinx has written them."""
+"""Run the notebooks of the tutorial and of five examples, after sphinx has written them."""
 
 import json
 import re
@@ -20,7 +20,7 @@ def main() -> None:
         with TemporaryDirectory() as folder:
             place = {"metadata": {"path": folder}}
             notebook = nbformat.read(path, 4)
-            arguments = ["--log-level=ERROR"]  # it warns of its sockets, which are on loopback
+            arguments = ["--log-level=ERROR"]  # hides warnings about sockets, which are on loopback
             client = NotebookClient(notebook, resources=place, timeout=120)
             client.extra_arguments = arguments
             client.execute()
@@ -28,7 +28,7 @@ def main() -> None:
 
 
 def write_notebook(page: Path) -> None:
-    """Write a page and its Python, without what it prints, to ``notebooks/NAME.ipynb``."""
+    """Write the text and the Python of a page, without outputs, to ``notebooks/NAME.ipynb``."""
     text = page.read_text(encoding="utf-8")
     text = re.sub(r"^(!\[.*|```text\n.*?^```)$", "", text, flags=re.DOTALL | re.MULTILINE)
     text = re.sub(r"\]\(([\w/-]+)\.(md|rst)", rf"]({SITE}\1.html", text)
@@ -41,7 +41,7 @@ def write_notebook(page: Path) -> None:
 
 
 def cell(source: str, is_code: bool) -> dict[str, object]:
-    """A cell of a notebook."""
+    """Return a cell of a notebook."""
     outputs = {"outputs": [], "execution_count": None} if is_code else {}
     kind = "code" if is_code else "markdown"
     return {"cell_type": kind, "metadata": {}, "source": source, **outputs}

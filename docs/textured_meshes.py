@@ -34,7 +34,7 @@ FRAME, GLASS = (84, 62, 48), (70, 92, 112)
 
 
 class Textured(NamedTuple):
-    """A mesh with a texture, and the painted part of each face."""
+    """Mesh with a texture, and the painted part of each face."""
 
     mesh: Mesh
     texture: Texture
@@ -42,7 +42,7 @@ class Textured(NamedTuple):
 
 
 def facade(folder: Path, width: float = 12.0, height: float = 9.0, edge: float = 0.1) -> Textured:
-    """Return a wall in faces of `edge`, painted with fifteen windows, a door and a plinth."""
+    """Return a wall of faces of size `edge`, painted with windows, a door and a plinth."""
     pixels, parts = paint(width, height)
     path = folder / "facade.png"
     save_png(path, pixels)
@@ -57,7 +57,7 @@ def facade(folder: Path, width: float = 12.0, height: float = 9.0, edge: float =
 
 
 def paint(width: float, height: float) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Return the image of the facade, and the part that each pixel shows."""
+    """Return the image of the facade, and the painted part at each pixel."""
     shape = round(height * PIXELS_PER_METER), round(width * PIXELS_PER_METER)
     parts = np.full(shape, WALL)
     y, x = (np.indices(shape) + 0.5) / PIXELS_PER_METER
@@ -78,7 +78,9 @@ def paint(width: float, height: float) -> tuple[np.ndarray[Any, Any], np.ndarray
     for number in np.unique(parts):
         pixels[parts == number] = PAINT.get(int(number), FRAME)
     pixels[is_glass] = GLASS
-    pixels += np.random.default_rng(27).normal(0, 5, shape)[:, :, np.newaxis]  # as of a photograph
+    pixels += np.random.default_rng(27).normal(0, 5, shape)[
+        :, :, np.newaxis
+    ]  # noise of a photograph
     return np.clip(np.rint(pixels), 0, 255).astype(np.uint8), parts
 
 
@@ -132,7 +134,7 @@ def write_facade(folder: Path) -> None:
 
 
 def draw_facade(folder: Path, picture: Path) -> None:
-    """Draw the paint, and regions that do not and that do follow it, side by side."""
+    """Draw, side by side, the paint, regions by shape, and regions by texture."""
     from PIL import Image
 
     made = facade(folder)

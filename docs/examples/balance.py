@@ -2,7 +2,7 @@
 Regions of equal size
 =====================
 
-Ask for equal areas, for a largest area, or for an exact number of faces in each region.
+Make regions of equal area, with a maximum area, or with an exact number of faces.
 """
 
 import numpy as np
@@ -17,22 +17,21 @@ titles = ["default", "balance=1"]
 sf.plot(mesh, usual.labels, compare=[equal.labels], titles=titles, size=(480, 480))
 
 # %%
-# Equal areas cost some accuracy: borders cannot follow every crease.
+# With equal areas, borders cannot follow every crease.
 
 for name, result in (("default", usual), ("balance=1", equal)):
     areas = result.regions.areas
     print(f"{name}: areas vary by {areas.std() / areas.mean():.0%}")
 
 # %%
-# ``max_measure`` is the largest area that a region may have, for patches that must fit
-# somewhere.
+# ``max_measure`` is an upper bound of the area of a region.
 
 most = 1.2 * equal.regions.areas.mean()
 print(sf.segment(mesh, 60, max_measure=most).regions.areas.max() <= most)
 
 # %%
-# ``cells_per_region`` gives each region the same number of faces, as networks on patches need.
-# All but one region have 64.
+# ``cells_per_region`` gives each region the same number of faces. Networks on patches need such
+# regions. Here one region has fewer than 64 faces, because it has the remaining faces.
 
 patches = sf.segment(mesh, cells_per_region=64)
 print(np.unique(np.bincount(patches.labels), return_counts=True))

@@ -2,7 +2,7 @@
 A CAD part
 ==========
 
-Segment a part whose faces are long thin triangles, with borders on its ridges.
+Segment a CAD part of long thin triangles, with borders on the ridges of the part.
 """
 
 import numpy as np
@@ -10,8 +10,8 @@ import numpy as np
 import superfacets as sf
 
 # %%
-# CAD programs mesh a cylinder with two long triangles per step. This flange is a pipe with a
-# plate at its end.
+# CAD programs mesh a cylinder with two long triangles per angular step. This flange is a pipe
+# with a plate at its end.
 
 
 def flange(n_around=96):
@@ -31,16 +31,16 @@ part = flange()
 sf.mesh_info(part)
 
 # %%
-# Regions consist of whole faces, so regions of such faces are stripes. ``segment`` warns of
-# that. ``subdivide`` bisects long edges first.
+# Regions consist of whole faces, so regions of long thin faces are stripes. ``segment`` warns
+# about long thin faces. ``subdivide`` bisects long edges before segmentation.
 
 fine = sf.subdivide(part, max_edge=0.05)
 result = sf.segment(fine.mesh, 150)
 sf.plot(fine.mesh, result, view=sf.View(up="z", elevation=35))
 
 # %%
-# Sharp convex edges between flat faces are borders by default. ``eta_convex`` makes rounded
-# convex edges count as well.
+# By default, borders follow sharp convex edges between flat faces. With ``eta_convex``, borders
+# also follow rounded convex edges.
 
 rounded = sf.segment(fine.mesh, 150, eta_convex=0.2)
 print(f"compactness {sf.metrics.compactness(fine.mesh, rounded):.2f}; a square has 4")

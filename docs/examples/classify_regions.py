@@ -1,15 +1,15 @@
-"""Learn from people which regions belong to the trunk of a shape, and which to its limbs.
+"""Learn which regions belong to the trunk of a shape, and which regions belong to limbs.
 
     python docs/examples/classify_regions.py FOLDER [CATEGORY ...]
 
-FOLDER is a copy of the Princeton Segmentation Benchmark, or a part of it; without categories those
-with a trunk and limbs are taken. People cut each model into parts that have no names. The name here
-follows from how the parts hang together: the one that touches the most others is the trunk, the
-rest are limbs. A face gets the name that most people give it, a region that of most of its area.
+FOLDER is a copy of the Princeton Segmentation Benchmark, or of a part of the benchmark. The default
+categories have a trunk and limbs. People cut each model into parts without names. The part that
+touches the most other parts is the trunk, and all other parts are limbs. The class of a face is the
+class that most people give this face. The class of a region is the class of most of its area.
 
-Each model in turn is left out: a random forest learns the regions of the other models of the
-category and names those of this one. To beat is guessing the name that is most frequent among the
-regions it has learned from. Needs scikit-learn.
+Each model is left out once: a random forest learns from the regions of the other models of the
+category, and predicts the classes of the regions of this model. The baseline predicts the most
+frequent class of the regions of the other models. The program needs scikit-learn.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def main() -> None:
 
 
 def evaluate(models: list[sf.princeton.Model]) -> tuple[float, float, int]:
-    """Share of regions that guessing and a forest name right, on models not learned from."""
+    """Return the accuracy of the majority class and of a forest, and the number of regions."""
     features, names, groups = [], [], []
     for model in models:
         result = sf.segment(model.mesh, N_REGIONS)
@@ -58,7 +58,7 @@ def evaluate(models: list[sf.princeton.Model]) -> tuple[float, float, int]:
 
 
 def names_of(model: sf.princeton.Model, labels: np.ndarray) -> np.ndarray:
-    """Whether each region is of a limb (1) or of the trunk (0), as most people say."""
+    """Return for each region whether most people have it in a limb (1) or in the trunk (0)."""
     graph = sf.build_face_graph(model.mesh)
     votes = np.mean([is_limb(graph, truth) for truth in model.ground_truths], axis=0)
     areas = np.bincount(labels, weights=graph.measures)
@@ -66,7 +66,10 @@ def names_of(model: sf.princeton.Model, labels: np.ndarray) -> np.ndarray:
 
 
 def is_limb(graph: sf.FaceGraph, parts: np.ndarray) -> np.ndarray:
-    """Whether each face is outside the part that touches the most others (the largest of such)."""
+    """Return whether each face is outside the trunk, the part that touches the most other parts.
+
+    If several parts touch the same number of parts, the largest of these parts is the trunk.
+    """
     _, parts = np.unique(parts, return_inverse=True)
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     pairs = np.stack([parts[sources], parts[graph.neighbors]], axis=1)
@@ -78,9 +81,9 @@ def is_limb(graph: sf.FaceGraph, parts: np.ndarray) -> np.ndarray:
 
 
 def features_of(regions: sf.RegionGraph) -> np.ndarray:
-    """Numbers of each region, (K, 20), that do not depend on where the model is, or how large.
+    """Return features of each region, (K, 20), independent of the position and size of the model.
 
-    The second half are means over the regions around it.
+    The last ten columns are means of the first ten over the neighbors of the region.
     """
     size = np.sqrt(regions.areas.sum())
     away = np.linalg.norm(regions.centroids - regions.centroids.mean(axis=0), axis=1) / size
@@ -100,7 +103,7 @@ def features_of(regions: sf.RegionGraph) -> np.ndarray:
 
 
 def border_means(regions: sf.RegionGraph, values: np.ndarray) -> np.ndarray:
-    """Mean of values of arcs along the border of each region, 0 where it touches no other."""
+    """Return the mean of values of arcs along the border of each region; 0 without neighbors."""
     ends, weights = regions.edge_index.ravel(), np.tile(regions.border_lengths, 2)
     sums = np.bincount(ends, weights=weights * np.tile(values, 2), minlength=regions.n_regions)
     lengths = np.bincount(ends, weights=weights, minlength=regions.n_regions)
@@ -108,7 +111,7 @@ def border_means(regions: sf.RegionGraph, values: np.ndarray) -> np.ndarray:
 
 
 def remoteness(regions: sf.RegionGraph) -> np.ndarray:
-    """How far the others are over the surface, (K, 3): mean, farthest, and how many are near."""
+    """Return mean and maximum distance over the surface, and the area of near regions, (K, 3)."""
     first, second = regions.edge_index
     steps = np.linalg.norm(regions.centroids[first] - regions.centroids[second], axis=1)
     matrix = coo_array((steps, (first, second)), (regions.n_regions, regions.n_regions))

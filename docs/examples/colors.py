@@ -2,7 +2,7 @@
 Regions by color
 ================
 
-Let borders follow paint where the surface has no creases.
+Let borders follow colors on a surface without creases.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ import superfacets as sf
 
 
 def rug(n=60_000):
-    """Return a rug of colored points: stripes at its ends, diamonds between."""
+    """Return a rug of colored points, with stripes at both ends and diamonds in the middle."""
     rng = np.random.default_rng(0)
     x, y = rng.random((2, n)) * [[3.0], [2.0]]
     heights = 0.06 * np.sin(2.5 * x + 1) * np.cos(2 * y)
@@ -29,8 +29,8 @@ view = sf.View(up="z", azimuth=0, elevation=60)
 sf.plot(cloud, colors=np.rint(255 * cloud.colors).astype(np.uint8), view=view)
 
 # %%
-# ``features="color"`` adds the distance of colors to the price of a step. It works with the
-# colors of faces, of vertices and of textures, too.
+# ``features="color"`` adds the distance of colors to the price of a step. Colors may also belong
+# to faces, vertices or textures.
 
 by_shape = sf.segment(cloud, 300).labels
 by_color = sf.segment(cloud, 300, features="color").labels
@@ -38,8 +38,8 @@ titles = ["by shape", "by color"]
 sf.plot(cloud, by_shape, compare=[by_color], titles=titles, view=view, size=(560, 420))
 
 # %%
-# Features may be any numbers: a row per face or point, such as the output of a network. The
-# mean color of each region shows how well regions fit the paint.
+# Features may be any numbers, such as the output of a network, with a row per face or point. The
+# mean color of each region shows how well borders follow the colors.
 
 mean = sf.pool(cloud.colors, by_color, cells=cloud)
 sf.plot(cloud, colors=np.rint(255 * mean[by_color]).astype(np.uint8), view=view)

@@ -2,8 +2,7 @@
 Creases, and noise in a scan
 ============================
 
-Choose how much creases count against round regions, and keep the noise of a scanner from looking
-like creases.
+Choose the price of creases, and reduce the effect of a scanner's noise on the borders.
 """
 
 import numpy as np
@@ -11,8 +10,8 @@ import numpy as np
 import superfacets as sf
 
 # %%
-# ``alpha`` is the price of a crease against distance. 0 gives the roundest regions, and 100
-# follows the faintest creases.
+# ``alpha`` is the price of a crease relative to distance. 0 gives the roundest regions, and with
+# 100 borders follow the faintest creases.
 
 mesh = sf.sample_mesh()
 labels = [sf.segment(mesh, 80, alpha=alpha).labels for alpha in (0, 17, 100)]
@@ -20,7 +19,7 @@ titles = ["alpha 0", "alpha 17, the default", "alpha 100"]
 sf.plot(mesh, labels[0], compare=labels[1:], titles=titles, size=(420, 480))
 
 # %%
-# A scanner in front of the bear sees one side of it, with noise and holes.
+# A scanner in front of the bear sees only one side of the bear, with noise and holes.
 
 
 def scan(n_faces=60_000):
@@ -40,10 +39,9 @@ def scan(n_faces=60_000):
 
 
 # %%
-# Noise is full of small creases. ``denoise`` smooths a copy of the mesh for the prices of
-# creases; ``min_size`` joins regions below a fifth of the mean area to a neighbor, and
-# ``islands="nearest"`` joins loose specks to the nearest region. The labels are those of the
-# faces as they were scanned.
+# Noise makes many small creases. ``denoise`` measures creases on a smoothed copy of the mesh.
+# ``min_size=0.2`` joins regions below a fifth of the mean area to a neighbor, and
+# ``islands="nearest"`` joins loose specks to the nearest region.
 
 noisy = scan()
 plain = sf.segment(noisy, 150, islands="nearest").labels

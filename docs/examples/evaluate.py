@@ -11,8 +11,8 @@ import numpy as np
 import superfacets as sf
 
 # %%
-# The room is made of boxes, and each box belongs to an object: floor and walls, a table, two
-# chairs, a cupboard.
+# The room consists of boxes, and each box belongs to an object: floor and walls, a table, two
+# chairs, or a cupboard.
 
 
 def box(x, y, z, dx, dy, dz):
@@ -25,7 +25,7 @@ def box(x, y, z, dx, dy, dz):
 
 
 def merged(parts):
-    """Return one mesh of all parts."""
+    """Return one mesh with the faces of all parts."""
     starts = np.cumsum([0, *(part.n_vertices for part in parts[:-1])])
     faces = [part.faces + start for part, start in zip(parts, starts, strict=True)]
     return sf.Mesh(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
@@ -71,7 +71,7 @@ for k, row in zip(counts, rows, strict=True):
     print(f"achievable accuracy {row['achievable_accuracy']:.2%}")
 
 # %%
-# More regions lower the error by themselves. Compare methods and parameters at the same number.
+# More regions have a lower error, so compare methods and parameters at the same number of regions.
 
 figure, place = plt.subplots(figsize=(6, 3))
 place.semilogx(counts, [row["undersegmentation_error"] for row in rows], "o-")

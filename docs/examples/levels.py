@@ -17,19 +17,20 @@ titles = ["400 regions", "100", "25"]
 sf.plot(mesh, fine, compare=[middle, coarse], titles=titles, size=(420, 480))
 
 # %%
-# ``parents`` gives for each region the region of the next level that holds it.
+# ``parents`` gives, for each region, the region of the next level that contains this region.
 
 of_middle = nested.parents[0][fine]
 print("nested:", np.array_equal(of_middle, middle))
 
 # %%
-# The whole tree of merges is kept, so any other number takes milliseconds.
+# ``nested`` holds the tree of all merges, so ``cut`` returns any other number of regions in
+# milliseconds.
 
 sf.plot(mesh, nested.cut(10))
 
 # %%
-# ``features`` make regions with similar values merge first. By height, coarse regions become
-# layers.
+# With ``features``, regions with similar values merge first. With the height as the feature, coarse
+# regions are layers.
 
 by_height = sf.hierarchy(mesh, [400, 8], features=mesh.vertices[:, 1])
 sf.plot(mesh, by_height.levels[1])

@@ -2,7 +2,7 @@
 A graph of your own: the pixels of an image
 ===========================================
 
-Cluster cells of any kind, given by positions, measures, neighbors and features.
+Segment any cells with positions, measures, neighbors and features.
 """
 
 import matplotlib.pyplot as plt
@@ -11,7 +11,7 @@ import numpy as np
 import superfacets as sf
 
 # %%
-# The cells here are the pixels of an image: overlapping disks, with noise.
+# The cells of this example are the pixels of an image of overlapping disks, with noise.
 
 rows, columns = np.indices((120, 180))
 rng = np.random.default_rng(3)
@@ -22,8 +22,8 @@ for _ in range(14):
 image = np.clip(image + rng.normal(scale=0.02, size=image.shape), 0, 1)
 
 # %%
-# A graph has a position and a measure per cell, and its arcs in CSR form: the neighbors of cell
-# *i* are ``neighbors[offsets[i]:offsets[i + 1]]``. Each pixel has up to four.
+# A graph has a position and a measure per cell, and arcs in CSR form: the neighbors of cell *i*
+# are ``neighbors[offsets[i]:offsets[i + 1]]``. Each pixel has up to four neighbors.
 
 cells = np.arange(rows.size).reshape(rows.shape)
 right, down = (cells[:, :-1], cells[:, 1:]), (cells[:-1], cells[1:])
@@ -36,7 +36,7 @@ steps = np.ones(len(source))
 graph = sf.CellGraph(positions, np.ones(cells.size), offsets, target[order], steps)
 
 # %%
-# Features add the distance of colors to each step.
+# The features add the distance of colors to the length of each step.
 
 result = sf.segment_graph(graph, 120, features=image.reshape(-1, 3))
 is_border = sf.find_boundaries(graph, result.labels).reshape(cells.shape)

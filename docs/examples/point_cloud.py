@@ -2,7 +2,7 @@
 A point cloud
 =============
 
-Label points that have no faces and no normals.
+Label the points of a cloud without faces and normals.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ import superfacets as sf
 
 
 def points(n=60_000):
-    """Return points at random places on the bear, in no order."""
+    """Return points at random positions on the bear, in random order."""
     mesh = sf.sample_mesh()
     rng = np.random.default_rng(0)
     areas = sf.build_face_graph(mesh).measures
@@ -21,21 +21,21 @@ def points(n=60_000):
 
 
 # %%
-# An (N, 3) array is a cloud, too, and ``sf.read_cloud`` reads PLY, XYZ, LAS, LAZ and E57.
-# Neighbors, normals and the area around each point are estimated.
+# ``segment`` also takes an (N, 3) array, and ``sf.read_cloud`` reads PLY, XYZ, LAS, LAZ and E57.
+# ``segment`` estimates neighbors, normals and the area around each point.
 
 cloud = points()
 result = sf.segment(cloud, 150, min_size=0.1)
 sf.plot(cloud, result)
 
 # %%
-# Each point has a label. The graph of regions is the same as that of a mesh.
+# Each point has a label. ``result.regions`` has areas, neighbors and borders, as for a mesh.
 
 regions = result.regions
 print(len(result.labels), "labels;", regions.edge_index.shape[1], "pairs of regions touch")
 
 # %%
-# Labels go from the points to a mesh of the same place, and back, by the nearest point.
+# ``transfer`` gives each face of a mesh the label of the nearest point.
 
 mesh = sf.sample_mesh(6_000)
 of_faces = sf.transfer(cloud, result.labels, mesh)

@@ -2,7 +2,7 @@
 Quads and other polygons
 ========================
 
-Label polygons as they are, without cutting them into triangles.
+Label polygons without cutting the polygons into triangles.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ import superfacets as sf
 
 
 def knot(n_along=360, n_around=24):
-    """Return a knotted tube of quads, thick and thin by turns."""
+    """Return a knotted tube of quads, with varying thickness."""
     along, around = np.meshgrid(*(np.arange(n) / n for n in (n_along, n_around)), indexing="ij")
     t, turn = 2 * np.pi * along, 2 * np.pi * around
     path = [np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)]
@@ -35,13 +35,12 @@ result = sf.segment(mesh, 90)
 sf.plot(mesh, result, view=sf.View(up="z", elevation=55))
 
 # %%
-# There is one label per quad, and borders run along edges of quads. They meet where the tube is
-# thin.
+# There is one label per quad, and borders follow edges of quads.
 
 print(mesh, len(result.labels), "labels")
 
 # %%
-# The labels of the triangles, where something else needs triangles:
+# For programs that need triangles, this code makes labels of triangles:
 
 triangles, sources = mesh.triangulate()
 print(triangles.n_faces, "triangles,", len(result.labels[sources]), "labels")

@@ -2,7 +2,7 @@
 From regions to a graph for learning
 ====================================
 
-Read areas, shapes, neighbors and creases of regions as a graph, and group regions to parts.
+Get areas, shapes, neighbors and creases of regions as a graph, and group regions into parts.
 """
 
 import numpy as np
@@ -16,25 +16,25 @@ result = sf.segment(mesh, 150)
 regions = result.regions
 
 # %%
-# Each region has a row in the table. ``to_pandas``, ``to_networkx``, ``to_scipy`` and
-# ``to_pyg`` make what other libraries read.
+# ``to_pandas`` makes a table with a row per region. ``to_networkx``, ``to_scipy`` and ``to_pyg``
+# make graphs for other libraries.
 
 regions.to_pandas().iloc[:5, :6]
 
 # %%
-# Nodes have features, edges have the length and the angle of the border: positive in a groove,
-# negative on a ridge.
+# Nodes have features; edges have the length and the mean angle of the border. The angle is
+# positive in a groove and negative on a ridge.
 
 nodes = np.column_stack([regions.areas, regions.compactness, regions.planarity])
-edges = np.column_stack([regions.border_lengths, regions.mean_angles])
+edges = np.column_stack([regions.border_lengths, regions.concavities])
 print("nodes", nodes.shape, "edges", regions.edge_index.shape, edges.shape)
 
 # %%
-# Parts of the bear end in grooves. Keep the edges whose border bends inwards by less than 25
-# degrees: each connected component of the remaining graph is a part.
+# Grooves separate the parts of the bear. Keep the edges with an angle of less than 25 degrees: each
+# connected component of the remaining graph is a part.
 
 first, second = regions.edge_index
-is_open = regions.mean_angles < np.radians(25)
+is_open = regions.concavities < np.radians(25)
 shape = (regions.n_regions, regions.n_regions)
 joined = coo_array((np.ones(is_open.sum()), (first[is_open], second[is_open])), shape)
 n_parts, part_of_region = connected_components(joined, directed=False)
@@ -42,7 +42,7 @@ print(n_parts, "parts")
 sf.plot(mesh, part_of_region[result.labels])
 
 # %%
-# The number of neighbors of each region, as a value that a plot shows:
+# The last plot shows the number of neighbors of each region:
 
 degree = np.bincount(regions.edge_index.ravel(), minlength=regions.n_regions)
 sf.plot(mesh, result, color_by=degree, scale_title="neighbors")

@@ -14,7 +14,7 @@ def body(n=12):
     """Return a ball with bumps: n**3 cells of six tetrahedra each."""
     side = np.linspace(-1, 1, n + 1)
     z, y, x = np.meshgrid(side, side, side, indexing="ij")
-    scale = np.maximum(np.abs(x), np.maximum(np.abs(y), np.abs(z)))  # a ball out of a cube
+    scale = np.maximum(np.abs(x), np.maximum(np.abs(y), np.abs(z)))  # from a cube to a ball
     length = np.sqrt(x**2 + y**2 + z**2)
     stretch = np.divide(scale, length, out=np.ones_like(scale), where=length > 0)
     stretch *= 1 + 0.25 * np.sin(3 * x) * np.sin(3 * y + 1) * np.cos(2 * z)
@@ -37,13 +37,13 @@ result = sf.segment(mesh, 60)
 sf.plot(mesh, result, clip="-z", view=sf.View(up="z", elevation=40))
 
 # %%
-# Regions have volumes in place of areas, and touch each other in areas in place of lengths.
+# Regions have volumes instead of areas, and borders have areas instead of lengths.
 
 regions = result.regions
 print(f"volumes from {regions.measures.min():.3f} to {regions.measures.max():.3f}")
 
 # %%
-# The outside is a mesh of triangles, each of which knows its tetrahedron.
+# ``boundary`` returns the outside as a mesh of triangles, and the tetrahedron of each triangle.
 
 surface, sources = mesh.boundary()
 sf.plot(surface, result.labels[sources], view=sf.View(up="z", elevation=40))

@@ -62,6 +62,7 @@ from .interop.aggregation import regroup_segments as regroup_segments
 from .interop.attach import attach_labels as attach_labels
 from .interop.masks import read_masks as read_masks
 from .io.attributes import MeshAttributes as MeshAttributes
+from .io.images import TextureImage as TextureImage
 from .io.readers.cameras import read_cameras as read_cameras
 from .io.readers.labels import read_labels as read_labels
 from .io.readers.read import read_attributes as read_attributes
@@ -69,7 +70,6 @@ from .io.readers.read import read_cloud as read_cloud
 from .io.readers.read import read_mesh as read_mesh
 from .io.textures import Material as Material
 from .io.textures import Texture as Texture
-from .io.textures import TextureImage as TextureImage
 from .mesh.pinhole_camera import PinholeCamera as PinholeCamera
 from .mesh.point_cloud import PointCloud as PointCloud
 from .mesh.polygon_mesh import PolygonMesh as PolygonMesh

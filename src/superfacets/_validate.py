@@ -558,7 +558,8 @@ def hint_at_vertices(n_labels: int, n_vertices: int | None) -> str:
     """The end of the message on a wrong number of labels, if it is that of the vertices."""
     if n_labels != n_vertices:
         return ""
-    return ", as many as the vertices: give labels of faces, or transfer them"
+    call = "superfacets.transfer(mesh.vertices, labels, mesh)"
+    return f", as many as the vertices: {call} gives labels of faces"
 
 
 def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None) -> Longs:
@@ -577,12 +578,14 @@ def compact_partial_labels(
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 
-def compact_complete(labels: Any, n_cells: int, name: str = "labels") -> tuple[Ints, int]:
+def compact_complete(
+    labels: Any, n_cells: int, name: str = "labels", n_vertices: int | None = None
+) -> tuple[Ints, int]:
     """Labels of 0 and up, renamed to 0..K-1 in their order, and K; a MeshError if one is below 0.
 
     This is for metrics, which would count cells without a region as one more region.
     """
-    array = checked_any_labels(labels, n_cells)
+    array = checked_any_labels(labels, n_cells, n_vertices)
     refuse_first(array < 0, name, array, "metrics need each cell in a region, 0 and up", MeshError)
     ranks, names = ranked_labels(array)
     return ranks, len(names)

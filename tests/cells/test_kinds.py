@@ -104,13 +104,13 @@ def test_labels_of_pixels_are_written_and_pixels_are_not(image, tmp_path):
     labels = image.values.ravel().astype(int)
     superfacets.write_labels(tmp_path / "pixels.npy", labels)
     assert np.array_equal(np.load(tmp_path / "pixels.npy"), labels)
-    with pytest.raises(MeshError, match="pixels are in no format of meshes"):
+    with pytest.raises(MeshError, match="no format of meshes holds pixels"):
         superfacets.write_mesh(tmp_path / "pixels.ply", image, labels)
     with pytest.raises(MeshError, match="pixels have no vertices"):
         superfacets.vertex_labels(image, labels)
     with pytest.raises(MeshError, match="pixels cannot be split"):
         superfacets.submesh(image, labels, 1)
-    with pytest.raises(MeshError, match="needs a surface, but a Image has no faces"):
+    with pytest.raises(MeshError, match="expected a surface, but a Image has no faces"):
         superfacets.border_lines(image, labels)
     with pytest.raises(MeshError, match="info does not support pixels"):
         superfacets.mesh_info(image)

@@ -223,9 +223,9 @@ def test_invalid_arrays_are_refused(tets, message):
 
 
 def test_what_is_for_faces_says_so():
-    with pytest.raises(MeshError, match="this needs a surface, but the mesh has tetrahedra"):
+    with pytest.raises(MeshError, match="expected a surface, but the mesh has tetrahedra"):
         sf.build_face_graph(TIP)
-    with pytest.raises(MeshError, match="this needs tetrahedra, but a Mesh has none"):
+    with pytest.raises(MeshError, match="expected tetrahedra, but a Mesh has none"):
         build_tet_graph(shapes.cube())
     for weights in ("superfacets", "stk02"):
         with pytest.raises(ValueError, match=f"weights='{weights}' needs faces"):
@@ -328,7 +328,7 @@ def test_other_cells_are_named(tmp_path):
     meshio = pytest.importorskip("meshio")
     cube = column(1).vertices
     for kind, corners, message in (
-        ("hexahedron", [[0, 1, 3, 2, 4, 5, 7, 6]], "cells that are no tetrahedra: hexahedron"),
+        ("hexahedron", [[0, 1, 3, 2, 4, 5, 7, 6]], "cells that are not tetrahedra: hexahedron"),
         ("triangle", [[0, 1, 2]], "the file has no tetrahedra: it has triangle"),
     ):
         meshio.Mesh(cube, [(kind, np.array(corners))]).write(tmp_path / "a.vtu")
@@ -346,7 +346,7 @@ def test_formats_of_the_other_kind_are_refused(tmp_path):
         sf.write_mesh(tmp_path / "a.ply", TIP)
     with pytest.raises(MeshError, match=r"faces are written as \.ply, .*, not as \.vtu"):
         sf.write_mesh(tmp_path / "a.vtu", shapes.cube())
-    with pytest.raises(ValueError, match="leave out colors and attributes"):
+    with pytest.raises(ValueError, match="hold no colors and attributes"):
         sf.write_mesh(tmp_path / "a.vtu", TIP, colors=[[1, 2, 3]])
 
 

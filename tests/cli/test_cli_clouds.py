@@ -1,6 +1,7 @@
 """Point clouds and features at the command line."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -179,4 +180,11 @@ def test_commands_refuse_a_height_grid(folder, command):
     np.save("dem.npy", np.zeros((301, 301)))
     output = run(*command, "dem.npy", status=1)
     assert "dem.npy: expected shape (N, 3)" in output
-    assert "got (301, 301): a height grid is made a mesh first" in output
+    assert "got (301, 301): convert a height grid to a mesh first" in output
+
+
+def test_attributes_of_large_files_are_not_read_for_info(run, monkeypatch):
+    Path("far.csv").write_text("x,y,z,flat\n0,0,0,1\n1,0,0,1\n")
+    assert "the same everywhere" in run("info", "far.csv")[2]
+    monkeypatch.setattr("superfacets.cli.info.MAX_BYTES_OF_ATTRIBUTES", 10)
+    assert "the same everywhere" not in run("info", "far.csv")[2]

@@ -11,7 +11,7 @@ from command_line import COMMAND
 
 from superfacets import MeshError, read_labels, read_mesh, segment, write_mesh
 from superfacets.cli.inputs import load_cells
-from superfacets.io.readers.gltf import read_gltf
+from superfacets.io.readers.gltf import open_scene
 from superfacets.io.readers.read import recognized_ending
 
 
@@ -92,7 +92,7 @@ def test_messages_name_standard_input(give):
 def test_gltf_on_standard_input_reaches_no_files():
     document = b'{"asset": {"version": "2.0"}, "buffers": [{"uri": "a.bin", "byteLength": 1}]}'
     with pytest.raises(MeshError, match=r"^the buffer 'a\.bin' is not a file beside"):
-        read_gltf(document, None)
+        open_scene(document, None)
 
 
 def test_a_format_overrides_the_ending(run, tmp_path):

@@ -306,5 +306,5 @@ def test_point_clouds(run, tmp_path):
     write_mesh(folder / "a.ply", PointCloud(points))
     write_mesh(folder / "b.ply", sample_mesh(3_000))
     status, _, err = run("segment", folder, "-n", 9, "--tiled", "-o", out)
-    message = "the folder holds meshes and point clouds: take one kind at a time"
+    message = "the folder holds meshes and point clouds: use one kind at a time"
     assert (status, err) == (1, f"superfacets: error: {folder}: {message}\n")

@@ -120,14 +120,25 @@ def test_convert_writes_each_model_in_its_place(run, city, tmp_path):
     assert len(printed.splitlines()) == 4
 
 
+def test_a_damaged_tileset_is_one_failed_file(run, city, tmp_path):
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "tileset.json").write_text("nonsense")
+    twice = {"children": [{"content": {"uri": "one.glb"}}] * 2}
+    write_tileset(tmp_path / "city" / "data" / "two.json", twice)
+    inputs = ["bad", "city", "city/data/two.json"]
+    status, _, err = run("batch", *inputs, "-n", "20", "-o", "out")
+    assert status == 1
+    assert "bad/tileset.json: not a tileset, or damaged" in err
+    assert "one.glb is shown twice" in err
+    assert len([*(tmp_path / "out").rglob("*.ply")]) == 4
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["convert", "city", "a.npy", "-o", "out/"], "LABELS and --split belong to one mesh"),
         (["convert", "city/sub/two.json", "-o", "out/"], "two.glb is shown twice"),
-        (["batch", "city/sub/two.json", "-o", "out"], "two.glb is shown twice"),
         (["segment", "city/tileset.json", "-n", "9"], "tilesets are for batch, convert and"),
-        (["batch", "city/sub/bad.json", "-o", "out"], "bad.json: not a tileset, or damaged"),
         (["segment", "city/sub/bad.json", "--tiled", "-n", "9"], "bad.json: not a tileset"),
         (["segment", "city/sub/gone.json", "--tiled", "-n", "9"], "gone.json: no such file"),
         (["segment", "city/sub/points.json", "--tiled", "-n", "9"], "got .pnts"),

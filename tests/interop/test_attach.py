@@ -215,8 +215,8 @@ def test_cells_without_a_label_are_gray():
         ({"labels": np.full(128, 2**40)}, ValueError, "fit in int32"),
         ({"location": "points"}, ValueError, "128 labels for 81"),
         ({"location": "edges"}, ValueError, "location must be"),
-        ({"name": ""}, TypeError, "name must be a string"),
-        ({"name": 3}, TypeError, "name must be a string"),
+        ({"name": ""}, TypeError, "name must be a non-empty string"),
+        ({"name": 3}, TypeError, "name must be a non-empty string"),
         ({"colors": np.zeros((5, 3), np.uint8)}, ValueError, "colors must have shape"),
         ({"colors": np.zeros((128, 3))}, TypeError, "colors must be uint8"),
         (
@@ -236,5 +236,5 @@ def test_wrong_arguments_are_refused_before_anything_is_written(change, error, m
 
 
 def test_a_target_needs_a_place_for_labels():
-    with pytest.raises(TypeError, match="Mesh has no place for labels"):
+    with pytest.raises(TypeError, match="Mesh cannot store labels"):
         sf.attach_labels(SHEET, LABELS)

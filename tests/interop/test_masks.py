@@ -57,7 +57,7 @@ def test_what_is_wrong_with_masks_is_said_in_a_line(tmp_path):
     Image.fromarray(np.zeros((90, 90), np.uint8)).save(path)
     for content in (path.read_bytes()[:60], b"not a picture", b""):
         path.write_bytes(content)
-        with pytest.raises(sf.MeshError, match=r"a\.png: not a complete PNG"):
+        with pytest.raises(sf.MeshError, match=r"a\.png: is not a complete PNG"):
             sf.read_masks(tmp_path)
     path.unlink()
     np.save(tmp_path / "a.npy", np.zeros((2, 3)))

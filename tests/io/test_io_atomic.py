@@ -313,7 +313,7 @@ def test_a_name_of_ours_is_not_opened_where_it_is_no_regular_file(tmp_path):
     (tmp_path / "zeros").symlink_to("/dev/zero")
     os.mkfifo(tmp_path / "pipe")
     for name in ("link", "zeros"):
-        with pytest.raises(OSError, match=f"{name}: expected a file, got a link: remove it"):
+        with pytest.raises(OSError, match=f"{name}: expected a file, got a link: remove the link"):
             open_own(tmp_path / name, os.O_RDWR | os.O_CREAT)
     with pytest.raises(OSError, match="pipe: is not a regular file"):
         open_own(tmp_path / "pipe", os.O_RDONLY)

@@ -90,8 +90,8 @@ def test_models_with_distortion_that_is_zero_are_pinhole_cameras(tmp_path):
 DISTORTED = [
     ("OPENCV 64 48 50 50 32 24 0.1 0 0 0", "camera 7, OPENCV, has distortion"),
     ("SIMPLE_RADIAL 64 48 50 32 24 0.01", "camera 7, SIMPLE_RADIAL, has distortion"),
-    ("OPENCV_FISHEYE 64 48 50 50 32 24 0 0 0 0", "camera 7 is of model OPENCV_FISHEYE"),
-    ("UNKNOWN 64 48 50", "camera 7 is of model UNKNOWN"),
+    ("OPENCV_FISHEYE 64 48 50 50 32 24 0 0 0 0", "camera 7 has the model OPENCV_FISHEYE"),
+    ("UNKNOWN 64 48 50", "camera 7 has the model UNKNOWN"),
 ]
 
 
@@ -100,7 +100,7 @@ def test_distortion_is_refused_in_one_line(model, words, tmp_path):
     write_text(tmp_path, CAMERAS, model)
     with pytest.raises(sf.MeshError, match=words) as caught:
         sf.read_cameras(tmp_path)
-    assert "only pinhole cameras are known (PINHOLE, SIMPLE_PINHOLE," in str(caught.value)
+    assert "only pinhole cameras are supported (PINHOLE, SIMPLE_PINHOLE," in str(caught.value)
     assert "undistort images and masks first" in str(caught.value)
     assert str(caught.value).startswith(f"{tmp_path / 'cameras.txt'}: ")
 
@@ -147,7 +147,7 @@ def test_poses_in_files_of_their_own_are_read(tmp_path):
         for camera, right in zip(found, CAMERAS[::-1], strict=True):
             assert_allclose(camera.pose, right.pose)
             assert camera.intrinsics.tolist() == [50, 50, 32, 24]
-    with pytest.raises(ValueError, match="intrinsics and size are needed"):
+    with pytest.raises(ValueError, match="a folder of poses needs intrinsics and size"):
         sf.read_cameras(folder, size=(64, 48))
     (tmp_path / "intrinsics.txt").write_text("50 50 32 24\n")
     assert len(sf.read_cameras(folder, intrinsics=tmp_path / "intrinsics.txt", size=(64, 48))) == 2
@@ -197,12 +197,12 @@ def test_counts_that_lie_do_not_take_memory(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("{", "it is not JSON"),
+        ("{", "is not JSON"),
         ("[]", "has no list of frames"),
         ('{"frames": [1]}', "has no list of frames"),
         ('{"frames": []}', "there is no image"),
-        ('{"frames": [{}], "w": 4, "h": 4}', r"frames\[0\]: it has neither fl_x nor"),
-        ('{"frames": [{}], "w": 4, "h": 4, "fl_x": 4}', r"frames\[0\]: it has no file_path"),
+        ('{"frames": [{}], "w": 4, "h": 4}', r"frames\[0\]: fl_x and camera_angle_x are"),
+        ('{"frames": [{}], "w": 4, "h": 4, "fl_x": 4}', r"frames\[0\]: file_path is missing"),
         ('{"frames": [{}], "w": null, "h": 4}', r"frames\[0\]: a value is not a number"),
         ('{"frames": [{}], "w": 4, "h": 4, "fl_x": "far"}', r"frames\[0\]: a value is not"),
     ],
@@ -226,16 +226,16 @@ def test_wrong_poses_and_names_are_refused(tmp_path):
     write_json(path, [CAMERAS[0], CAMERAS[0]])
     with pytest.raises(sf.MeshError, match="two images are named a 1"):
         sf.read_cameras(path)
-    with pytest.raises(sf.MeshError, match="there is no image with a wanted name"):
+    with pytest.raises(sf.MeshError, match="there is no image with one of the names"):
         sf.read_cameras(path, names=["z"])
     with pytest.raises(FileNotFoundError):
         sf.read_cameras(tmp_path / "none.json")
     (tmp_path / "empty").mkdir()
-    with pytest.raises(sf.MeshError, match="holds no COLMAP model"):
+    with pytest.raises(sf.MeshError, match="holds neither a COLMAP model"):
         sf.read_cameras(tmp_path / "empty")
     write_text(tmp_path / "model", CAMERAS)
     (tmp_path / "model" / "cameras.txt").write_text("1 PINHOLE 64 48 50 50 32 24\n")
-    with pytest.raises(sf.MeshError, match="has camera 7, which is not among the cameras"):
+    with pytest.raises(sf.MeshError, match="has camera 7, which the model does not have"):
         sf.read_cameras(tmp_path / "model")
     (tmp_path / "model" / "cameras.txt").write_text("7 PINHOLE 64 48 50\n")
     with pytest.raises(sf.MeshError, match="camera 7, PINHOLE, has 1 parameters"):

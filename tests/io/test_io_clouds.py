@@ -115,8 +115,8 @@ def test_the_vertices_of_a_mesh_are_a_cloud_too(tmp_path):
         ("a.xyz", b"\n", "the file has no points"),
         ("a.xyz", b"x y z\n", "the file has no points"),
         ("a.xyz", b"1 2\n3 4\n", "a point needs 3 numbers, got 2"),
-        ("a.xyz", b"1 2 3\n4 5 6 7\n", "line 2 has 4 numbers, earlier lines 3"),
-        ("a.xyz", b"x y z w\n4 5 6\n", "the first line has 4 names, the next 3 numbers"),
+        ("a.xyz", b"1 2 3\n4 5 6 7\n", "line 2 has 4 numbers, but earlier lines have 3"),
+        ("a.xyz", b"x y z w\n4 5 6\n", "the first line has 4 names, but line 2 has 3 numbers"),
         ("a.xyz", b"p q s\n4 5 6\n", "names p, q, s, but not x, y and z"),
         ("a.xyz", b"1 2 3\n4 five 6\n", "line 2: expected a number"),
         ("a.csv", b"1,2,3\n4,nan,6\n", r"points\[1\] is not finite"),
@@ -258,14 +258,14 @@ def changed(content, place, number, size=4):
     ("place", "number", "size", "message"),
     [
         (0, 0, 4, "does not begin with the header"),
-        (100, 9, 4, "the points begin within record"),
+        (100, 9, 4, "overlaps the points"),
         (104, 99, 1, "expected point format 0 to 10, got 35"),
         (104, 128 + 63, 1, "expected point format 0 to 10, got 63"),
-        (105, 20, 2, "points of format 6 take 30 bytes, not 20"),
-        (105, 42, 2, "the further numbers of a point do not fit in 42 bytes"),
+        (105, 20, 2, "points of format 6 have 30 bytes, not 20"),
+        (105, 42, 2, "the extra dimensions of a point do not fit in 42 bytes"),
         (247, 0, 8, "the file has no points"),
         (247, 10**8, 8, "declares 100000000 points of 50 bytes but 2500 bytes follow"),
-        (375 + 54 + 2, 99, 1, "have the unknown type 99"),
+        (375 + 54 + 2, 99, 1, "has the unknown type 99"),
     ],
 )  # fmt: skip
 def test_a_header_of_las_that_is_wrong_is_named(laspy, place, number, size, message):
@@ -279,14 +279,14 @@ def test_a_header_of_las_that_is_wrong_is_named(laspy, place, number, size, mess
     [
         ("points", 10**8, "over 1000 times the"),
         ("points", 51, "chunks of the file do not add up to 51 points|cannot be read"),
-        ("format", 128 + 7, "points of format 7 take|does not fit their format"),
-        ("compressor", 1, "does not fit their format"),
-        ("item", 77, "does not fit their format"),
+        ("format", 128 + 7, "points of format 7 have|does not match their format"),
+        ("compressor", 1, "does not match their format"),
+        ("item", 77, "does not match their format"),
         ("chunk size", 0, "chunks of the file do not add up|cannot be read"),
-        ("place of the table", 2**31, "lies outside of the file"),
+        ("place of the table", 2**31, "is outside of the file"),
         ("chunks", 2**32 - 1, "declares 4294967295 chunks"),
         ("chunks", 0, "do not add up to 50 points"),
-        ("layer", 2**32 - 1, "the layers of chunk 0 take more than"),
+        ("layer", 2**32 - 1, "the layers of chunk 0 are larger than"),
     ],
 )
 def test_numbers_of_laz_are_compared_with_the_file(laspy, place, number, message):
@@ -413,9 +413,9 @@ def test_a_height_grid_is_no_cloud(tmp_path, shape):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("a.tif", "a raster file is no mesh"),
-        ("a.ASC", "a raster file is no mesh"),
-        ("a.gpkg", "a vector file is no mesh"),
+        ("a.tif", "a raster file is not a mesh"),
+        ("a.ASC", "a raster file is not a mesh"),
+        ("a.gpkg", "a vector file is not a mesh"),
         ("a.las", "it holds points, use read_cloud"),
     ],
 )

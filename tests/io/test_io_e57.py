@@ -204,7 +204,7 @@ def test_a_scan_without_coordinates_is_refused(pye57, tmp_path):
     def build(nodes, image, _tree, prototype):
         return _doubles(nodes, image, prototype, ("intensity",), POINTS)
 
-    with pytest.raises(MeshError, match=r"a\.e57: scan 0 has no coordinates of points"):
+    with pytest.raises(MeshError, match=r"a\.e57: the points of scan 0 have no coordinates"):
         read_cloud(build_file(pye57, tmp_path / "a.e57", build))
 
 

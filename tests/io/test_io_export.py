@@ -126,7 +126,7 @@ class TestScanNet:
 
     def test_labels_are_checked_before_a_file_is_made(self, square, tmp_path):
         for name in ("a.segs.json", "a.bin", "a_sp_label.npy"):
-            with pytest.raises(MeshError, match=rf"labels\[1\] is -1; ids in {name[1:]} are 0"):
+            with pytest.raises(MeshError, match=rf"labels\[1\] is -1; ids in {name[1:]} must be 0"):
                 write_mesh(tmp_path / name, square, [0, -1])
             with pytest.raises(MeshError, match=r"labels\[1\] is -1"):
                 write_labels(tmp_path / name, [0, -1])
@@ -166,13 +166,15 @@ class TestSstk:
         assert sstk_hierarchy(document) == [[0, 1, 2, 3], {0: 0, 1: 0, 2: 1, 3: 1}, {0: 5, 1: 5}]
 
     def test_levels_that_are_not_nested_are_refused(self, tmp_path):
-        with pytest.raises(MeshError, match=r"region 4 of level 0 is in several of level 1"):
+        with pytest.raises(
+            MeshError, match=r"region 4 of level 0 is in several regions of level 1"
+        ):
             write_labels(tmp_path / "a.sstk.json", [[4, 4, 2], [0, 1, 1]])
 
     def test_only_triangles_have_one(self, house, tmp_path):
         for cells, what in (
             (house, r": label the triangles of PolygonMesh\.triangulate\(\)"),
-            (TETS, ", and these are tets"),
+            (TETS, ", but these are tets"),
         ):
             with pytest.raises(MeshError, match=f"holds labels of triangles{what}"):
                 write_mesh(tmp_path / "a.sstk.json", cells, [0, 1])
@@ -238,7 +240,7 @@ class TestPyTorchGeometric:
         assert len(data["edge_attr"]) == 2
 
     def test_nothing_is_no_graph(self, square, tmp_path):
-        with pytest.raises(MeshError, match="no region to make a graph of: all labels are -1"):
+        with pytest.raises(MeshError, match="a graph needs a region, but all labels are -1"):
             write_mesh(tmp_path / "a.npz", square, [-1, -1])
 
     def test_each_level_points_into_the_next(self, tmp_path):
@@ -260,9 +262,9 @@ class TestPyTorchGeometric:
         ("graphs", "message"),
         [
             ([], "there are no graphs"),
-            ({"pos": [[0, 0, 0]]}, "a graph needs edge_index"),
-            ({"edge_index": [[], []]}, "a graph needs pos"),
-            ([GRAPH, {"edge_index": [[], []], "super_index": []}], r"needs graphs\[1\]: pos"),
+            ({"pos": [[0, 0, 0]]}, "edge_index is missing"),
+            ({"edge_index": [[], []]}, "pos is missing"),
+            ([GRAPH, {"edge_index": [[], []], "super_index": []}], r"graphs\[1\]: pos is missing"),
             ([{"edge_index": [[], []], "pos": [[0]]}], "nested graphs need super_index"),
             ({**GRAPH, "pos": [["a"]]}, "pos must be numbers, got <U1"),
             ({**GRAPH, "super_index": [0.5]}, "super_index must be integers, got float64"),
@@ -519,16 +521,16 @@ class TestNamesAndVertices:
                 "a.ply",
                 {"label_name": "Label"},
                 ValueError,
-                r"label_name is for \.vtp, \.vtu",
+                r"label_name is only for \.vtp, \.vtu",
             ),
             ("a.vtp", {"label_name": ""}, ValueError, "label_name must be a line of text, got ''"),
             ("a.vtp", {"label_name": 3}, ValueError, "label_name must be a line of text, got 3"),
-            ("a.vtp", {"vertex_labels": True}, ValueError, r"vertex_labels is for \.ply"),
+            ("a.vtp", {"vertex_labels": True}, ValueError, r"vertex_labels is only for \.ply"),
             (
                 "a.ply",
                 {"classes": ["a"]},
                 ValueError,
-                r"classes is for \.glb, \.stl, \.aggregation\.json",
+                r"classes is only for \.glb, \.stl, \.aggregation\.json",
             ),
             ("a.glb", {"classes": [1.5, 2]}, TypeError, "names or whole numbers, got 1.5"),
             ("a.glb", {"classes": [1]}, MeshError, "there are 1 classes for 2 regions"),
@@ -547,7 +549,7 @@ class TestNamesAndVertices:
             write_mesh(tmp_path / "a.ply", square, vertex_labels=True)
         with pytest.raises(MeshError, match="vertex_labels needs faces with labels"):
             write_mesh(tmp_path / "a.ply", PointCloud(VERTICES), [0] * 5, vertex_labels=True)
-        with pytest.raises(MeshError, match="classes are of regions, and there are no labels"):
+        with pytest.raises(MeshError, match="classes belong to regions, but there are no labels"):
             write_mesh(tmp_path / "a.glb", square, classes=["a"])
         with pytest.raises(MeshError, match=r"there are no labels to write as \.segs\.json"):
             write_mesh(tmp_path / "a.segs.json", square)
@@ -568,7 +570,7 @@ def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, monkeypatch):
     size = path.stat().st_size
     for limit in (size - 1, 100):  # the file, and what is in it
         monkeypatch.setattr(glb, "MAX_BYTES", limit)
-        with pytest.raises(MeshError, match="too large for GLB, which holds 4 GiB"):
+        with pytest.raises(MeshError, match="too large for GLB, at most 4 GiB"):
             write_mesh(tmp_path / "b.glb", square, [0, 1])
         assert [*tmp_path.iterdir()] == [path]
     monkeypatch.setattr(glb, "MAX_BYTES", size)
@@ -674,7 +676,7 @@ def test_a_region_of_one_point_is_a_file_of_its_own(tmp_path):
 def test_more_regions_than_glb_has_ids_for_are_refused(tmp_path, monkeypatch, square):
     monkeypatch.setattr("superfacets.export.glb.MAX_IDS", 2)
     write_mesh(tmp_path / "a.glb", square, [5, 9])
-    with pytest.raises(MeshError, match=r"ids of up to 2 regions, and there are 12: write \.ply"):
+    with pytest.raises(MeshError, match=r"ids of 2 regions, but there are 12: write \.ply"):
         write_mesh(tmp_path / "a.glb", shapes.cube(), np.arange(12))
 
 

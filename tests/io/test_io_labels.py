@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 import pytest
-from mesh_files import ORDERS, VERTICES, ply_header, ply_text
+from mesh_files import ORDERS, VERTICES, ply_header, ply_text, stl_binary
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh, MeshError, PointCloud, TetMesh
@@ -124,7 +124,7 @@ def test_another_number_of_faces_is_refused(refuse, name, data):
         (np.array(["a"]), "labels must be integers: the .npy header declares"),
         (
             np.array([(1, 2)], dtype="i4,i4"),
-            "its type is \"[('f0', '<i4",
+            "expected a type as '<i4', got [['f0', '<i4'",
         ),
         (np.array([1, -2]), "labels[1] is -2; it must be -1 to 2147483647"),
         (np.array([1, 2**31]), "labels[1] is 2147483648; it must be -1 to 2147483647"),
@@ -140,23 +140,29 @@ def test_npy_of_something_else_is_refused(refuse, array, message):
     ("data", "message"),
     [
         (b"hello", "the header of the .npy file cannot be read: "),
-        (npy(LABELS)[:7], "the header of the .npy file cannot be read: its version is [1];"),
-        (npy(LABELS)[:9], "cannot be read: the file ends after 9 bytes, within the header"),
-        (npy(LABELS)[:60], "cannot be read: the file ends after 60 bytes, within the header"),
-        (npy(LABELS).replace(b"(3,)", b"(3,,"), "expected descr, fortran_order and shape, got "),
-        (npy(LABELS).replace(b"(3,)", b"(3) "), "its shape is '(3)'; expected a tuple of integers"),
-        (npy(LABELS).replace(b"(3,)", b"(,) "), "its shape is '(,)'; expected a tuple of integers"),
-        (npy(LABELS).replace(b"(3,)", b"True"), "its shape is 'True'; expected a tuple of"),
-        (npy(LABELS).replace(b"False", b"(0,) "), "its fortran_order is '(0,)'; expected True or"),
-        (npy(LABELS).replace(b"'<i4'", b"'<i3'"), "numpy knows no type '<i3'"),
-        (npy(LABELS).replace(b"'<i4'", b"'i,i'"), "its type is \"'i,i'\"; expected a number"),
-        (npy(LABELS).replace(b"'<i4'", b"b'\\d'"), "expected descr, fortran_order and shape, got "),
-        (npy(LABELS).replace(b"'<i4'", b"[]*99"), "expected descr, fortran_order and shape, got "),
+        (npy(LABELS)[:7], "cannot be read: expected it to begin with"),
+        (npy(LABELS)[:9], "the header of the .npy file cannot be read: "),
+        (npy(LABELS)[:60], "cannot be read: expected 128 bytes, and at most 10000"),
+        (npy(LABELS).replace(b"(3,)", b"(3,,"), "the header of the .npy file cannot be read: "),
+        (npy(LABELS).replace(b"(3,)", b"(-) "), "the header of the .npy file cannot be read: "),
+        (npy(LABELS).replace(b"(3,)", b"True"), "expected a tuple of integers as shape, got True"),
+        (npy(LABELS).replace(b"(3,)", b"(1.)"), "the header of the .npy file cannot be read: "),
+        (
+            npy(LABELS).replace(b"False", b"(0,) "),
+            "expected True or False as fortran_order, got [0]",
+        ),
+        (npy(LABELS).replace(b"'<i4'", b"'<i3'"), "the header of the .npy file cannot be read: "),
+        (npy(LABELS).replace(b"'<i4'", b"'i,i'"), "expected a type as '<i4', got 'i,i'"),
+        (npy(LABELS).replace(b"'<i4'", b"b'\\d'"), "the header of the .npy file cannot be read: "),
+        (npy(LABELS).replace(b"'<i4'", b"[]*99"), "the header of the .npy file cannot be read: "),
         (npy(LABELS).replace(b"'shape'", b"'order'"), "expected descr, fortran_order and shape, "),
-        (npy(LABELS).replace(b"{'descr'", b"{[]:1,  "), "expected descr, fortran_order and shape"),
-        (b"\x93NUMPY\4\0" + npy(LABELS)[8:], "its version is [4, 0]; expected [1, 0], [2, 0]"),
-        (b"\x93NUMPY\2\0\x58\x1b\0\0" + 7_000 * b"[", "got '[[[[[[[[[[[[...[[[[[[[[[[[[['"),
-        (b"\x93NUMPY\2\0\xff\xff\xff\xff" + 90_000 * b" ", "it has 4294967295 bytes; expected at"),
+        (
+            npy(LABELS).replace(b"{'descr'", b"{[]:1,  "),
+            "the header of the .npy file cannot be read",
+        ),
+        (b"\x93NUMPY\4\0" + npy(LABELS)[8:], "version 1.0, 2.0 or 3.0"),
+        (b"\x93NUMPY\2\0\x58\x1b\0\0" + 7_000 * b"[", "the header of the .npy file cannot be read"),
+        (b"\x93NUMPY\2\0\xff\xff\xff\xff" + 90_000 * b" ", "4294967307 bytes, and at most 10000"),
         (npy(np.array([1, None]), allow_pickle=True), "integers: the .npy header declares object"),
         (npy(LABELS)[:-1], "declares 12 bytes of labels but 11 follow: the file may be truncated"),
         (
@@ -238,8 +244,8 @@ def test_an_empty_file_is_refused(refuse, name):
 @pytest.mark.parametrize(("name", "ending"), [("a.json", ".json"), ("a", "none")])
 def test_an_unknown_ending_is_refused(refuse, name, ending):
     endings = (
-        ".npy, .ply, .seg, .txt, .vtp, .csv, .e57, .las, .laz, .pcd, .xyz, .mesh, .msh, .vtk, .vtu"
-        ", .label.gii, .annot"
+        ".npy, .ply, .seg, .txt, .stl, .obj, .vtp, .csv, .e57, .las, .laz, .pcd, .xyz, .mesh, .msh"
+        ", .vtk, .vtu, .label.gii, .annot"
     )
     refuse(name, b"1\n", f"expected the ending {endings}, got {ending}")
     assert ", ".join(LABEL_ENDINGS) == endings
@@ -282,6 +288,38 @@ def test_an_array_of_another_name_is_read(tmp_path, ending):
     assert not has_labels(path)
     with pytest.raises(MeshError, match="has no cell data label"):
         read_labels(path)
+
+
+@pytest.mark.parametrize("ending", [".stl", ".obj"])
+def test_regions_come_back_from_solids_and_groups(tmp_path, ending):
+    path = tmp_path / f"a{ending}"
+    mesh = Mesh(VERTICES, [[0, 1, 2], [1, 2, 3], [0, 2, 3], [0, 1, 3]])
+    write_mesh(path, mesh, [17, -1, 4, 17])
+    assert_array_equal(read_labels(path, 4), [-1, 4, 17, 17])  # faces are in the order of regions
+    assert has_labels(path)
+    write_mesh(path, mesh)
+    assert not has_labels(path)
+
+
+def test_named_parts_are_numbered_in_their_order(tmp_path):
+    path = tmp_path / "a.stl"
+    facet = "facet normal 0 0 0\nouter loop\n" + "vertex 0 0 0\n" * 3 + "endloop\nendfacet\n"
+    names = ("inlet", "wall", "Inlet", "wall", "")
+    path.write_text("".join(f"SOLID {name}\n{2 * facet}endsolid\n" for name in names))
+    assert_array_equal(read_labels(path), [0, 0, 1, 1, 2, 2, 1, 1, 3, 3])
+    assert not has_labels(path)
+    path = tmp_path / "a.obj"
+    vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+    path.write_text(f"{vertices}f 1 2 3\no car\nf 1 2 3\ng front \\\n door # left\nf 1 2 3\n")
+    assert_array_equal(read_labels(path), [-1, 0, 1])
+    path.write_text(f"{vertices}g car\nf 1 2 3\ng region_7\nf 1 2 3\n")
+    assert_array_equal(read_labels(path), [0, 1])
+
+
+def test_files_without_parts_are_refused(refuse):
+    refuse("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "the OBJ file has no groups")
+    refuse("a.obj", b"g a\nf 1 2 3\n", "faces[0] refers to vertex 1")
+    refuse("a.stl", stl_binary(), "a binary STL file has no solids")
 
 
 def test_a_missing_file_is_an_os_error(tmp_path):

@@ -144,7 +144,7 @@ def test_padding_and_repeated_fields_are_left_out(cloud_of):
         "a": [9],
         "c": [4],
     }
-    assert attributes.left_out == ("field 'c', whose name is taken or is no word of ASCII",)
+    assert attributes.left_out == ("field 'c', whose name is taken or is not a word of ASCII",)
 
 
 def test_copies_that_overlap_are_unpacked(cloud_of):
@@ -166,11 +166,14 @@ COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + REC
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"VERSION .7\nPOINTS 1\n", "no line DATA"),
+        (b"VERSION .7\nPOINTS 1\n", "the line DATA"),
         (header(XYZ, "morse"), "expected DATA ascii, binary, binary_compressed, got 'morse'"),
-        (header(XYZ[:2], "ascii"), "no number z"),
-        (header([*XYZ, ("w", "F2", 1)], "ascii"), "TYPE and SIZE like F 4, got 'F2'"),
-        (header([*XYZ[:2], ("z", "F4", 2)], "ascii"), "no number z"),
+        (header(XYZ[:2], "ascii"), "no coordinate z"),
+        (
+            header([*XYZ, ("w", "F2", 1)], "ascii"),
+            "TYPE and SIZE of numbers, such as F 4, got 'F2'",
+        ),
+        (header([*XYZ[:2], ("z", "F4", 2)], "ascii"), "no coordinate z"),
         (header(XYZ, "ascii", COUNT="1 1"), "differ in length"),
         (header(XYZ, "ascii", WIDTH=5), "POINTS is 4, but WIDTH times HEIGHT is 5"),
         (header(XYZ, "ascii", 0), "the file has no points"),

@@ -231,7 +231,7 @@ def test_ascii_indices_must_be_integers(refuse):
 @pytest.mark.parametrize("row", ["3 0 1", "3 0 1 2 3", "2 0", "99999999999999999999 0 1 2"])
 def test_ascii_rows_of_another_length_than_declared_are_refused(refuse, row):
     data = ply_text().replace(b"3 0 1 2\n", row.encode() + b"\n")
-    refuse("a.ply", data, "do not make a row as the PLY header declares it")
+    refuse("a.ply", data, "do not form a row as the PLY header declares it")
 
 
 def test_words_in_an_ascii_body_are_refused_with_their_line(refuse):
@@ -240,8 +240,8 @@ def test_words_in_an_ascii_body_are_refused_with_their_line(refuse):
 
 
 def test_more_rows_than_declared_are_refused(refuse):
-    refuse("a.ply", ply_text() + b"3 0 1 2\n", "line 18 comes after all that the PLY header")
-    refuse("a.ply", ply_binary() + b"3", "1 byte follow all that the PLY header declares")
+    refuse("a.ply", ply_text() + b"3 0 1 2\n", "line 18 is more than the PLY header")
+    refuse("a.ply", ply_binary() + b"3", "1 byte more than the header declares")
 
 
 def test_blanks_may_follow(read):
@@ -257,8 +257,8 @@ def test_blanks_may_follow(read):
         ("format ascii 1.0", "format ebcdic 1.0", "where `format` and one of"),
         ("format ascii 1.0", "", "where `format` and one of"),
         ("format ascii 1.0", "format ascii 2.0", "version '2.0' is not supported"),
-        ("element face 2", "element face two", "holds 'element face two' where"),
-        ("element face 2", "element face -2", "holds 'element face -2' where"),
+        ("element face 2", "element face two", "has 'element face two' where"),
+        ("element face 2", "element face -2", "has 'element face -2' where"),
         ("element face 2", "element face ²", "where an element with its count"),
         ("element face 2", "element vertex 2", "declares element vertex twice"),
         ("comment of nobody", "property float w", "'property float w' where an element"),
@@ -285,7 +285,7 @@ def test_a_header_of_one_line_is_refused(refuse):
 
 def test_a_header_line_is_shown_cut_and_on_one_line(refuse):
     data = ply_text().replace(b"comment of nobody", b"x" * 5000)
-    refuse("a.ply", data, "where an element with its count, or a property should be")
+    refuse("a.ply", data, "where an element with its count, or a property was expected")
 
 
 def test_strips_of_a_real_file_are_a_closed_surface(data_dir):

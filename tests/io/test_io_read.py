@@ -82,7 +82,7 @@ def test_a_pipe_is_an_os_error_and_does_not_hang(tmp_path):
 def test_a_file_that_may_not_be_read_is_an_os_error(tmp_path, monkeypatch):
     (tmp_path / "a.ply").write_bytes(ply_text())
     monkeypatch.setattr(os, "access", lambda *_: False)  # root may read everything
-    with pytest.raises(PermissionError, match=r"a\.ply: may not be read"):
+    with pytest.raises(PermissionError, match=r"a\.ply: you have no permission to read"):
         read_mesh(tmp_path / "a.ply")
 
 

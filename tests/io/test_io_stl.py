@@ -49,7 +49,7 @@ def test_the_size_of_blocks_does_not_matter(read, monkeypatch, block):
 def test_a_binary_count_that_does_not_fit_the_size_is_refused(refuse, n_faces):
     size = 84 + 50 * n_faces
     noun = "triangle" if n_faces == 1 else "triangles"
-    message = f"{n_faces} declared {noun} take {size} bytes but the file has 184"
+    message = f"{n_faces} declared {noun} need {size} bytes but the file has 184"
     refuse("a.stl", stl_binary(n_faces=n_faces), message)
 
 
@@ -79,11 +79,11 @@ def test_coordinates_that_are_not_finite_are_refused(refuse, make, value):
         ("      vertex 1.0 0.0 0.0\n", "", "line 6: expected the keyword vertex"),
         ("    endloop\n", "vertex 3 3 3\nendloop\n", "line 7: faces[0] has more than 3 corners"),
         ("outer loop", "inner loop", "line 3: expected the keyword outer"),
-        ("endsolid square\n", "", "line 15: the file ends, but not each `solid`"),
-        ("endsolid square\n", "endsolidity\n", "line 16: the file ends, but not each `solid`"),
-        ("endsolid square\n", "solid b\nendsolid\n", "line 17: the file ends, but not each `sol"),
+        ("endsolid square\n", "", "line 15: the file ends, but a `solid` has"),
+        ("endsolid square\n", "endsolidity\n", "line 16: the file ends, but a `solid` has"),
+        ("endsolid square\n", "solid b\nendsolid\n", "line 17: the file ends, but a `solid` has"),
         ("  endfacet\nendsolid", "endsolid", "the last facet is incomplete"),
-        ("solid square\n", "solids square\n", "line 16: the file ends, but not each `solid`"),
+        ("solid square\n", "solids square\n", "line 16: the file ends, but a `solid` has"),
     ],
 )
 def test_ascii_files_of_another_structure_are_refused(refuse, old, new, message):

@@ -191,7 +191,10 @@ def test_gltf_transforms_of_coordinates_are_applied(tmp_path):
     expected = np.stack([v + 0.5, 1 - (-2 * u + 0.25)], axis=1)
     np.testing.assert_allclose(pairs_at_corners(attributes.texture), expected, atol=1e-6)
     (note,) = attributes.left_out
-    assert note == "normalTexture, which has coordinates of its own, of material 'material_0'"
+    assert (
+        note
+        == "normalTexture, which uses other coordinates than the color, of material 'material_0'"
+    )
 
 
 def test_mirrored_nodes_keep_pairs_at_their_corners(tmp_path):
@@ -548,7 +551,7 @@ def test_gltf_images_outside_of_the_folder_are_not_read(tmp_path):
 def test_files_that_are_no_images_are_not_copied(square, tmp_path):
     (square.parent / "door.png").write_text("a key that nobody else should have")
     attributes = read_attributes(square)
-    assert attributes.left_out == ("image 'door.png', which is of no known format",)
+    assert attributes.left_out == ("image 'door.png', which has an unknown format",)
     (tmp_path / "out").mkdir()
     write_mesh(tmp_path / "out" / "b.obj", read_mesh(square), attributes=attributes)
     assert not list((tmp_path / "out").glob("*door*"))
@@ -595,7 +598,7 @@ def test_a_bomb_takes_no_memory(tmp_path):
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     for size in (16_384, 100_000):
         image = TextureImage("a.png", content=png_of_size(size, size, bytes(10**6)))
-        with pytest.raises(MeshError, match="which is too much"):
+        with pytest.raises(MeshError, match="which is too many"):
             image.size()
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000
 
@@ -671,10 +674,10 @@ def test_coordinates_of_an_obj_that_there_are_not_are_none(square):
     [
         ({"coordinates": [[0, 0, 0]]}, r"coordinates must have shape \(T, 2\), got \(1, 3\)"),
         ({"coordinates": [["a", "b"]]}, "coordinates must be numbers"),
-        ({"corners": [0, 1, 9]}, r"corners\[2\] is 9, and there are 3"),
+        ({"corners": [0, 1, 9]}, r"corners\[2\] is 9; it must be -1 to 2"),
         ({"corners": [0.5, 1, 2]}, "corners must be integers"),
         ({"corners": [[0, 1, 2]]}, "corners must have one dimension"),
-        ({"face_materials": [-2]}, r"face_materials\[0\] is -2, and there are 1"),
+        ({"face_materials": [-2]}, r"face_materials\[0\] is -2; it must be -1 to 0"),
     ],
 )
 def test_wrong_textures_are_refused(change, message):
@@ -698,7 +701,7 @@ def test_a_texture_of_another_mesh_is_refused(square, tmp_path):
     attributes = read_attributes(square)
     with pytest.raises(MeshError, match="the texture has 6 corners of 2 faces but the mesh has 3"):
         write_mesh(tmp_path / "a.obj", Mesh(VERTICES, FACES[:1]), attributes=attributes)
-    with pytest.raises(ValueError, match="points have no texture"):
+    with pytest.raises(ValueError, match="points cannot have a texture"):
         write_mesh(tmp_path / "a.las", VERTICES, attributes=attributes)
     with pytest.raises(MeshError, match="there is no texture"):
         texture_colors(read_mesh(square))

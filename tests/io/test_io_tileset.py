@@ -128,7 +128,7 @@ def test_a_center_may_be_in_the_binary_part(tmp_path):
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"b3dm" + bytes(10), "the b3dm file is cut: it has only 14 bytes"),
+        (b"b3dm" + bytes(10), "the b3dm file is truncated: it has only 14 bytes"),
         (b3dm().replace(b"b3dm\1", b"b3dm\2"), "b3dm version 2 is not supported"),
         (b3dm()[:-4], "the b3dm file is shorter than it declares"),
         (b3dm(b"glTG" + glb()[4:]), "the b3dm file holds no binary glTF"),
@@ -170,8 +170,11 @@ def refused(path):
         ({"implicitTiling": {}}, "implicit tiling is not supported"),
         ({"extensions": {"3DTILES_implicit_tiling": {}}}, "implicit tiling is not supported"),
         ({"boundingVolume": {"box": [1]}}, "box must be 12 numbers"),
-        ({"boundingVolume": {"region": [0, 0, 0, 0, 1e308, 1e308]}}, "is infinitely far away"),
-        ({"transform": [1e300] * 16, "boundingVolume": {"sphere": [1e300] * 4}}, "infinitely far"),
+        (
+            {"boundingVolume": {"region": [0, 0, 0, 0, 1e308, 1e308]}},
+            "the position of the tileset is not finite",
+        ),
+        ({"transform": [1e300] * 16, "boundingVolume": {"sphere": [1e300] * 4}}, "is not finite"),
     ],
 )
 def test_a_tileset_that_is_wrong_is_refused(lone, root, message):
@@ -183,8 +186,8 @@ def test_a_tileset_that_is_wrong_is_refused(lone, root, message):
     [
         ("{", "not a tileset, or damaged: "),
         ("[" * 100_000, "not a tileset, or damaged: RecursionError"),
-        ("[]", "the JSON has no asset and root"),
-        ('{"asset": {"version": "1.0"}}', "the JSON has no asset and root"),
+        ("[]", "the JSON has no asset or no root"),
+        ('{"asset": {"version": "1.0"}}', "the JSON has no asset or no root"),
         ('{"asset": {"version": "2.0"}, "root": {}}', "only 1.0 and 1.1 are"),
         ('{"asset": {"version": "1.0", "gltfUpAxis": "W"}, "root": {}}', "gltfUpAxis is 'W'"),
     ],
@@ -209,6 +212,13 @@ def test_tilesets_that_multiply_are_refused(tmp_path, monkeypatch):
         write_tileset(tmp_path / f"{i}.json", {"children": twice})
     write_tileset(tmp_path / "40.json", {})
     assert "has more than 5000 tiles" in refused(tmp_path / "0.json")
+
+
+def test_a_tileset_of_too_many_tiles_is_refused_before_they_are_visited(tmp_path, monkeypatch):
+    monkeypatch.setattr("superfacets.io.readers.tileset.MAX_TILES", 100)
+    tiles = [{"transform": "damaged"}] * 100  # a visit would find another error
+    path = write_tileset(tmp_path / "tileset.json", {"children": tiles})
+    assert "has more than 100 tiles" in refused(path)
 
 
 def test_a_missing_tileset_is_named(lone):

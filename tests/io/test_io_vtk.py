@@ -193,7 +193,7 @@ HUGE = 10**10
         ("a.vtp", POLYDATA.replace('Polys="1"', f'Polys="{HUGE}"'), "too many for a file"),
         ("a.vtp", POLYDATA.replace('Components="3"', f'Components="{HUGE}"'), "3 components"),
         ("a.vtp", POLYDATA.replace(">3<", ">300000000<"), "too many for a file"),
-        ("a.vtp", POLYDATA.replace(">3<", ">-3<"), "that do not fall"),
+        ("a.vtp", POLYDATA.replace(">3<", ">-3<"), "ascending integers"),
         ("a.vtp", POLYDATA.replace("0 1 2<", "0 1 2 0<"), "expected 3 numbers, got 4"),
         ("a.vtp", POLYDATA.replace('Points="3"', 'Points="-1"'), "whole numbers, got '-1'"),
         ("a.vtp", "<!DOCTYPE x []>" + POLYDATA, "declares a document type"),
@@ -201,12 +201,12 @@ HUGE = 10**10
             "a.vtk",
             "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
             f"POINTS {HUGE} double\n" + " " * 100,
-            "are declared, but at most 12 are there",
+            "are declared, but at most 12 follow",
         ),
         (
             "a.msh",
             f"$MeshFormat\n2.2 1 8\n\1\0\0\0\n$EndMeshFormat\n$Nodes\n{HUGE}\n" + "\0" * 50,
-            "are declared, but at most 50 are there",
+            "are declared, but at most 50 follow",
         ),
         (
             "a.mesh",

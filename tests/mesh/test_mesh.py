@@ -148,7 +148,7 @@ def test_objects_that_are_no_meshes_are_refused_with_what_is_accepted():
 def test_a_scene_is_refused_with_the_way_to_a_mesh():
     trimesh = pytest.importorskip("trimesh")
     scene = trimesh.Scene(trimesh.creation.box())
-    with pytest.raises(TypeError, match=r"Scene does not .* of a Scene pass \.to_mesh\(\)"):
+    with pytest.raises(TypeError, match=r"Scene does not .* for a Scene pass \.to_mesh\(\)"):
         as_mesh(scene)
 
 

@@ -247,7 +247,7 @@ def test_pairs_of_arrays_are_triangles_where_all_faces_are():
 def test_what_needs_triangles_says_so():
     triangles = PolygonMesh.of_faces(SQUARE, [[0, 1, 2], [0, 2, 3]])
     assert as_triangles(triangles).faces.tolist() == [[0, 1, 2], [0, 2, 3]]
-    with pytest.raises(MeshError, match=r"faces\[0\] has 6 corners, but this needs triangles"):
+    with pytest.raises(MeshError, match=r"faces\[0\] has 6 corners, but expected are triangles"):
         as_triangles(L_SHAPE)
 
 
@@ -262,7 +262,7 @@ def test_quads_and_mixed_polydata_of_pyvista_keep_their_faces_in_order():
 @pytest.mark.parametrize("flat", [[4, 0, 1, 2, 3, 3, 0, 1], [3, 0, 1, 2, -1], [3, 0, 1, 2, 0]])
 def test_flat_faces_that_run_beyond_their_end_are_refused(flat):
     odd = types.SimpleNamespace(points=np.array(SQUARE, float), faces=np.array(flat))
-    with pytest.raises(MeshError, match=r"faces\[1\] runs beyond|faces\[1\] has 0 corners"):
+    with pytest.raises(MeshError, match=r"faces\[1\] extends beyond|faces\[1\] has 0 corners"):
         as_mesh(odd)
 
 

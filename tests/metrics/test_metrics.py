@@ -254,6 +254,15 @@ def test_what_cannot_be_measured_is_refused():
         evaluate(mesh, [0, 0, 0])
     with pytest.raises(ValueError, match="there are 3 labels for 4 cells"):
         evaluate(mesh, [0] * 4, [[0] * 3])
+    per_vertex = [0] * mesh.n_vertices
+    for call in (
+        lambda: evaluate(mesh, per_vertex),
+        lambda: evaluate(mesh, [0] * 4, [per_vertex]),
+        lambda: undersegmentation_error(mesh, per_vertex, [0] * 4),
+        lambda: undersegmentation_error(mesh, [0] * 4, per_vertex),
+    ):
+        with pytest.raises(ValueError, match="for 4 cells, as many as the vertices: superfacets"):
+            call()
     with pytest.raises(TypeError, match="labels must be integers, got float64"):
         compactness(mesh, [0.5] * 4)
     with pytest.raises(ValueError, match="tolerance must be finite and not negative"):

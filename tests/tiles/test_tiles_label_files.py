@@ -94,7 +94,7 @@ def test_files_with_one_stem_are_refused_before_any_work(sheet, city, tmp_path):
 def test_a_folder_is_for_the_labels_of_a_folder(sheet, tmp_path, name):
     write_mesh(tmp_path / "a.ply", sheet)
     for source in (sheet, tmp_path / "a.ply", str(tmp_path / "none.ply")):
-        with pytest.raises(ValueError, match=r"a folder takes the labels of a folder of files"):
+        with pytest.raises(ValueError, match=r"only the labels of a folder of files"):
             segment_tiled(source, 12, scratch=tmp_path, out=f"{tmp_path}/{name}")
     assert named(tmp_path) == ["a.ply"]
 
@@ -135,7 +135,7 @@ def test_a_folder_that_changes_while_the_run_begins(city, tmp_path):
     def remove(_):
         (city / "c.obj").unlink(missing_ok=True)
 
-    with pytest.raises(OSError, match="held 3 files when the run began, and holds 2 now"):
+    with pytest.raises(OSError, match="had 3 files when the run began, but now has 2"):
         segment_tiled(city, 12, scratch=tmp_path, out=tmp_path / "out", on_stage=remove)
     assert named(tmp_path / "out") == []
 
@@ -144,11 +144,11 @@ def test_labels_do_not_replace_the_source(sheet, city, tmp_path):
     points = tmp_path / "points.npy"
     np.save(points, sheet.vertices)
     before = points.read_bytes()
-    with pytest.raises(ValueError, match=r"points\.npy: the labels would replace a file"):
+    with pytest.raises(ValueError, match=r"points\.npy: the labels would overwrite a file"):
         segment_tiled(points, 5, out=points)
     assert points.read_bytes() == before
     out = tmp_path / "labels"
     out.mkdir()
     (out / "c.npy").symlink_to(city / "c.obj")
-    with pytest.raises(ValueError, match=r"c\.npy: the labels would replace a file"):
+    with pytest.raises(ValueError, match=r"c\.npy: the labels would overwrite a file"):
         segment_tiled(city, 5, out=out)

@@ -123,7 +123,7 @@ def test_a_folder_holds_the_meshes_in_it_by_name(scratch, tmp_path):
     (folder / "readme.txt").write_text("of tiles")
     check(folder, scratch, together(parts))
     sf.write_mesh(folder / "d.obj", PolygonMesh(cube().vertices, [0, 4], [0, 1, 3, 2]))
-    with pytest.raises(MeshError, match="several files has to hold triangles alone"):
+    with pytest.raises(MeshError, match="the files of a folder must hold triangles"):
         open_pieces(folder, scratch, for_workers=True)
 
 

@@ -150,7 +150,8 @@ class NearestPlace {
       return graph_->tree.level(level)[index].squared_distance(target_) <= squared_ &&
              --n_visits >= 0;
     };
-    graph_->tree.visit_leaves(may_hold, [&](std::size_t begin, std::size_t end) {
+    graph_->tree.visit_leaves(may_hold, [&](std::size_t leaf) {
+      const auto [begin, end] = graph_->tree.places(leaf);
       for (auto place = static_cast<Place>(begin); std::cmp_less(place, end); ++place) {
         const double squared = squared_norm(graph_->positions[place] - target_);
         if (squared > squared_ || !is_wanted(place)) continue;

@@ -40,6 +40,7 @@ std::vector<NormalPair> list_pairs(TurnedSets& sets, const NeighborRows& neighbo
                                    const PlaceOf& place_of) {
   std::vector<NormalPair> pairs;
   for_each_cosine(neighbors, normals, [&](Place row, Place near, double cosine) {
+    if (std::abs(cosine) >= kSameDirection) return;  // already joined
     const Place from = place_of(row);
     const Place to = place_of(near);
     if (sets.root(from).first == sets.root(to).first) return;

@@ -67,7 +67,8 @@ class LabeledCells {
       return squared < best.squared_distance ||
              (squared == best.squared_distance && lowest_[level][index] < best.cell);
     };
-    tree_.visit_leaves(may_improve, [&](std::size_t begin, std::size_t end) {
+    tree_.visit_leaves(may_improve, [&](std::size_t leaf) {
+      const auto [begin, end] = tree_.places(leaf);
       for (auto i = begin; i < end; ++i) compare(target, static_cast<std::int64_t>(i), group, best);
     });
   }

@@ -96,7 +96,7 @@ std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers)
       return !is_in_reach && has_source[level][index] != 0 &&
              graph_.tree.level(level)[index].squared_distance(center) <= squared_reach_;
     };
-    graph_.tree.visit_leaves(may_hold, [&](std::size_t, std::size_t) { is_in_reach = true; });
+    graph_.tree.visit_leaves(may_hold, [&](std::size_t) { is_in_reach = true; });
     if (is_in_reach) labels.push_back(static_cast<Label>(label));
   }
   return labels;

@@ -45,7 +45,8 @@ class BridgeSearch {
       return lowest_ranks_[level][index] < rank && cells_.tree.level(level)[index].squared_distance(
                                                        target) <= bridges_[rank].squared_length;
     };
-    cells_.tree.visit_leaves(may_hold, [&](std::size_t begin, std::size_t end) {
+    cells_.tree.visit_leaves(may_hold, [&](std::size_t leaf) {
+      const auto [begin, end] = cells_.tree.places(leaf);
       for (auto other = begin; other < end; ++other) {
         if (ranks_[other] < rank) compare(place, static_cast<Place>(other));
       }

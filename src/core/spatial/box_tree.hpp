@@ -15,8 +15,8 @@
 
 namespace superfacets {
 
-// A leaf holds consecutive places on the curve, kLeaf by default; a node has kFanOut children in
-// the level below.
+// A leaf holds consecutive places on the curve: a fixed number, or the ranges that are given. A
+// node has kFanOut children in the level below.
 class BoxTree {
  public:
   // places per leaf; their positions fill twelve cache lines
@@ -35,19 +35,14 @@ class BoxTree {
   template <typename BoxOf>
   BoxTree(std::size_t n_cells, std::size_t leaf_size, const BoxOf& box_of, ThreadTeam& team)
       : n_cells_(n_cells), leaf_size_(leaf_size) {
-    levels_.emplace_back((n_cells + leaf_size - 1) / leaf_size);
-    team.for_each_index(std::ssize(levels_[0]), [&](std::int64_t leaf) {
-      const auto [first, last] = places(leaf);
-      for (auto place = first; place < last; ++place) levels_[0][leaf].include(box_of(place));
-    });
-    while (levels_.back().size() > 1) {
-      const std::vector<Box>& below = levels_.back();
-      std::vector<Box> nodes((below.size() + kFanOut - 1) / kFanOut);
-      for (std::size_t child = 0; child < below.size(); ++child) {
-        nodes[child / kFanOut].include(below[child]);
-      }
-      levels_.push_back(std::move(nodes));
-    }
+    add_levels((n_cells + leaf_size - 1) / leaf_size, box_of, team);
+  }
+  // Builds a tree over points with the given leaves: leaf i begins at starts[i] and ends at
+  // starts[i + 1].
+  BoxTree(std::span<const Point> positions, std::vector<Place> starts, ThreadTeam& team)
+      : n_cells_(positions.size()), starts_(std::move(starts)) {
+    const auto box_of = [&](std::size_t place) { return Box{positions[place], positions[place]}; };
+    add_levels(starts_.size() - 1, box_of, team);
   }
 
   bool empty() const { return n_cells_ == 0; }
@@ -61,6 +56,7 @@ class BoxTree {
   }
   // The range of places of a leaf: the first, and one past the last.
   std::pair<std::size_t, std::size_t> places(std::size_t leaf) const {
+    if (!starts_.empty()) return {starts_[leaf], starts_[leaf + 1]};
     SUPERFACETS_ASSERT(leaf * leaf_size_ < n_cells_);
     return {leaf * leaf_size_, std::min((leaf + 1) * leaf_size_, n_cells_)};
   }
@@ -83,8 +79,8 @@ class BoxTree {
     return nodes;
   }
 
-  // Calls visit(begin, end), with the range of places, for each leaf if is_wanted(level, index)
-  // holds for the leaf and all of its ancestors. The condition may change between visits.
+  // Calls visit(leaf) for each leaf if is_wanted(level, index) holds for the leaf and all of its
+  // ancestors. The condition may change between visits.
   template <typename IsWanted, typename Visit>
   void visit_leaves(const IsWanted& is_wanted, const Visit& visit) const {
     if (!empty()) visit_below(n_levels() - 1, 0, is_wanted, visit);
@@ -100,14 +96,28 @@ class BoxTree {
   }
 
  private:
+  template <typename BoxOf>
+  void add_levels(std::size_t n_leaves, const BoxOf& box_of, ThreadTeam& team) {
+    levels_.emplace_back(n_leaves);
+    team.for_each_index(std::ssize(levels_[0]), [&](std::int64_t leaf) {
+      const auto [first, last] = places(leaf);
+      for (auto place = first; place < last; ++place) levels_[0][leaf].include(box_of(place));
+    });
+    while (levels_.back().size() > 1) {
+      const std::vector<Box>& below = levels_.back();
+      std::vector<Box> nodes((below.size() + kFanOut - 1) / kFanOut);
+      for (std::size_t child = 0; child < below.size(); ++child) {
+        nodes[child / kFanOut].include(below[child]);
+      }
+      levels_.push_back(std::move(nodes));
+    }
+  }
+
   template <typename IsWanted, typename Visit>
   void visit_below(std::size_t level, std::size_t index, const IsWanted& is_wanted,
                    const Visit& visit) const {
     if (!is_wanted(level, index)) return;
-    if (level == 0) {
-      const auto [begin, end] = places(index);
-      return visit(begin, end);
-    }
+    if (level == 0) return visit(index);
     const auto [begin, end] = children(level, index);
     for (auto child = begin; child < end; ++child) visit_below(level - 1, child, is_wanted, visit);
   }
@@ -136,6 +146,7 @@ class BoxTree {
 
   std::size_t n_cells_ = 0;
   std::size_t leaf_size_ = kLeaf;
+  std::vector<Place> starts_;  // first place of each leaf, and the end; empty with fixed leaves
   std::vector<std::vector<Box>> levels_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <mutex>
 #include <numeric>
 #include <utility>
@@ -182,6 +183,25 @@ Buffer<Cell> order_within_steps(std::span<const Point> positions,
   std::iota(order.begin(), order.end(), 0);
   refine(positions, codes, n_together, order.span(), team);
   return order;
+}
+
+std::vector<Place> octant_ranges(std::span<const std::uint32_t> codes, std::size_t n_together) {
+  std::vector<Place> starts;
+  const auto split = [&](const auto& self, std::size_t first, std::size_t last) -> void {
+    if (last - first <= n_together) return starts.push_back(static_cast<Place>(first));
+    std::size_t middle = first + (last - first) / 2;
+    if (codes[first] != codes[last - 1]) {
+      const auto highest = std::bit_floor(codes[first] ^ codes[last - 1]);
+      const auto is_low = [&](std::uint32_t code) { return (code & highest) == 0; };
+      middle =
+          std::ranges::partition_point(codes.subspan(first, last - first), is_low) - codes.begin();
+    }
+    self(self, first, middle);
+    self(self, middle, last);
+  };
+  split(split, 0, codes.size());
+  starts.push_back(static_cast<Place>(codes.size()));
+  return starts;
 }
 
 Box bounds_of(std::span<const Point> positions, ThreadTeam& team) {

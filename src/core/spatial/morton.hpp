@@ -1,6 +1,8 @@
 // A space-filling curve: cells that are adjacent in the order are near in space.
 #pragma once
 
+#include <vector>
+
 #include "base/box.hpp"
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
@@ -24,6 +26,11 @@ Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t 
 Buffer<Cell> order_within_steps(std::span<const Point> positions,
                                 std::span<const std::uint32_t> codes, std::size_t n_together,
                                 ThreadTeam& team);
+
+// Splits cells in refined_morton_order, given their codes, into ranges of at most n_together cells
+// that fill whole octants of the curve, or halves of one. Returns the first place of each range,
+// and the number of cells.
+std::vector<Place> octant_ranges(std::span<const std::uint32_t> codes, std::size_t n_together);
 
 // The Morton code of each position: morton_order sorts by code, then by index.
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,

@@ -2,12 +2,29 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 
 #include "base/assert.hpp"
 #include "spatial/morton.hpp"
 
 namespace superfacets {
 namespace {
+
+// Maximum number of nearby leaves that are listed. With more, each search starts at the root.
+constexpr std::size_t kMostLeaves = 256;
+
+// Up to this number of candidates, counting the nearer ones of each is faster than sorting.
+constexpr std::size_t kMostRanked = 64;
+
+// Searches start at the root if there are more candidates than this, and than eight times the
+// number of neighbors.
+constexpr std::size_t kFewCandidates = 256;
+
+constexpr std::size_t kNoBlock = std::numeric_limits<std::size_t>::max();
+
+// Factor of squared bounds that exceeds all rounding errors.
+constexpr double kSlack = 1.0 + 1e-9;
 
 // A lower bound of the squared distance between points of two boxes. It holds in floating point
 // too: see Box::squared_distance.
@@ -34,6 +51,49 @@ double squared_reach(std::span<const Neighbor> list, std::size_t size) {
   return size < list.size() ? kInfinity : list[size - 1].squared;
 }
 
+// The distance of the corner of a box that is farthest from a point in the box.
+double farthest_corner(const Box& box, const Point& p) {
+  const Point low = p - box.low;
+  const Point high = box.high - p;
+  return norm({std::max(low.x, high.x), std::max(low.y, high.y), std::max(low.z, high.z)});
+}
+
+// The square, enlarged by more than all rounding errors.
+double squared_above(double distance) {
+  return distance * distance * kSlack;
+}
+
+// Appends the points of a block within a bound of a center to the candidates.
+struct CollectLoop {
+  template <typename Block>
+  SUPERFACETS_ALWAYS_INLINE void operator()(const Block& block, Place first, std::size_t n_points,
+                                            const Point& center, double squared_bound,
+                                            double* squared, Place* places,
+                                            std::size_t* n_found) const {
+    std::array<double, BoxTree::kLeaf> apart;
+    for (std::size_t i = 0; i < BoxTree::kLeaf; ++i) apart[i] = squared_norm(block.get(i) - center);
+    std::size_t n = *n_found;
+    for (std::size_t i = 0; i < n_points; ++i) {
+      squared[n] = apart[i];
+      places[n] = static_cast<Place>(first + i);
+      n += apart[i] <= squared_bound ? 1 : 0;
+    }
+    *n_found = n;
+  }
+};
+
+// For each number, counts the lower numbers.
+struct RankLoop {
+  SUPERFACETS_ALWAYS_INLINE void operator()(const double* numbers, std::size_t n,
+                                            std::int64_t* ranks) const {
+    for (std::size_t i = 0; i < n; ++i) {
+      std::int64_t rank = 0;
+      for (std::size_t j = 0; j < n; ++j) rank += numbers[j] < numbers[i] ? 1 : 0;
+      ranks[i] = rank;
+    }
+  }
+};
+
 }  // namespace
 
 NeighborSearch::NeighborSearch(std::span<const Point> positions, std::span<const Cell> points,
@@ -47,89 +107,166 @@ NeighborSearch::NeighborSearch(std::span<const Point> positions, std::span<const
     positions_[place] = found[points_[place]];
     points_[place] = points[points_[place]];
   });
-  tree_ = BoxTree(positions_.span(), team);
+  const auto codes = morton_codes(positions_.span(), bounds_of(positions_.span(), team), team);
+  tree_ = BoxTree(positions_.span(), octant_ranges(codes.span(), BoxTree::kLeaf), team);
 }
 
-// Finds the neighbors of all places of a leaf at once, with one traversal of the tree.
-void NeighborSearch::search_leaf(std::size_t leaf, std::size_t n_nearest, Scratch& scratch) const {
-  const auto [first, last] = tree_.places(leaf);
-  scratch.lists.resize(BoxTree::kLeaf * n_nearest);
-  scratch.sizes.assign(BoxTree::kLeaf, 0);
-  const auto list_of = [&](std::size_t place) {
-    return std::span(scratch.lists).subspan((place - first) * n_nearest, n_nearest);
+NearestFinder::NearestFinder(const NeighborSearch& search, std::size_t n_nearest)
+    : search_(search),
+      n_nearest_(n_nearest),
+      n_most_(std::max(kFewCandidates, 8 * n_nearest)),
+      leaf_(search.tree().level(0).size()),
+      squared_(n_most_ + BoxTree::kLeaf),
+      places_(n_most_ + BoxTree::kLeaf) {
+  reaches_.fill(kInfinity);
+}
+
+std::span<const Neighbor> NearestFinder::nearest_of(Place place, std::size_t leaf) {
+  const Point& center = search_.position_at(place);
+  double bound = bound_by_recent(center);
+  if (leaf != leaf_) {
+    bound = std::min(bound, bound_along_curve(place));
+    enter(leaf, center, bound);
+  }
+  const double squared_bound = squared_above(bound);
+  if (!collect(place, squared_bound)) {
+    search_tree(place, squared_bound);
+  } else if (n_candidates_ <= kMostRanked) {
+    rank_candidates();
+  } else {
+    sort_candidates();
+  }
+  const std::size_t slot = n_searches_++ % kRecent;
+  recent_.set(slot, center);
+  reaches_[slot] = list_.size() < n_nearest_ ? kInfinity : std::sqrt(list_.back().squared);
+  return list_;
+}
+
+// An upper bound of the distance of the last neighbor: the neighbors of a point are at most this
+// far from another point.
+double NearestFinder::bound_by_recent(const Point& center) const {
+  double bound = kInfinity;
+  for (std::size_t i = 0; i < kRecent; ++i) {
+    bound = std::min(bound, reaches_[i] + norm(recent_.get(i) - center));
+  }
+  return bound;
+}
+
+// The distance of the last of the nearest points among the next places along the curve.
+double NearestFinder::bound_along_curve(Place place) {
+  const auto n_along = static_cast<Place>(std::max(n_nearest_, BoxTree::kLeaf - 1));
+  if (search_.n_points() <= n_along) return kInfinity;
+  const Place first = std::clamp(place - n_along / 2, 0, search_.n_points() - n_along - 1);
+  squared_.clear();
+  for (Place near = first; near <= first + n_along; ++near) {
+    squared_.push_back(squared_norm(search_.position_at(near) - search_.position_at(place)));
+  }
+  std::ranges::nth_element(squared_, squared_.begin() + static_cast<std::ptrdiff_t>(n_nearest_));
+  const double squared = squared_[n_nearest_];  // the place itself comes first
+  squared_.resize(places_.size());
+  return std::sqrt(squared);
+}
+
+// Lists the leaves that may hold neighbors of the points of a leaf, given an upper bound of the
+// distances for one of its points.
+void NearestFinder::enter(std::size_t leaf, const Point& center, double bound) {
+  leaf_ = leaf;
+  n_blocks_ = 0;
+  nearby_.clear();
+  const BoxTree& tree = search_.tree();
+  const Box& box = tree.level(0)[leaf];
+  const double limit = squared_above(bound + farthest_corner(box, center));
+  const auto may_hold = [&](std::size_t level, std::size_t index) {
+    return nearby_.size() <= kMostLeaves && squared_gap(tree.level(level)[index], box) <= limit;
   };
-  // The points of the leaf itself give a first upper bound of the distances.
-  double farthest = 0.0;
-  for (auto place = first; place < last; ++place) {
-    std::size_t& size = scratch.sizes[place - first];
-    scan_leaf(leaf, static_cast<Place>(place), list_of(place), size);
-    farthest = std::max(farthest, squared_reach(list_of(place), size));
-  }
-  find_nearby(leaf, farthest, scratch.nearby);
-  // The nearest leaves lower the bound, so most of the other leaves are skipped.
-  const auto n_first = std::min(kFirstLeaves, scratch.nearby.size());
-  scan_leaves(leaf, std::span(scratch.nearby).first(n_first), n_nearest, scratch);
-  farthest = 0.0;
-  for (auto place = first; place < last; ++place) {
-    farthest = std::max(farthest, squared_reach(list_of(place), scratch.sizes[place - first]));
-  }
-  const Box& box = tree_.level(0)[leaf];
-  const auto rest = std::remove_if(
-      scratch.nearby.begin() + static_cast<std::ptrdiff_t>(n_first), scratch.nearby.end(),
-      [&](const Nearby& near) { return squared_gap(tree_.level(0)[near.leaf], box) > farthest; });
-  scan_leaves(leaf, {scratch.nearby.begin() + static_cast<std::ptrdiff_t>(n_first), rest},
-              n_nearest, scratch);
+  tree.visit_leaves(may_hold, [&](std::size_t near) {
+    const Box& other = tree.level(0)[near];
+    nearby_.push_back({squared_gap(other, box), near, kNoBlock, other});
+  });
+  if (nearby_.size() > kMostLeaves) return nearby_.clear();
+  std::ranges::sort(nearby_, {}, &Nearby::gap);
 }
 
-// Offers the points of other leaves as neighbors to the points of a leaf.
-void NeighborSearch::scan_leaves(std::size_t leaf, std::span<const Nearby> leaves,
-                                 std::size_t n_nearest, Scratch& scratch) const {
-  const auto [first, last] = tree_.places(leaf);
-  for (auto place = first; place < last; ++place) {
-    const auto list = std::span(scratch.lists).subspan((place - first) * n_nearest, n_nearest);
-    std::size_t& size = scratch.sizes[place - first];
-    for (const Nearby& near : leaves) {
-      const double gap = tree_.level(0)[near.leaf].squared_distance(positions_[place]);
-      if (gap > squared_reach(list, size)) continue;
-      scan_leaf(near.leaf, static_cast<Place>(place), list, size);
+// Collects the points within a bound of a place. Returns false if there are too many.
+bool NearestFinder::collect(Place place, double squared_bound) {
+  const Point& center = search_.position_at(place);
+  n_candidates_ = 0;
+  for (Nearby& near : nearby_) {
+    if (near.gap > squared_bound) break;
+    if (near.box.squared_distance(center) > squared_bound) continue;
+    const auto [first, last] = search_.tree().places(near.leaf);
+    run_version(instructions_, CollectLoop{}, block_of(near), static_cast<Place>(first),
+                last - first, center, squared_bound, squared_.data(), places_.data(),
+                &n_candidates_);
+    if (n_candidates_ > n_most_) return false;
+  }
+  const auto found = std::span(places_).first(n_candidates_);
+  const auto own = static_cast<std::size_t>(std::ranges::find(found, place) - found.begin());
+  if (own == n_candidates_) return false;  // no leaves are listed
+  --n_candidates_;
+  places_[own] = places_[n_candidates_];
+  squared_[own] = squared_[n_candidates_];
+  return true;
+}
+
+// The positions of a leaf, copied when they are first read.
+const NearestFinder::Block& NearestFinder::block_of(Nearby& near) {
+  if (near.block == kNoBlock) {
+    near.block = n_blocks_++;
+    if (blocks_.size() < n_blocks_) blocks_.emplace_back();
+    const auto [first, last] = search_.tree().places(near.leaf);
+    for (auto place = first; place < last; ++place) {
+      blocks_[near.block].set(place - first, search_.position_at(static_cast<Place>(place)));
+    }
+  }
+  return blocks_[near.block];
+}
+
+// Writes each candidate to the slot given by the number of nearer candidates.
+void NearestFinder::rank_candidates() {
+  std::array<std::int64_t, kMostRanked> ranks;
+  run_version(instructions_, RankLoop{}, squared_.data(), n_candidates_, ranks.data());
+  list_.assign(std::min(n_nearest_, n_candidates_), Neighbor{-1.0, kNoCell, kNoPlace});
+  for (std::size_t i = 0; i < n_candidates_; ++i) {
+    if (std::cmp_greater_equal(ranks[i], list_.size())) continue;
+    Neighbor neighbor{squared_[i], search_.point_at(places_[i]), places_[i]};
+    // Equally near points share a rank. They fill the slots from there on, by ascending index.
+    for (auto slot = static_cast<std::size_t>(ranks[i]); slot < list_.size(); ++slot) {
+      const bool is_free = list_[slot].place == kNoPlace;
+      if (is_free || neighbor < list_[slot]) std::swap(neighbor, list_[slot]);
+      if (is_free) break;
     }
   }
 }
 
-// Lists the other leaves within the square root of `farthest` of a leaf, sorted by the distance of
-// centers: scanning the nearest leaves first lowers the bound, and then excludes most of the
-// others.
-void NeighborSearch::find_nearby(std::size_t leaf, double farthest,
-                                 std::vector<Nearby>& nearby) const {
-  const Box& box = tree_.level(0)[leaf];
-  const Point middle = box.low + box.high;
-  nearby.clear();
-  const auto may_hold = [&](std::size_t level, std::size_t index) {
-    return squared_gap(tree_.level(level)[index], box) <= farthest;
-  };
-  tree_.visit_leaves(may_hold, [&](std::size_t begin, std::size_t) {
-    const std::size_t near = begin / BoxTree::kLeaf;
-    const Box& other = tree_.level(0)[near];
-    const double apart = squared_norm(other.low + other.high - middle);
-    if (near != leaf) nearby.push_back({apart, near});
-  });
-  std::ranges::sort(nearby, [](const Nearby& a, const Nearby& b) { return a.apart < b.apart; });
+void NearestFinder::sort_candidates() {
+  list_.clear();
+  for (std::size_t i = 0; i < n_candidates_; ++i) {
+    list_.push_back({squared_[i], search_.point_at(places_[i]), places_[i]});
+  }
+  const auto n = static_cast<std::ptrdiff_t>(std::min(n_nearest_, n_candidates_));
+  std::partial_sort(list_.begin(), list_.begin() + n, list_.end());
+  list_.resize(n);
 }
 
-// Offers the points of a leaf, except the point at `from`, to the list of a place.
-void NeighborSearch::scan_leaf(std::size_t leaf, Place from, std::span<Neighbor> list,
-                               std::size_t& size) const {
-  const Point center = positions_[from];
-  const auto [first, last] = tree_.places(leaf);
-  std::array<double, BoxTree::kLeaf> squared;  // in a separate loop without branches
-  for (auto place = first; place < last; ++place) {
-    squared[place - first] = squared_norm(positions_[place] - center);
-  }
-  for (auto place = first; place < last; ++place) {
-    if (squared[place - first] > squared_reach(list, size)) continue;
-    if (std::cmp_equal(place, from)) continue;
-    insert({squared[place - first], points_[place], static_cast<Place>(place)}, list, size);
-  }
+// Searches the whole tree, nearest boxes first.
+void NearestFinder::search_tree(Place place, double squared_bound) {
+  const Point& center = search_.position_at(place);
+  const BoxTree& tree = search_.tree();
+  list_.resize(n_nearest_);
+  std::size_t size = 0;
+  const auto squared_distance = [&](std::size_t level, std::size_t index) {
+    return tree.level(level)[index].squared_distance(center);
+  };
+  tree.visit_nearest(squared_distance, squared_bound, [&](std::size_t begin, std::size_t end) {
+    for (auto at = static_cast<Place>(begin); std::cmp_less(at, end); ++at) {
+      if (at == place) continue;
+      insert({squared_norm(search_.position_at(at) - center), search_.point_at(at), at}, list_,
+             size);
+    }
+    squared_bound = std::min(squared_bound, squared_reach(list_, size));
+  });
+  list_.resize(size);
 }
 
 }  // namespace superfacets

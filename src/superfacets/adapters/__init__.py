@@ -1,1 +1,1 @@
-"""Conversion of paths, arrays and meshes of other libraries to our classes, and results back."""
+"""Conversion of paths, arrays and meshes of other libraries to cells, and of results back."""

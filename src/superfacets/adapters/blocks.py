@@ -1,4 +1,4 @@
-"""Meshes of meshio: blocks of cells of one type each, some of which are segmented."""
+"""Meshes of meshio, which consist of blocks of cells of one type."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 
 _TETS = ("tetra", "tetra10")
-"""meshio's names of tetrahedra. The first four nodes are corners, others lie on the edges."""
+"""meshio's names of tetrahedra. The first four nodes are corners; other nodes are on edges."""
 
 _FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "polygon": None}
-"""Number of corners of each type of face; None if it varies. Corners precede nodes on edges."""
+"""Number of corners by type of face; None if faces differ. Corners precede nodes on edges."""
 
 _SKIPPED = ("vertex", "line", "line3")
 
 
 def has_blocks(source: Any) -> bool:
-    """Whether this is a mesh of meshio, with cells or without."""
+    """Whether an object is a mesh of meshio, with or without cells."""
     blocks = getattr(source, "cells", None)
     if not isinstance(blocks, list) or not hasattr(source, "points"):
         return False
@@ -32,20 +32,18 @@ def has_blocks(source: Any) -> bool:
 
 
 def cell_blocks(source: Any) -> list[int]:
-    """Return the indices of the blocks to segment: of tetrahedra, or else of faces.
+    """Return the indices of the blocks to segment: blocks of tetrahedra, else blocks of faces.
 
-    Labels belong to the cells of these blocks, one block after the other. If the list is
-    empty, the points are a cloud. Raises a MeshError if a block has other volume cells, or cells of
-    an unknown type.
+    Labels belong to the cells of these blocks, one block after the other. If the list is empty, the
+    points are a cloud. Raises a MeshError if a block has other volume cells, or cells of an unknown
+    type.
     """
     filled = [i for i, block in enumerate(source.cells) if len(block.data)]
     kinds = {i: source.cells[i].type for i in filled}
     known = (*_TETS, *_FACES, *_SKIPPED)
     others = sorted({kind for kind in kinds.values() if kind not in known})
     if others:
-        raise MeshError(
-            f"the mesh has cells that are neither faces nor tetrahedra: {', '.join(others)}"
-        )
+        raise MeshError(f"the mesh has cells other than faces and tetrahedra: {', '.join(others)}")
     tets = [i for i in filled if kinds[i] in _TETS]
     return tets or [i for i in filled if kinds[i] in _FACES]
 

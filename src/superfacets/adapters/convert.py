@@ -1,4 +1,4 @@
-"""Stage 0: a mesh or a point cloud from anything that looks like one."""
+"""Stage 0: conversion of files, arrays and objects of other libraries to cells."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ _ForeignMesh: TypeAlias = _Faces | _Triangles | _Tensors | _PolyData | _Blocks
 _Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | list[npt.ArrayLike]
 
 MeshLike: TypeAlias = Cells | str | os.PathLike[str] | _Pair | _ForeignMesh
-"""Accepted as a mesh: a `Mesh`, `PolygonMesh` or `TetMesh`, a path, a (vertices, faces) pair, or a
-mesh of trimesh, PyVista, Open3D or meshio."""
+"""Types accepted as a mesh: a `Mesh`, `PolygonMesh` or `TetMesh`, a path, a (vertices, faces) pair,
+or a mesh of trimesh, PyVista, Open3D or meshio."""
 
 
 class _Points(Protocol):  # a point cloud of Open3D, legacy or tensor
@@ -72,23 +72,23 @@ class _Points(Protocol):  # a point cloud of Open3D, legacy or tensor
 
 
 Rows: TypeAlias = npt.NDArray[np.floating[Any] | np.integer[Any]] | Sequence[Sequence[float]]
-"""An array or nested sequence of points. `ArrayLike` would accept a single number, too."""
+"""An array or a nested sequence of points; `ArrayLike` would also accept a single number."""
 
 CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
-"""Accepted as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of trimesh,
+"""Types accepted as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of trimesh,
 PyVista, Open3D or meshio."""
 
 
 def as_cells(source: MeshLike | CloudLike) -> Cells:
     """Convert `source`, in any form that `segment` accepts, to a mesh or a point cloud.
 
-    A path is read by `read_cells`. A pair is (vertices, faces), with faces as an (F, n) array or as
-    lists of vertices that may differ in length: it becomes a `Mesh` if all faces are triangles,
-    else a `PolygonMesh`. Meshes of trimesh, PyVista (``PolyData``, and ``UnstructuredGrid`` of
-    tetrahedra), Open3D (legacy and tensor) and meshio (the tetrahedra of all blocks, else their
-    faces) are recognized by their attributes; these libraries are not imported. An (N, 3) array is
-    a point cloud, as are clouds of these libraries. Raises a MeshError if the mesh is not valid, a
-    TypeError if `source` does not look like a mesh.
+    A path is read by `read_cells`. A pair is (vertices, faces), where faces are an (F, n) array or
+    lists of vertices that may differ in length. The pair becomes a `Mesh` if all faces are
+    triangles, else a `PolygonMesh`. An (N, 3) array is a point cloud. Meshes and clouds of trimesh,
+    PyVista (``PolyData``, and ``UnstructuredGrid`` of tetrahedra), Open3D (legacy and tensor) and
+    meshio (the tetrahedra of all blocks, else the faces) are recognized by their attributes; these
+    libraries are not imported. Raises a MeshError if the mesh is not valid, and a TypeError if
+    `source` has another type.
     """
     if isinstance(source, Cells):
         return source
@@ -106,7 +106,7 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
 
 
 def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
-    """Convert `source` to a mesh of faces, like `as_cells`; a MeshError if it has no faces."""
+    """Convert `source` to a mesh of faces, like `as_cells`; a MeshError if there are no faces."""
     if isinstance(source, (str, os.PathLike)):
         from ..io.readers.read import read_mesh
 
@@ -115,18 +115,18 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
     if isinstance(cells, (Mesh, PolygonMesh)):
         return cells
     if isinstance(cells, PointCloud):
-        raise MeshError("this needs a surface, but a point cloud has no faces")
+        raise MeshError("expected a surface, but a point cloud has no faces")
     if isinstance(cells, TetMesh):
-        raise MeshError("this needs a surface, but the mesh has tetrahedra: use TetMesh.boundary()")
-    raise MeshError(f"this needs a surface, but a {type(cells).__name__} has no faces")
+        raise MeshError("expected a surface, but the mesh has tetrahedra: use TetMesh.boundary()")
+    raise MeshError(f"expected a surface, but a {type(cells).__name__} has no faces")
 
 
 def as_tets(source: MeshLike) -> TetMesh:
-    """Convert `source` to a mesh of tetrahedra, like `as_cells`; a MeshError if it has none."""
+    """Convert `source` to a mesh of tetrahedra; a MeshError if there are no tetrahedra."""
     cells = as_cells(source)
     if isinstance(cells, TetMesh):
         return cells
-    raise MeshError(f"this needs tetrahedra, but a {type(cells).__name__} has none")
+    raise MeshError(f"expected tetrahedra, but a {type(cells).__name__} has none")
 
 
 def _cells_of_foreign(source: Any) -> Cells:
@@ -141,13 +141,13 @@ def _cells_of_foreign(source: Any) -> Cells:
 
 
 def _is_grid_of_tets(source: Any) -> bool:
-    """Whether this is an UnstructuredGrid of PyVista that holds tetrahedra alone."""
+    """Whether an object is an UnstructuredGrid of PyVista with only tetrahedra."""
     kinds = getattr(source, "celltypes", None)
     return kinds is not None and len(kinds) > 0 and bool(np.all(np.asarray(kinds) == _VTK_TETRA))
 
 
 def as_triangles(source: MeshLike) -> Mesh:
-    """Convert `source` to a `Mesh`; a MeshError if it has faces that are not triangles."""
+    """Convert `source` to a `Mesh`; a MeshError if a face is not a triangle."""
     mesh = as_mesh(source)
     if isinstance(mesh, Mesh):
         return mesh
@@ -156,13 +156,13 @@ def as_triangles(source: MeshLike) -> Mesh:
         return Mesh._of_new(mesh.vertices, mesh.indices.reshape(-1, 3))
     first = int(np.argmax(sizes != 3))
     raise MeshError(
-        f"faces[{first}] has {sizes[first]} corners, but this needs triangles: call"
+        f"faces[{first}] has {sizes[first]} corners, but expected are triangles: call"
         " PolygonMesh.triangulate() first"
     )
 
 
 def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
-    """A `Mesh` if all faces, in an array or in lists, are triangles, else a `PolygonMesh`."""
+    """Make a `Mesh` if all faces, in an array or in lists, are triangles, else a `PolygonMesh`."""
     shape = _shape_of(faces)
     if shape is None or (len(shape) == 2 and shape[1] > 3):
         return PolygonMesh.of_faces(vertices, faces)
@@ -170,7 +170,7 @@ def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
 
 
 def _shape_of(faces: Any) -> tuple[int, ...] | None:
-    """Shape of the faces as an array; None if they differ in length."""
+    """Shape of the faces as an array; None if faces differ in length."""
     if isinstance(faces, np.ndarray):
         return None if faces.dtype == object and faces.ndim == 1 and len(faces) else faces.shape
     try:
@@ -195,17 +195,17 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
     raise TypeError(
         f"{type(source).__name__} does not look like a mesh: expected a superfacets.Mesh or"
         " PolygonMesh, a (vertices, faces) pair, a path, or a mesh of trimesh, PyVista"
-        " (PolyData), Open3D or meshio; of a Scene pass .to_mesh(), of a grid .extract_surface()"
+        " (PolyData), Open3D or meshio; for a Scene pass .to_mesh(), for a grid .extract_surface()"
     )
 
 
 def _faces_of_polydata(source: Any) -> Any:
-    """Faces of a PyVista PolyData, whose `faces` are flat: a count, then that many indices."""
+    """Faces of a PyVista PolyData, whose `faces` are flat: the size, then the indices of each."""
     if getattr(source, "n_strips", 0):
         raise MeshError("the PolyData has triangle strips: call .triangulate() first")
     flat = np.asarray(source.faces)
     if flat.ndim != 1:
-        raise MeshError(f"expected flat faces (count, indices, ...), got shape {flat.shape}")
+        raise MeshError(f"expected flat faces (size, indices, ...), got shape {flat.shape}")
     step = int(flat[0]) + 1 if len(flat) else 4
     if step > 0 and len(flat) % step == 0 and np.all(flat[::step] == step - 1):
         return flat.reshape(-1, step)[:, 1:]
@@ -213,13 +213,13 @@ def _faces_of_polydata(source: Any) -> Any:
 
 
 def _faces_in_turn(flat: Array) -> list[Array]:
-    """Parse flat faces (count, indices, ...) that differ in length, one by one."""
+    """Parse flat faces (size, indices, ...) that differ in length, one by one."""
     faces: list[Array] = []
     place = 0
     while place < len(flat):
         end = place + 1 + int(flat[place])
         if not place < end <= len(flat):
-            raise MeshError(f"faces[{len(faces)}] runs beyond the end of the flat faces")
+            raise MeshError(f"faces[{len(faces)}] extends beyond the end of the flat faces")
         faces.append(flat[place + 1 : end])
         place = end
     return faces
@@ -230,8 +230,8 @@ def as_cloud(source: CloudLike) -> PointCloud:
 
     Clouds of trimesh (``PointCloud``), PyVista (``PolyData`` without faces), Open3D (legacy and
     tensor) and meshio (without faces) are recognized by their attributes; points, normals and
-    colors are used. Raises a MeshError if the cloud is not valid, a TypeError if `source` is no
-    cloud.
+    colors are used. Raises a MeshError if the cloud is not valid, and a TypeError if `source` is
+    not a cloud.
     """
     if isinstance(source, PointCloud):
         return source
@@ -247,7 +247,7 @@ def as_cloud(source: CloudLike) -> PointCloud:
 
 
 def is_foreign_cloud(source: Any) -> bool:
-    """Whether an object has points, and nothing that could be faces."""
+    """Whether an object of another library has points but no faces."""
     if has_blocks(source):
         return not cell_blocks(source)
     if hasattr(source, "n_points") and hasattr(source, "n_cells"):  # PyVista

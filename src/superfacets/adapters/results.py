@@ -1,4 +1,4 @@
-"""Writes results onto objects of other libraries, which are recognized by their attributes."""
+"""Output of results to objects of other libraries, which are recognized by their attributes."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ NO_COLOR = (128, 128, 128)
 
 @dataclass(frozen=True)
 class Results:
-    """One label per cell or per point of a target object, and optionally a color for each."""
+    """One label per cell or point of a target object, and optionally one color."""
 
     name: str
-    labels: Ints  # -1: no label
+    labels: Ints  # -1 for no label
     colors: Bytes | None  # (n, 3)
-    on_points: bool  # True: of vertices or points of a cloud; False: of faces or tetrahedra
+    on_points: bool  # True for vertices and points of a cloud, False for faces and tetrahedra
 
     @property
     def arrays(self) -> dict[str, tuple[Array, Any]]:
-        """Arrays by name, each with a fill value for cells that were not segmented."""
+        """Arrays by name, with the fill value for cells that were not segmented."""
         named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
             named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
@@ -35,10 +35,9 @@ class Results:
 
 
 def put_results(target: Any, results: Results) -> None:
-    """Write results onto an object of trimesh, PyVista, Open3D or meshio, in place.
+    """Write results to an object of trimesh, PyVista, Open3D or meshio, in place.
 
-    The number of rows is not checked here. Raises a TypeError if the target has no place for
-    labels.
+    The number of rows is not checked. Raises a TypeError if the target cannot store labels.
     """
     if has_blocks(target):
         return _put_on_meshio(target, results)
@@ -46,8 +45,8 @@ def put_results(target: Any, results: Results) -> None:
         if _has(target, names):
             return put(target, results)
     raise TypeError(
-        f"{type(target).__name__} has no place for labels: expected a mesh or point cloud of"
-        " trimesh, PyVista, meshio or Open3D (convert its legacy classes first:"
+        f"{type(target).__name__} cannot store labels: expected a mesh or point cloud of trimesh,"
+        " PyVista, meshio or Open3D (convert its legacy classes first:"
         " open3d.t.geometry.TriangleMesh.from_legacy)"
     )
 
@@ -64,12 +63,12 @@ def _put_on_pyvista(target: Any, results: Results) -> None:
 
 
 def first_face(target: Any) -> int:
-    """Index of the first face among the cells of a PyVista dataset, behind vertices and lines."""
+    """Return the index of the first face of a PyVista dataset, which follows vertices and lines."""
     return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 
 def _filled(n_rows: int, values: Array, nothing: Any) -> Array:
-    """An array of `n_rows` rows with the row shape and type of `values`, filled with `nothing`."""
+    """An array of `n_rows` rows of `nothing`, with the row shape and type of `values`."""
     whole = np.empty((n_rows, *values.shape[1:]), dtype=values.dtype)
     whole[:] = nothing
     return whole
@@ -89,12 +88,11 @@ def _put_on_meshio(target: Any, results: Results) -> None:
         target.cell_data[name] = stored
 
 
-def _put_on_tensor_mesh(target: Any, results: Results) -> None:
-    _put_tensors(target.vertex if results.on_points else target.triangle, results)
-
-
-def _put_tensors(attributes: Any, results: Results) -> None:
-    """Add tensors to a map of tensors, with the class and device of one that it holds."""
+def _put_on_open3d(target: Any, results: Results) -> None:
+    """Add tensors to a map of tensors, with the class and the device of its first tensor."""
+    attributes = getattr(target, "point", None)
+    if attributes is None:
+        attributes = target.vertex if results.on_points else target.triangle
     old = next(iter(dict(attributes.items()).values()))
 
     def tensor(array: Array) -> Any:
@@ -110,7 +108,7 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
     owner[results.name] = results.labels
     if results.colors is None:
         return
-    if not hasattr(target.visual, "face_colors"):  # it has a texture instead
+    if not hasattr(target.visual, "face_colors"):  # the mesh has a texture
         target.visual = target.visual.to_color()
     if results.on_points:
         target.visual.vertex_colors = results.colors
@@ -119,7 +117,7 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
 
 
 def _put_on_trimesh_cloud(target: Any, results: Results) -> None:
-    """Put labels into the metadata: points have no attributes except a color."""
+    """Store labels in the metadata, because points have no attributes but colors."""
     target.metadata[results.name] = results.labels
     if results.colors is not None:
         target.colors = results.colors
@@ -135,9 +133,9 @@ def _has(target: Any, names: tuple[str, ...]) -> bool:
 
 _LIBRARIES: tuple[tuple[tuple[str, ...], Callable[[Any, Results], None]], ...] = (
     (("cell_data", "n_cells"), _put_on_pyvista),
-    (("vertex", "triangle"), _put_on_tensor_mesh),
-    (("point.positions",), lambda target, results: _put_tensors(target.point, results)),
+    (("vertex", "triangle"), _put_on_open3d),
+    (("point.positions",), _put_on_open3d),
     (("face_attributes", "vertex_attributes"), _put_on_trimesh),
     (("vertices", "metadata", "colors"), _put_on_trimesh_cloud),
 )
-"""Attributes by which objects of each library are recognized, and the function for them."""
+"""Attributes that identify objects of each library, and the function for these objects."""

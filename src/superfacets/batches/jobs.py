@@ -22,6 +22,7 @@ from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..mesh.cells import Cells
 from ..workers.calls import check_version
 from .files import FileOptions, segment_file
+from .sources import refuse_tileset
 
 BASE = 150 << 20
 """Memory of a worker that has imported everything and read nothing, in bytes."""
@@ -130,6 +131,7 @@ def _done(job: BatchJob, record: Record) -> Record:
             record["sha256"] = hash_of(job.path)
             raise
         record["sha256"] = hashlib.sha256(content).hexdigest()
+        refuse_tileset(path)
         found = parse_cells_and_attributes(
             content, cell_ending(path), path.parent, keep=keep, placement=job.placement
         )

@@ -15,7 +15,7 @@ from ..io.atomic import StrPath
 from ..io.readers.b3dm import Placement
 from ..io.readers.read import CELL_ENDINGS
 from ..io.readers.tets import TET_ENDINGS
-from ..io.readers.tileset import read_tileset, tileset_at
+from ..io.readers.tileset import Tile, read_tileset, tileset_at
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
 """Endings that a folder is searched for; ``.csv``, ``.txt`` and ``.npy`` usually hold something
@@ -42,9 +42,9 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
 
     A tileset of 3D Tiles (``.json``), also where a folder has a ``tileset.json``, gives its models.
     Links to folders are not followed. In a list (``@LIST``), empty lines and lines that begin with
-    ``#`` are ignored. An OSError if a folder or a list cannot be read, or nothing is found; a
-    ValueError if no input is given, or two files have the same path below the given folders; a
-    MeshError if a tileset is damaged.
+    ``#`` are ignored. A tileset that cannot be read is returned itself, and its job will fail. An
+    OSError if a folder or a list cannot be read, or nothing is found; a ValueError if no input is
+    given, or two files have the same path below the given folders.
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     found: dict[str, Source] = {}
@@ -126,17 +126,35 @@ def _below(folder: Path) -> Iterator[Source]:
 
 
 def _shown_by(path: Path, above: str) -> Iterator[Source]:
-    """The models of a tileset, each once; `above` begins their names."""
+    """The models of a tileset, or the file of the tileset if it cannot be read."""
     file = tileset_at(path)
     assert file is not None
+    try:
+        tiles = _models_of(file)
+    except (MeshError, OSError):  # the job of the file raises the error again
+        yield Source(str(file), above + file.name)
+        return
+    for tile in tiles:
+        yield Source(str(file.parent / tile.name), above + tile.name, tile.placement)
+
+
+def refuse_tileset(file: Path) -> None:
+    """Raise the error of a tileset that `find_sources` could not read; nothing for other files."""
+    if file.suffix.lower() == ".json":
+        _models_of(file)
+
+
+def _models_of(file: Path) -> tuple[Tile, ...]:
+    """Return the models of a tileset; a MeshError if it is damaged or shows a model twice."""
+    tiles = read_tileset(file).tiles
     seen = set()
-    for tile in read_tileset(file).tiles:
+    for tile in tiles:
         if tile.path in seen:
             raise MeshError(
                 f"{file}: {tile.name} is shown twice: segment it with --tiled, which joins all"
             )
         seen.add(tile.path)
-        yield Source(str(file.parent / tile.name), above + tile.name, tile.placement)
+    return tiles
 
 
 def _fail(error: OSError) -> None:

@@ -154,7 +154,7 @@ def cut_borders(
     """
     surface = as_mesh(mesh)
     threads = checked_threads(n_threads)
-    array, n_regions = checked_regions(labels, surface.n_faces)
+    array, n_regions = checked_regions(labels, surface.n_faces, surface.n_vertices)
     triangles, polygons = cut_into_triangles(surface)
     old = Mesh(surface.vertices, triangles)
     of_triangles = array if polygons is None else np.ascontiguousarray(array[polygons])

@@ -13,9 +13,10 @@ from .._types import Array, Bools, Bytes, Floats, Ints
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
+from ..io.images import TextureImage
 from ..io.light import linear_of_srgb, oklab_of_linear, srgb_of_linear
 from ..io.readers.read import read_cells_and_attributes
-from ..io.textures import WRAPS, Texture, TextureImage
+from ..io.textures import WRAPS, Texture
 from ..mesh.faces import FaceMesh, corner_triangles, corners_of
 
 LINEAR = np.rint(65535 * linear_of_srgb(np.arange(256) / 255)).astype(np.int32)

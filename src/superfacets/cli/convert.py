@@ -12,7 +12,7 @@ import click
 import numpy as np
 
 from .._types import Ints
-from ..batches.sources import Source, find_sources, origin_notes
+from ..batches.sources import Source, find_sources, origin_notes, refuse_tileset
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..export.cells import FormatOptions
@@ -173,6 +173,7 @@ class _Run:
 
     def _read(self, job: Job) -> tuple[Cells, Ints | None, MeshAttributes | None]:
         keep = job.holds_attributes and self.keeps_attributes
+        refuse_tileset(Path(job.input))
         cells, attributes = load_cells_and_attributes(
             job.input, self.format, keep=keep, placement=self.placements[job.input]
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from pathlib import Path
 
 import click
 import numpy as np
@@ -18,6 +19,9 @@ from .interrupts import run_in_background
 from .options import INPUT, format_option, json_option
 
 Info = MeshInfo | TetInfo | CloudInfo
+
+MAX_BYTES_OF_ATTRIBUTES = 100 << 20
+"""Largest size of a file whose attributes are read, to name the constant ones."""
 
 
 @click.command("info")
@@ -58,7 +62,9 @@ def info_command(
 
 
 def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None]:
-    cells, attributes = load_cells_and_attributes(text, format)
+    path = Path(text)
+    keep = not path.is_file() or path.stat().st_size <= MAX_BYTES_OF_ATTRIBUTES
+    cells, attributes = load_cells_and_attributes(text, format, keep=keep)
     return facts_of(cells), attributes
 
 

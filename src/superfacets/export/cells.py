@@ -1,4 +1,4 @@
-"""Writes cells, with labels and colors, to files of meshes and point clouds."""
+"""Write cells, with labels and colors, to files of meshes and point clouds."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from ..mesh.cells import Cells
 from .clouds import write_csv, write_las
 from .content import Content
 from .glb import write_glb
+from .ids_image import write_ids
 from .obj import write_obj, write_off
 from .pcd import write_pcd
 from .ply import write_cloud_ply, write_ply
 from .stl import write_stl
-from .textures import write_ids
 from .vtk import write_vtk, write_vtp, write_vtu
 
 Writers: TypeAlias = Mapping[str, Callable[[IO[bytes], Content], None]]
@@ -56,28 +56,28 @@ WRITERS: dict[str, Writers] = {
     "tetrahedra": TET_WRITERS,
     "points": CLOUD_WRITERS,
 }
-"""Writers by name of the kind of cells, then by ending; the default ending is the first. Cells of
-other kinds have only label files."""
+"""Writers by name of the kind of cells, then by ending; the first ending is the default. Cells of
+other kinds have only files of labels."""
 
 MESH_OUTPUTS = (*TRIANGLE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".pcd", ".las", ".laz")
 """Endings of files that hold only point clouds."""
 
 ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz")
-"""Endings of files for which attributes are read, to store them or to report what is lost."""
+"""Endings of files for which attributes are read, to store attributes or to report their loss."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
-"""Endings of files whose array of labels may have any name."""
+"""Endings of files in which the array of labels can have any name."""
 
 CLASS_OUTPUTS = (".glb", ".stl", ".aggregation.json")
 
 COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", ".ids.png", *TET_WRITERS)
-"""Endings of files without colors, for which no colors are computed."""
+"""Endings of files without colors."""
 
 
 @dataclass(frozen=True)
 class FormatOptions:
-    """Options of the output formats, as for `write_mesh`."""
+    """Options of the output formats; see `write_mesh`."""
 
     ascii: bool = False
     label_name: str = "label"
@@ -108,17 +108,19 @@ class FormatOptions:
             ("scores", scores is not None, (".aggregation.json",)),
         ):
             if is_given and not {*endings} & {*fitting}:
-                raise ValueError(f"{name} is for {', '.join(fitting)}: no such file is written")
+                raise ValueError(
+                    f"{name} is only for {', '.join(fitting)}: no such file is written"
+                )
         names = None if classes is None else tuple(map(_checked_class, classes))
         return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
 
     def check_classes(self, labels: Ints | None) -> None:
-        """Raise a MeshError if there are classes or scores, but not one for each region."""
+        """Raise a MeshError if there are classes or scores, but not one per region."""
         for name, given in (("classes", self.classes), ("scores", self.scores)):
             if given is None:
                 continue
             if labels is None:
-                raise MeshError(f"{name} are of regions, and there are no labels")
+                raise MeshError(f"{name} belong to regions, but there are no labels")
             n_regions = len(np.unique(labels[labels >= 0]))
             if len(given) != n_regions:
                 raise MeshError(f"there are {len(given)} {name} for {n_regions} regions")
@@ -141,7 +143,7 @@ def _checked_class(value: object) -> str:
 
 @dataclass(frozen=True)
 class CellWriter:
-    """Cells with labels, colors and attributes, to be written to files of any format."""
+    """Cells with labels, colors and attributes, for output in any format."""
 
     cells: Cells
     labels: Ints | None
@@ -159,7 +161,7 @@ class CellWriter:
         self.options.check_classes(self.labels)
         if not {*endings}.isdisjoint(TET_WRITERS):
             if self.given_colors is not None or self.attributes is not None:
-                raise ValueError("files of tetrahedra hold labels: leave out colors and attributes")
+                raise ValueError("files of tetrahedra hold no colors and attributes: omit them")
             return self
         _check_attributes(self.attributes, self.cells)
         if self.options.vertex_labels and (self.labels is None or not kind.has_faces):
@@ -176,25 +178,18 @@ class CellWriter:
             assert self.labels is not None
             of_vertices = vertex_labels(self.cells, self.labels)
         texture = None if self.attributes is None else self.attributes.texture
-        # Viewers multiply colors and texture.
+        # Viewers multiply colors and texture, so a GLB with a texture gets no colors.
         is_plain = ending in COLORLESS_OUTPUTS or (ending == ".glb" and texture is not None)
+        colors = self.given_colors if is_plain else self._colors
         content = Content(
-            self.cells,
-            ending,
-            self.labels,
-            self.given_colors if is_plain else self._colors,
-            self.attributes,
-            of_vertices,
-            options.classes,
-            options.label_name,
-            options.ascii,
-            path,
-        )
+            self.cells, ending, self.labels, colors, self.attributes, of_vertices,
+            options.classes, options.label_name, options.ascii, path,
+        )  # fmt: skip
         WRITERS[kind_of(self.cells).name][ending](file, content)
 
     @cached_property
     def _colors(self) -> Bytes | None:
-        """The given colors, or colors of the labels; None if there are neither."""
+        """The given colors, else colors of the labels; None if there are no labels."""
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # checked
         from ..pictures.colors import face_colors
@@ -203,14 +198,14 @@ class CellWriter:
 
 
 def usual_ending(kind: str) -> str:
-    """Default ending of labeled files for a kind of cells."""
+    """Return the default ending of labeled files for a kind of cells."""
     return next(iter(WRITERS.get(kind, FACE_WRITERS)))
 
 
 def _writers_of(kind: Kind) -> Writers:
     if kind.name not in WRITERS:
         raise MeshError(
-            f"{kind.plural} are in no format of meshes: write their labels, as .npy, .seg or .txt"
+            f"no format of meshes holds {kind.plural}: write their labels, as .npy, .seg or .txt"
         )
     return WRITERS[kind.name]
 
@@ -237,7 +232,7 @@ def _checked_colors(colors: Any, mesh: Cells) -> Bytes | None:
 
 
 def _check_attributes(attributes: Any, cells: Any) -> None:
-    """Raise an error if `attributes` have another type, or do not fit the number of cells."""
+    """Raise an error if `attributes` has a wrong type, or lengths that do not match the cells."""
     if attributes is None:
         return
     if not isinstance(attributes, MeshAttributes):
@@ -254,9 +249,9 @@ def _check_attributes(attributes: Any, cells: Any) -> None:
         for name, array in values.items():
             if len(array) != n_rows:
                 raise ValueError(
-                    f"the {owner} property {name} has {len(array)} values for {n_rows} in the mesh"
+                    f"the {owner} property {name} has {len(array)} values instead of {n_rows}"
                 )
     if attributes.texture is not None:
         if not kind_of(cells).has_faces:
-            raise ValueError(f"{kind_of(cells).plural} have no texture")
+            raise ValueError(f"{kind_of(cells).plural} cannot have a texture")
         check_texture(attributes.texture, cells)

@@ -25,7 +25,7 @@ class Content:
     classes: Sequence[str] | None = None
     label_name: str = "label"
     ascii: bool = False
-    path: Path | None = None  # of the file; None: a stream
+    path: Path | None = None  # of the file; None for a stream
 
     @property
     def texture(self) -> Texture | None:

@@ -1,4 +1,4 @@
-"""Writes labels of vertices for tools of the cortex: GIFTI, and annotations of FreeSurfer."""
+"""Write labels of vertices for tools of the cortex: GIFTI, and annotations of FreeSurfer."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import IO
 
 import numpy as np
 
-from .._types import Array, Bytes, Ints
+from .._types import Array, Bytes
 from ..pictures.colors import PALETTE
 
 _UNKNOWN = (25, 5, 25)
@@ -33,11 +33,11 @@ Encoding="GZipBase64Binary" Endian="LittleEndian" ExternalFileName="" ExternalFi
 """
 
 
-def write_cortex(file: IO[bytes], ending: str, labels: Ints, colors: Bytes | None = None) -> None:
-    """Write labels of vertices, -1 for those in no region, as ``.label.gii`` or ``.annot``.
+def write_cortex(file: IO[bytes], ending: str, labels: Array, colors: Bytes | None = None) -> None:
+    """Write labels of vertices, -1 for vertices in no region, as ``.label.gii`` or ``.annot``.
 
-    `colors`, (K, 3), are those of the regions that occur, in the order of their labels; by default
-    those of the palette, in turn.
+    `colors`, (K, 3), are colors of the regions in ascending order of the labels; by default, the
+    colors of the palette, repeated.
     """
     regions = np.unique(labels[labels >= 0])
     if colors is None:
@@ -46,8 +46,8 @@ def write_cortex(file: IO[bytes], ending: str, labels: Ints, colors: Bytes | Non
     write(file, labels, regions, colors)
 
 
-def _write_gifti(file: IO[bytes], labels: Ints, regions: Array, colors: Bytes) -> None:
-    """The key of a region is its label plus one; key 0 is ``???``, as usual, for no region."""
+def _write_gifti(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
+    """The key of a region is its label + 1; key 0, with the usual name ``???``, is no region."""
     row = '<Label Key="{}" Red="{:.6g}" Green="{:.6g}" Blue="{:.6g}" Alpha="{}">{}</Label>'
     rows = [row.format(0, 1, 1, 1, 0, "???")]
     for region, color in zip(regions.tolist(), (colors / 255).tolist(), strict=True):
@@ -57,12 +57,9 @@ def _write_gifti(file: IO[bytes], labels: Ints, regions: Array, colors: Bytes) -
     file.write(_GIFTI.format(table="\n".join(rows), n=len(labels), data=data).encode("ascii"))
 
 
-def _write_annot(file: IO[bytes], labels: Ints, regions: Array, colors: Bytes) -> None:
-    """Regions are the rows of the color table from 1 on; row 0 is ``unknown``, for no region.
-
-    The file tells regions apart by their colors, so each has one of its own. Rows have no gaps,
-    which some readers do not know; the names have the labels.
-    """
+def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
+    """Regions are the rows of the color table from 1 on; row 0, ``unknown``, is no region."""
+    # Colors identify regions, so they must differ. Some readers do not allow gaps between rows.
     table = np.array([_UNKNOWN, *_distinct(colors)], np.int64)
     packed = table @ [1, 1 << 8, 1 << 16]
     places = np.where(labels < 0, 0, np.searchsorted(regions, labels) + 1)
@@ -75,7 +72,7 @@ def _write_annot(file: IO[bytes], labels: Ints, regions: Array, colors: Bytes) -
 
 
 def _distinct(colors: Bytes) -> Iterator[tuple[int, ...]]:
-    """Yield the colors, with low bits changed so that all differ from each other and from black."""
+    """Yield the colors, with low bits changed so that all are different and none is black."""
     taken, tried = {_UNKNOWN, (0, 0, 0)}, dict[tuple[int, ...], int]()
     for color in map(tuple, colors.tolist()):
         changed = color

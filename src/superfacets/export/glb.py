@@ -1,8 +1,8 @@
-"""GLB with the region of each vertex, textures, and a table of the regions.
+"""Write GLB with the region of each vertex, textures, and a table of the regions.
 
-Viewers show the colors. `EXT_mesh_features` gives each vertex the id of its region, and
+Viewers show the colors. `EXT_mesh_features` stores the id of the region of each vertex, and
 `EXT_structural_metadata` a table with a row per id. Ids in glTF belong to vertices, so vertices are
-duplicated where regions meet.
+duplicated on borders of regions.
 """
 
 from __future__ import annotations
@@ -21,29 +21,29 @@ from ..errors import MeshError
 from ..io.textures import Texture
 from ..mesh.faces import FaceMesh, corner_triangles, corners_of
 from .content import Content
+from .gltf_materials import GltfMaterials
 from .text import fits_single
-from .textures import GltfMaterials
 
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
 VERTICES, INDICES = 34962, 34963
 """Values of `target` in buffer views: vertex attributes, and vertex indices."""
 
 MAX_BYTES = 2**32 - 1
-"""Largest size of a file in bytes: a GLB stores its length in 32 bits."""
+"""Largest size of a file in bytes: GLB stores the size in 32 bits."""
 
 MAX_IDS = 2**24
-"""Upper bound of the number of ids, including the id for no region: they are float32, which holds
-every integer below."""
+"""Upper bound of the number of ids, including the id for no region: ids are float32, which holds
+all integers up to this number."""
 
 ALIGNMENT = 8
-"""Alignment of buffer views, as required by tables of properties."""
+"""Alignment of buffer views in bytes, as property tables require."""
 
 
 def write_glb(file: IO[bytes], content: Content) -> None:
-    """Write GLB. Polygons become triangles; unused vertices are left out.
+    """Write GLB. Polygons become triangles, and unused vertices are skipped.
 
-    Coordinates are float32. If that is not exact, they are relative to the middle of the bounding
-    box. Each material has a primitive of its own.
+    Coordinates are float32. If float32 is not exact, coordinates are relative to the center of the
+    bounding box. Each material has its own primitive.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
     scene = _Scene()
@@ -74,9 +74,9 @@ def write_glb(file: IO[bytes], content: Content) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Regions:
-    """The regions that occur, with ids from 0 on, and `count` as the id of no region."""
+    """The regions, with ids 0 to `count` - 1; the id `count` means no region."""
 
-    names: npt.NDArray[np.int32]  # labels that occur, perhaps with -1
+    names: npt.NDArray[np.int32]  # distinct labels, perhaps with -1
     ids: npt.NDArray[np.int64]  # of the faces
     count: int
 
@@ -86,8 +86,8 @@ class _Regions:
         n_regions = len(names) - int(names[0] < 0)
         if len(names) > MAX_IDS:
             raise MeshError(
-                f"GLB holds the ids of up to {MAX_IDS} regions, and there are {n_regions}: write"
-                " .ply or .npy"
+                f"GLB can hold the ids of {MAX_IDS} regions, but there are {n_regions}: write .ply"
+                " or .npy"
             )
         return cls(names, np.where(labels < 0, n_regions, ids - int(names[0] < 0)), n_regions)
 
@@ -95,7 +95,7 @@ class _Regions:
 def _add_primitive(
     scene: _Scene, split: _Split, content: Content, regions: _Regions | None
 ) -> dict[str, Any]:
-    """Append the arrays of triangles, and return their primitive."""
+    """Append the arrays of some triangles, and return their primitive."""
     attributes = {"POSITION": scene.positions(content.cells.vertices, split.vertices)}
     indices = scene.accessor(split.triangles.ravel().astype("<u4"), "SCALAR", INDICES)
     primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
@@ -120,19 +120,16 @@ def _add_primitive(
 
 @dataclass(frozen=True, eq=False)
 class _Split:
-    """Vertices of a file, and their triangles.
-
-    The faces around a vertex of the file have the same label, color and material.
-    """
+    """Vertices of the file, whose faces have equal labels, colors and materials; and triangles."""
 
     vertices: npt.NDArray[np.int64]  # of the mesh
-    face_of_vertex: npt.NDArray[np.int64]  # one of the faces around
-    pairs: npt.NDArray[np.int64]  # texture coordinates of the vertices; -1: none
+    face_of_vertex: npt.NDArray[np.int64]  # one of the faces around each vertex
+    pairs: npt.NDArray[np.int64]  # texture coordinates of each vertex; -1 for none
     triangles: npt.NDArray[np.int64]  # (T, 3)
-    faces: npt.NDArray[Any]  # of the mesh, one for each triangle
+    faces: npt.NDArray[Any]  # face of the mesh of each triangle
 
     def part(self, is_here: npt.NDArray[np.bool_]) -> _Split:
-        """Some of the triangles, with the vertices that they use."""
+        """Return some of the triangles, with their vertices."""
         used, triangles = np.unique(self.triangles[is_here], return_inverse=True)
         return _Split(
             self.vertices[used], self.face_of_vertex[used], self.pairs[used],
@@ -146,7 +143,7 @@ def _split_vertices(
     colors: npt.NDArray[np.uint8] | None,
     texture: Texture | None,
 ) -> _Split:
-    """Double the vertices at which faces differ, or have different texture coordinates."""
+    """Duplicate vertices where faces differ in label, color, material or texture coordinates."""
     places, sources = corner_triangles(mesh)
     keys = np.zeros(mesh.n_faces, np.int64)
     if labels is not None:
@@ -191,7 +188,7 @@ def _region_columns(
     names: npt.NDArray[np.int32],
     ids: npt.NDArray[np.int64],
 ) -> dict[str, npt.NDArray[Any]]:
-    """Label, area and mean normal (0 if undefined) of each region."""
+    """Label, area and mean normal of each region; undefined normals are 0."""
     graph = region_graph(mesh, np.where(labels < 0, -1, ids))
     return {
         "label": names.astype("<i4"),
@@ -209,7 +206,7 @@ _PROPERTIES = {
 
 
 def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
-    """The enumeration of class names, and the value of each region's class in it."""
+    """The enumeration of class names, and the value of the class of each region."""
     names, numbers = np.unique(np.array(classes, dtype=str), return_inverse=True)
     values = [{"name": name, "value": number} for number, name in enumerate(names.tolist())]
     return {"valueType": "UINT32", "values": values}, numbers.astype("<u4")
@@ -217,12 +214,12 @@ def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
 
 def _check_size(n_bytes: int) -> None:
     if n_bytes > MAX_BYTES:
-        raise MeshError("the mesh is too large for GLB, which holds 4 GiB: write .ply or .obj")
+        raise MeshError("the mesh is too large for GLB, at most 4 GiB: write .ply or .obj")
 
 
 @dataclass
 class _Scene:
-    """A growing document, and the parts of its single buffer."""
+    """A glTF document, and the parts of its only buffer, to which arrays are appended."""
 
     document: dict[str, Any] = field(default_factory=dict)
     views: list[dict[str, int]] = field(default_factory=list)
@@ -231,7 +228,7 @@ class _Scene:
     n_bytes: int = 0
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
     used: set[str] = field(default_factory=set)
-    """Names of extensions besides those of the document."""
+    """Names of extensions of primitives and materials."""
     middle: npt.NDArray[np.float64] | None = None
 
     def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
@@ -259,7 +256,7 @@ class _Scene:
         return len(self.accessors) - 1
 
     def place(self, points: npt.NDArray[np.float64]) -> None:
-        """Move the node to the middle of these points if float32 cannot hold their coordinates."""
+        """Move the node to the center of these points if float32 cannot hold their coordinates."""
         if not fits_single(points):
             self.middle = (points.min(axis=0) + points.max(axis=0)) / 2
             self.node["translation"] = self.middle.tolist()

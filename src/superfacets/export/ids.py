@@ -1,4 +1,4 @@
-"""Writes files that hold only labels: of cells, of vertices, of triangles."""
+"""Write files of labels: labels of cells, of vertices, of triangles."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ import numpy.typing as npt
 from .._types import Ints, Longs
 from .._validate import ranked_labels
 from ..cells.kinds import kind_of
+from ..cells.region_adjacency import region_graph
 from ..errors import MeshError
 from ..io.readers.labels import checked_labels
 from ..mesh.cells import Cells
@@ -41,7 +42,7 @@ VERTEX_OUTPUTS = (".segs.json", ".bin", "_sp_label.npy", ".pth")
 """Endings of files with an id >= 0 per vertex."""
 
 RENUMBERED_OUTPUTS = (".bin", "_sp_label.npy", ".pth")
-"""Those whose ids have no gaps."""
+"""Endings of files whose ids have no gaps."""
 
 CORTEX_OUTPUTS = (".label.gii", ".annot")
 """Endings of files with a label per vertex, or -1, and a table of colors and names."""
@@ -51,7 +52,7 @@ ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json
 
 @dataclass(frozen=True)
 class IdWriter:
-    """Labels of cells, for files that hold only labels or the graph of regions."""
+    """Labels of cells, for files of labels and of graphs of regions."""
 
     cells: Cells
     labels: Ints | None
@@ -62,14 +63,9 @@ class IdWriter:
         for ending in endings:
             if self.labels is None:
                 raise MeshError(f"there are no labels to write as {ending}")
-            if ending in VERTEX_OUTPUTS:
-                _check_all_in_regions(self.labels, ending)
+            _check_labels(self.labels, ending)
             if ending in GRAPH_OUTPUTS and self.labels.max() < 0:
-                raise MeshError("there is no region to make a graph of: all labels are -1")
-            if ending == ".pth":
-                check_torch()
-            if ending in CORTEX_OUTPUTS:
-                check_ids(self.labels)
+                raise MeshError("a graph needs a region, but all labels are -1")
             if ending == ".sstk.json":
                 _check_triangles(self.cells)
             if ending == ".aggregation.json":
@@ -77,28 +73,19 @@ class IdWriter:
         return self
 
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
-        """Write a file with this ending; its path gives the name of the scene."""
+        """Write a file with this ending; the name of the scene is taken from its path."""
         assert self.labels is not None
         if ending in GRAPH_OUTPUTS:
-            self._write_graph(file)
-            return
-        if ending in CORTEX_OUTPUTS:
+            ranks, _ = ranked_labels(self.labels)
+            write_arrays(file, region_graph(self.cells, ranks).to_pyg())
+        elif ending in CORTEX_OUTPUTS:
             self._write_cortex(file, ending)
-            return
-        labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self.labels
-        _write(file, ending, path, labels, self.options)
-
-    def _write_graph(self, file: IO[bytes]) -> None:
-        """Write the graph of the regions, in the order of their labels."""
-        from ..cells.region_adjacency import region_graph
-
-        assert self.labels is not None
-        ranks, _ = ranked_labels(self.labels)
-        graph = region_graph(self.cells, ranks)
-        write_arrays(file, graph.to_pyg())
+        else:
+            labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self.labels
+            _write(file, ending, path, labels, self.options)
 
     def _write_cortex(self, file: IO[bytes], ending: str) -> None:
-        """Write labels of vertices, -1 where a vertex has none, in the colors of the regions."""
+        """Write labels of vertices, in the colors of the regions."""
         from ..pictures.colors import face_colors
         from ..regions.vertices import vertex_labels
 
@@ -110,7 +97,7 @@ class IdWriter:
 
     @property
     def n_lost(self) -> int:
-        """Number of regions that no vertex has in files of vertex labels."""
+        """Number of regions without a vertex in files of vertex labels."""
         assert self.labels is not None
         return len(np.setdiff1d(self.labels, self._vertex_ids))
 
@@ -131,13 +118,7 @@ def write_given_labels(
         _check_nested(levels)
         return lambda file, ending, path: write_sstk(file, levels)
     checked = checked_labels(labels)
-    if ending in VERTEX_OUTPUTS:
-        _check_all_in_regions(checked, ending)
-    if ending == ".pth":
-        check_torch()
-    if ending in CORTEX_OUTPUTS:
-        check_ids(checked)
-        return lambda file, ending, path: write_cortex(file, ending, checked)
+    _check_labels(checked, ending)
     return lambda file, ending, path: _write(file, ending, path, checked, FormatOptions())
 
 
@@ -148,7 +129,7 @@ def _write(
     labels: npt.NDArray[np.integer[Any]],
     options: FormatOptions,
 ) -> None:
-    """Write checked labels, which belong to the elements that the format labels."""
+    """Write checked labels of the elements of the format."""
     if ending == ".segs.json":
         write_segments(file, labels, scene_of(path, ending))
     elif ending == ".aggregation.json":
@@ -159,6 +140,8 @@ def _write(
         write_tensor(file, labels)
     elif ending in VERTEX_OUTPUTS:
         write_superpoints(file, labels, ending)
+    elif ending in CORTEX_OUTPUTS:
+        write_cortex(file, ending, labels)
     elif ending == ".npy":
         write_npy(file, labels)
     else:
@@ -172,13 +155,18 @@ def _check_triangles(cells: Cells) -> None:
             ".sstk.json holds labels of triangles: label the triangles of PolygonMesh.triangulate()"
         )
     if kind.name != "triangles":
-        raise MeshError(f".sstk.json holds labels of triangles, and these are {kind.noun}s")
+        raise MeshError(f".sstk.json holds labels of triangles, but these are {kind.noun}s")
 
 
-def _check_all_in_regions(labels: Ints, ending: str) -> None:
-    if labels.min() < 0:
+def _check_labels(labels: Ints, ending: str) -> None:
+    """Raise an error if the format cannot hold the labels, or needs a package that is missing."""
+    if ending in VERTEX_OUTPUTS and labels.min() < 0:
         first = int(np.argmin(labels))
-        raise MeshError(f"labels[{first}] is {labels[first]}; ids in {ending} are 0 and up")
+        raise MeshError(f"labels[{first}] is {labels[first]}; ids in {ending} must be 0 or more")
+    if ending == ".pth":
+        check_torch()
+    if ending in CORTEX_OUTPUTS:
+        check_ids(labels)
 
 
 def _check_nested(levels: Sequence[Ints]) -> None:
@@ -189,6 +177,6 @@ def _check_nested(levels: Sequence[Ints]) -> None:
         if is_other.any():
             region = int(fine[np.argmax(is_other)])
             raise MeshError(
-                f"levels are not nested: region {region} of level {level} is in several of level"
-                f" {level + 1}"
+                f"levels are not nested: region {region} of level {level} is in several regions of"
+                f" level {level + 1}"
             )

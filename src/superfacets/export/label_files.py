@@ -1,4 +1,4 @@
-"""Write labels as one file, or as one file for each file of the source."""
+"""Write labels to one file, or to one file per file of the source."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .scannet import write_array
 
 
 def label_files(source: object, out: StrPath) -> list[Path]:
-    """Return the paths of the label files of a source, and make their folder if there is none.
+    """Return the paths of the label files of a source, and create their folder if it is missing.
 
     `out` is a ``.npy`` file. If the source is a folder, `out` may be a folder, too: an existing
-    one, or a name without an ending or with a slash at the end. A ValueError if `out` has another
-    form or is a file of the source, or if two files of the source have the same stem; an OSError if
-    a file cannot be written.
+    folder, or a name without an ending or with a slash at the end. A ValueError if `out` has
+    another form or is a file of the source, or if two files of the source have the same stem; an
+    OSError if a file cannot be written.
     """
     if not _is_folder(out):
         if Path(out).suffix != ".npy":
@@ -30,15 +30,15 @@ def label_files(source: object, out: StrPath) -> list[Path]:
         writable_folder(Path(out))
     else:
         raise ValueError(
-            f"out must end in .npy, got {os.fspath(out)!r}: a folder takes the labels"
-            " of a folder of files"
+            f"out must end in .npy, got {os.fspath(out)!r}: only the labels of a folder of files"
+            " are written to a folder"
         )
     checked_targets(files)
     if isinstance(source, (str, os.PathLike)) and Path(source).exists():
         inputs = {file.path.resolve() for file in files_of(Path(source))}
         for file in files:
             if file.resolve() in inputs:
-                raise ValueError(f"{file}: the labels would replace a file of the source")
+                raise ValueError(f"{file}: the labels would overwrite a file of the source")
     return files
 
 
@@ -51,10 +51,10 @@ def _is_folder(out: StrPath) -> bool:
 
 
 def label_names(folder: Path) -> list[str]:
-    """Names of the label files for the files in a folder: ``a.npy`` for ``a.ply``.
+    """Return names of label files for the files in a folder: ``a.npy`` for ``a.ply``.
 
-    In names of a tileset's files, ``_`` takes the place of slashes. A ValueError if two names are
-    the same; an OSError if the folder has no meshes and no clouds.
+    Slashes in the names of a tileset's files become ``_``. A ValueError if two names are equal; an
+    OSError if the folder has neither meshes nor clouds.
     """
     found: dict[str, SourceFile] = {}
     names = []
@@ -65,22 +65,22 @@ def label_names(folder: Path) -> list[str]:
         if other is not file:
             raise ValueError(
                 f"{other.name} and {file.name} in {folder} would both have their labels in {name}:"
-                " rename one, or take one .npy for all"
+                " rename one of them, or write one .npy for all"
             )
     return names
 
 
 def ranges_of(pieces: Pieces, n_files: int) -> tuple[int, ...]:
-    """Offsets that split the labels among the output files, shape (n_files + 1,).
+    """Return offsets that split the labels among the output files, shape (n_files + 1,).
 
-    One file takes all labels. An OSError if the number of files in the folder has changed.
+    An OSError if the number of files in the folder has changed.
     """
     starts = pieces.starts
     if n_files <= 1:
         return starts[0], starts[-1]
     if len(starts) != n_files + 1:
         raise OSError(
-            f"the folder held {n_files} files when the run began, and holds {len(starts) - 1} now"
+            f"the folder had {n_files} files when the run began, but now has {len(starts) - 1}"
         )
     return starts
 

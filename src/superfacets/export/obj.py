@@ -17,14 +17,14 @@ from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
 from .textures import library_lines, material_names
 
 NO_MATERIAL = "no_material"
-"""Material of faces that have none, behind faces that have one."""
+"""Name of the material of faces without a material, if they follow faces with a material."""
 
 
 def write_obj(file: IO[bytes], content: Content) -> None:
-    """Write OBJ, with the faces of each region in a group, in their order.
+    """Write OBJ with a group per region; faces keep their order within a group.
 
-    A texture is written with the names of its materials, of which the MTL file is beside the
-    output. The format has no place for colors and attributes of faces.
+    Materials of a texture are in an MTL file beside the output. The format cannot store colors and
+    attributes of faces.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
     lines_of = partial(face_lines, mesh, begin="f ", first=1)
@@ -55,7 +55,7 @@ def write_obj(file: IO[bytes], content: Content) -> None:
 def _textured_lines(
     mesh: FaceMesh, texture: Texture, faces: npt.NDArray[np.intp]
 ) -> Iterator[list[bytes]]:
-    """Yield lines of faces with texture coordinates, and of their materials where these change."""
+    """Yield lines of faces with texture coordinates, and a line where the material changes."""
     names = material_names(texture)
     offsets = corners_of(mesh).offsets
     firsts = 3 * np.arange(mesh.n_faces) if offsets is None else offsets[:-1]
@@ -82,8 +82,8 @@ def face_lines(
 ) -> Iterator[list[bytes]]:
     """Yield lists of at most `ROWS_AT_ONCE` lines, one per face: `begin`, corners, `ends`.
 
-    A ``#`` in `begin` is replaced by the number of corners. The first vertex has the index `first`.
-    Each array of `ends` holds a number per face of the mesh.
+    The number of corners replaces a ``#`` in `begin`. Vertices are counted from `first`. Each array
+    of `ends` holds a number per face of the mesh.
     """
     for place in range(0, len(faces), ROWS_AT_ONCE):
         yield _lines_of(mesh, faces[place : place + ROWS_AT_ONCE], begin, first, ends)
@@ -93,10 +93,7 @@ def _lines_of(
     mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int,
     ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None = None,
 ) -> list[bytes]:  # fmt: skip
-    """Lines of faces; `pairs` are texture coordinates of all corners, and first corners of faces.
-
-    A face that lacks a coordinate is written without any.
-    """
+    """Lines of faces; `pairs` are texture coordinates of corners, and first corners of faces."""
     lines = np.empty(len(faces), dtype=object)
     corners, offsets = corners_of(mesh).of(faces)
     sizes = np.diff(offsets)
@@ -106,7 +103,7 @@ def _lines_of(
             np.repeat(pairs[1][faces] - offsets[:-1], sizes) + np.arange(len(corners))
         ]
         is_whole = np.minimum.reduceat(of_corners, offsets[:-1]) >= 0
-        kinds = np.where(is_whole, sizes, -sizes)
+        kinds = np.where(is_whole, sizes, -sizes)  # negative: some corners have no coordinates
     for kind in np.unique(kinds).tolist():
         alike = np.flatnonzero(kinds == kind)
         places = [offsets[alike] + place for place in range(abs(kind))]
@@ -126,8 +123,8 @@ def _lines_of(
 def write_off(file: IO[bytes], content: Content) -> None:
     """Write OFF, with red, green and blue, 0 to 255, after the corners of each face.
 
-    The file begins with OFF, because COFF would announce colors of vertices. The format has no
-    place for labels and attributes.
+    The file begins with OFF, because COFF would declare colors of vertices. The format cannot store
+    labels and attributes.
     """
     mesh, colors = content.cells, content.colors
     file.write(b"OFF\n%d %d 0\n" % (mesh.n_vertices, mesh.n_faces))

@@ -1,4 +1,4 @@
-"""Graphs of regions for PyTorch Geometric, as plain arrays in one .npz file."""
+"""Write graphs of regions for PyTorch Geometric, as plain arrays in one .npz file."""
 
 from __future__ import annotations
 
@@ -21,36 +21,37 @@ Graph = Mapping[str, npt.ArrayLike]
 
 
 def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
-    """Write a graph of regions, or nested ones, as arrays for PyTorch Geometric.
+    """Write a graph of regions, or nested graphs, as arrays for PyTorch Geometric.
 
     Parameters
     ----------
     path : path-like
-        Ends in ``.npz``. A file that exists is replaced once the new one is complete, and its
+        Ends in ``.npz``. An existing file is replaced when the new one is complete, and its
         permissions are kept.
     graphs : mapping of str to array_like, or a sequence of such mappings
         Arrays by name. ``edge_index``, (2, E), holds the regions at the ends of each edge, in both
-        directions. ``edge_attr``, (E, n), has a row per edge. ``pos``, (K, 3), and all further
-        arrays have a row per region. ``super_index`` holds for each cell, or each region of the
-        next finer graph, the region that contains it, or -1. In a sequence, the finest graph comes
-        first.
+        directions. ``edge_attr``, (E, n), has a row per edge. ``pos``, (K, 3), and all other arrays
+        have a row per region. ``super_index`` holds the region that contains each cell, or each
+        region of the next finer graph; -1 if there is none. A sequence begins with the finest
+        graph.
 
     Raises
     ------
     ValueError
-        If the ending is wrong, there is no graph, an array does not hold numbers, an edge or a
-        ``super_index`` names a region that is not there, or nested graphs do not fit.
+        If the ending is wrong, if there is no graph, if an array does not hold numbers, if an edge
+        or a ``super_index`` refers to a region that does not exist, or if nested graphs do not fit
+        together.
     OSError
         If the file cannot be written.
 
     Notes
     -----
-    Indices are written as int64, other numbers in their own types. The arrays of one graph keep
+    Indices are written as int64, and other numbers in their types. The arrays of one graph keep
     their names. Nested graphs become levels, numbered as in superpoint networks. Level 0 is the
-    cells: the file holds only ``level0_super_index``, which leads to level 1. Level 1 is the first
-    graph: ``level1_edge_index``, ``level1_pos`` and so on, with ``level1_super_index``, which leads
-    to level 2. The last level has no such index. Neither writing nor reading needs torch:
-    ``torch_geometric.data.Data(**tensors)`` takes the arrays of a level.
+    cells: the file holds only ``level0_super_index``, with regions of level 1. Level 1 is the first
+    graph: ``level1_edge_index``, ``level1_pos`` and so on, and ``level1_super_index``, with regions
+    of level 2. The last level has no ``super_index``. Writing and reading do not need torch:
+    ``torch_geometric.data.Data(**tensors)`` accepts the arrays of a level.
 
     Examples
     --------
@@ -74,11 +75,11 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
 
 def write_arrays(file: IO[bytes], arrays: Mapping[str, Array]) -> None:
     """Write checked arrays as an .npz file."""
-    np.savez(file, **arrays)  # type: ignore[arg-type]  # of numpy's own option allow_pickle
+    np.savez(file, **arrays)  # type: ignore[arg-type]  # a name could be numpy's allow_pickle
 
 
 def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, Array]:
-    """Arrays of all graphs by their names in the file."""
+    """Arrays of all graphs, by their names in the file."""
     if isinstance(graphs, Mapping):
         graph = {name: _checked(values, name) for name, values in graphs.items()}
         _check_graph(graph, "", None)
@@ -117,7 +118,7 @@ def _check_graph(graph: Mapping[str, Array], prefix: str, n_below: int | None) -
     """Return the number of regions; a MeshError if an index is out of range."""
     missing = {"edge_index", "pos"} - graph.keys()
     if missing:
-        raise MeshError(f"a graph needs {prefix}{min(missing)}")
+        raise MeshError(f"{prefix}{min(missing)} is missing")
     edges, n_regions = graph["edge_index"], len(graph["pos"])
     if edges.ndim != 2 or len(edges) != 2:
         raise MeshError(f"{prefix}edge_index must have shape (2, E), got {edges.shape}")

@@ -19,10 +19,10 @@ from ..io.atomic import StrPath
 from .text import write_list
 
 MAX_ID = 1 << 24
-"""Upper bound of ids: some readers store them as float32, which skips larger integers."""
+"""Upper bound of ids: some readers store ids as float32, which cannot hold larger odd integers."""
 
 NO_CLASS = "unknown"
-"""Label of a group without a class, as in the labeling tool."""
+"""Label of a group without a class, as in ScanNet's labeling tool."""
 
 SEGMENTS = ".segs.json"
 GROUPS = ".aggregation.json"
@@ -31,14 +31,14 @@ APP_ID = "superfacets"
 """The ``appId`` of groups that this package makes from regions."""
 
 _MESH_NAME = re.compile(r"_vh_clean(_2)?([._]|$)")
-"""Suffix that follows a scene's name in the names of its mesh files."""
+"""Suffix of the name of a scene in the names of its mesh files."""
 
 _THRESHOLD = re.compile(r"\.\d+\.\d+$")
-"""The threshold in the names of segment files: ``.0.010000``."""
+"""Threshold in the names of segment files: ``.0.010000``."""
 
 
 def scene_of(path: Path | None, ending: str) -> str:
-    """The scene in a file name: the part before ``_vh_clean_2``, or the stem."""
+    """Return the name of the scene in a file name: the part before ``_vh_clean_2``, or the stem."""
     if path is None:
         return "scene"
     stem = _THRESHOLD.sub("", path.name[: -len(ending)])
@@ -49,16 +49,16 @@ def scene_of(path: Path | None, ending: str) -> str:
 def check_truth_stays(paths: Iterable[StrPath]) -> None:
     """Raise a FileExistsError if ground truth would be replaced.
 
-    That is an ``.aggregation.json`` from elsewhere, and a ``.segs.json`` whose segments it groups:
-    the one that it names, or the one of the same scene in the same folder. With other segments its
-    groups mean nothing.
+    Ground truth is an ``.aggregation.json`` from another program, and a ``.segs.json`` whose
+    segments an ``.aggregation.json`` in the same folder groups: its ``segmentsFile``, or the file
+    of the same scene. With other segments the groups would be invalid.
     """
     outputs = [Path(path) for path in paths]
     for path in outputs:
         if path.name.endswith(GROUPS) and path.exists() and not _is_ours(path):
             raise FileExistsError(
-                f"{path}: holds objects from elsewhere, which would be lost: write to another"
-                " folder, or force it (force=True, --force)"
+                f"{path}: holds objects from another program, which would be lost: write to another"
+                " folder, or overwrite it (force=True, --force)"
             )
         if not (path.name.endswith(SEGMENTS) and path.exists()):
             continue
@@ -66,20 +66,20 @@ def check_truth_stays(paths: Iterable[StrPath]) -> None:
             if groups not in outputs and path.name in _segment_files_of(groups, path):
                 raise FileExistsError(
                     f"{path}: {groups.name} refers to the segments in this file, and would become"
-                    " invalid: write to another folder, or force it (force=True, --force)"
+                    " invalid: write to another folder, or overwrite it (force=True, --force)"
                 )
 
 
 def _is_ours(groups: Path) -> bool:
-    """Whether a file of groups was made from regions by this package."""
+    """Whether this package wrote a file of groups."""
     try:
         return bool(json.loads(groups.read_bytes())["appId"] == APP_ID)
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return False  # whatever it is, it is not ours
+        return False
 
 
 def _segment_files_of(groups: Path, segments: Path) -> set[str]:
-    """Names of the files of segments that a file of groups may refer to."""
+    """Names of files of segments that a file of groups may refer to."""
     names = set()
     if scene_of(groups, GROUPS) == scene_of(segments, SEGMENTS):
         names.add(segments.name)
@@ -87,7 +87,7 @@ def _segment_files_of(groups: Path, segments: Path) -> set[str]:
         named = json.loads(groups.read_bytes())["segmentsFile"]
         names |= {named, named.removeprefix("scannet.")}
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        pass  # not readable as such a file: its name decides
+        pass  # only the name of the file counts
     return names
 
 
@@ -104,7 +104,7 @@ def write_aggregation(
     file: IO[bytes], ids: npt.NDArray[np.integer], scene: str,
     classes: Sequence[str] | None, scores: Sequence[float] | None = None,
 ) -> None:  # fmt: skip
-    """Write a group for each segment, with the class and the score of the segment, if given."""
+    """Write a group for each segment, with its class and score, if given."""
     check_ids(ids)
     segments = np.unique(ids[ids >= 0]).tolist()
     names = [NO_CLASS] * len(segments) if classes is None else classes
@@ -119,9 +119,9 @@ def write_aggregation(
 def write_groups(
     file: IO[bytes], groups: Sequence[dict[str, Any]], scene: str, segments_file: str | None = None
 ) -> None:
-    """Write groups of segments: each an object, with ``segments``, ``label`` and other entries.
+    """Write groups of segments, which are objects with ``segments``, ``label`` and other entries.
 
-    ``segments_file`` is the name of the file with the segments; None: its name in ScanNet.
+    `segments_file` is the name of the file of segments; None for its usual name in ScanNet.
     """
     document = {
         "sceneId": f"scannet.{scene}",
@@ -136,14 +136,14 @@ def check_ids(ids: npt.NDArray[np.integer]) -> None:
     """Raise a MeshError if an id is 2**24 or more."""
     highest = int(ids.max())
     if highest >= MAX_ID:
-        raise MeshError(f"label {highest} is too high: readers of these files take ids below 2**24")
+        raise MeshError(f"label {highest} is too high: readers of these files need ids below 2**24")
 
 
 def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> None:
     """Write the regions of triangles on each level, finest first, for the Scene Toolkit (SSTK).
 
-    The tool (SSTK) finds the segmentations of a hierarchy by name, and expects its levels from fine
-    to coarse. Triangles with negative labels are in no segment.
+    SSTK finds the segmentations of a hierarchy by name, and expects levels from fine to coarse.
+    Triangles with negative labels are in no segment.
     """
     file.write(b'{"elementType":"triangles","elementCount":%d,"segmentation":[' % len(levels[0]))
     for level, labels in enumerate(levels):
@@ -158,9 +158,8 @@ def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> No
 def write_superpoints(file: IO[bytes], ids: npt.NDArray[np.integer], ending: str) -> None:
     """Write an id per vertex, without gaps, for OneFormer3D and UniDet3D.
 
-    Ids are renumbered from 0, in the order of the given ids, and written as 64-bit integers, low
-    byte first. A ``.bin`` file holds only the numbers; ``_sp_label.npy`` has the header of an
-    array.
+    Ids are renumbered from 0 in ascending order, and written as little-endian 64-bit integers. A
+    ``.bin`` file holds only the numbers; ``_sp_label.npy`` also has a header.
     """
     numbers = _without_gaps(ids)
     if ending == ".bin":
@@ -178,8 +177,8 @@ def check_torch() -> None:
 def write_tensor(file: IO[bytes], ids: npt.NDArray[np.integer]) -> None:
     """Write an id per vertex, without gaps, for ISBNet and Open3DIS: an int64 tensor of torch.
 
-    Every version of torch loads it. The scripts of these networks write an array, which new
-    versions refuse to load by default.
+    All versions of torch load a tensor. The scripts of these networks write a NumPy array, which
+    new versions of torch do not load by default.
     """
     import torch
 
@@ -193,12 +192,12 @@ def _without_gaps(ids: npt.NDArray[np.integer]) -> Longs:
 
 
 def write_array(path: Path, array: Array) -> None:
-    """Write an array as .npy. `numpy.save` would not report that the disk is full."""
+    """Write an array as .npy; `numpy.save` would not report a full disk."""
     with path.open("wb") as file:
         write_npy(file, np.ascontiguousarray(array))
 
 
 def write_npy(file: IO[bytes], array: Array) -> None:
-    """Write an array to any stream. `numpy.save` calls ``tell``, which fails on pipes."""
+    """Write an array to any stream; `numpy.save` calls ``tell``, which fails on pipes."""
     npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))
     file.write(array.data)

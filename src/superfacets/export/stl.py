@@ -1,4 +1,4 @@
-"""Write STL as text, with a solid for each region or class: named patches for CFD."""
+"""Write STL as text, with a solid per region or class: named patches for CFD."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .text import coordinate_format, write_rows
 
 
 def write_stl(file: IO[bytes], content: Content) -> None:
-    """Write one solid per region, in the order of labels, or one per class.
+    """Write one solid per region, in ascending order of labels, or one per class.
 
-    Solids are named ``region_0``, ...; ``unlabeled`` for label -1; or by their classes, in which
-    spaces become underscores. Programs for meshing and flow name their patches by these. The file
-    is text, as binary STL has one solid only; a normal is 0 where a face has none.
+    The names of solids are ``region_0``, ..., and ``unlabeled`` for label -1, or classes with
+    underscores instead of spaces. Programs for meshing and flow use them as names of patches. The
+    file is text because binary STL has only one solid. Undefined normals are 0.
     """
     mesh, labels = content.cells, content.labels
     normals = area_vectors(mesh, checked_threads(None))
@@ -41,7 +41,7 @@ def write_stl(file: IO[bytes], content: Content) -> None:
 
 
 def _names_of(values: Array, classes: Sequence[str] | None) -> Array:
-    """The name of the solid of each label that occurs; -1 is the lowest."""
+    """Names of the solids of the distinct labels, in ascending order."""
     regions = [f"region_{value}" for value in values.tolist() if value >= 0]
     if classes is not None:
         regions = ["_".join(name.split()) or "unnamed" for name in classes]

@@ -1,4 +1,4 @@
-"""Tables of numbers as CSV, JSON or Parquet, and lines along the edges of a mesh as OBJ."""
+"""Write tables of numbers as CSV, JSON or Parquet, and lines along edges of a mesh as OBJ."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
     """Write each table to its path, ``.csv``, ``.json`` or ``.parquet``: all files appear, or none.
 
     NaN becomes an empty field in CSV, and null in JSON. A JSON file holds a list with one object
-    per row. Numbers are written with all their digits. Parquet needs pandas and pyarrow.
+    per row. Numbers are written with all digits. Parquet needs pandas and pyarrow.
     """
     endings = [known_ending(Path(path), TABLE_ENDINGS) for path, _ in tables]
     with atomic_outputs([path for path, _ in tables]) as temporaries:
@@ -46,7 +46,7 @@ def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
 
 
 def print_csv(file: IO[str], columns: Columns) -> None:
-    """Write CSV: a line of names, and a line per row."""
+    """Write CSV: a line of names, then a line per row."""
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(_rows(columns))
@@ -64,7 +64,7 @@ def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
 
 
 def _write_parquet(path: Path, columns: Columns) -> None:
-    import_extra("pyarrow", "a .parquet file", "graph")  # or pandas would raise its own error
+    import_extra("pyarrow", "a .parquet file", "graph")  # pandas would raise another error
     pandas = import_extra("pandas", "a .parquet file", "graph")
     pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
 
@@ -72,10 +72,7 @@ def _write_parquet(path: Path, columns: Columns) -> None:
 def write_lines(
     path: StrPath, vertices: Floats, lines: Iterable[tuple[str, npt.NDArray[np.integer]]]
 ) -> None:
-    """Write lines as OBJ, each in a named group; closed lines repeat their first vertex.
-
-    Only vertices of lines are written.
-    """
+    """Write lines with their vertices as OBJ, in named groups; closed lines repeat a vertex."""
     known_ending(Path(path), LINE_ENDINGS)
     named = list(lines)
     rows = [line for _, line in named]

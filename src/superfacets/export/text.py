@@ -1,4 +1,4 @@
-"""Rows of numbers as text, many at a time."""
+"""Format rows of numbers as text, many rows at a time."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy.typing as npt
 from .._types import Array, Floats
 
 ROWS_AT_ONCE = 1 << 14
-"""Rows formatted at a time, few enough for the cache."""
+"""Number of rows that are formatted at a time, small enough for the cache."""
 
 
 def text_rows(row: str, columns: Sequence[Array]) -> bytes:
-    """Format rows of text in one operation; `row` is a format string for one row."""
+    """Format rows of text in one operation; `row` is the format string of one row."""
     lists = [column.tolist() for column in columns]
     n_rows = len(lists[0])
     flat: list[Any] = [None] * (n_rows * len(lists))
@@ -40,7 +40,7 @@ def write_list(file: IO[bytes], numbers: npt.NDArray[np.integer[Any]]) -> None:
 
 
 def coordinate_format(values: Floats) -> str:
-    """The shortest format that reads back as the same numbers."""
+    """Return the shortest format from which the same numbers are parsed."""
     return "%.9g" if fits_single(values) else "%.17g"
 
 

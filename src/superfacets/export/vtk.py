@@ -19,7 +19,7 @@ from .content import Content
 from .text import write_rows
 
 Arrays = Mapping[str, Array]
-"""Arrays (N,) or (N, n) by name."""
+"""Arrays, (N,) or (N, n), by name."""
 
 _BLOCK = 1 << 20
 """Bytes per compressed block; the last block may be shorter."""
@@ -33,7 +33,7 @@ def write_vtk_xml(
     *,
     ascii: bool,
 ) -> None:
-    """Write a file of one piece, with these counts and sections; names of arrays are escaped."""
+    """Write a file of one piece with these counts and sections; names of arrays are escaped."""
     order = f"{sys.byteorder.capitalize()}Endian"
     numbers = " ".join(f'{name}="{count}"' for name, count in counts.items())
     file.write(
@@ -53,7 +53,7 @@ def _write_array(file: IO[bytes], name: str, values: Array, *, ascii: bool) -> N
     word = {"i": "Int", "u": "UInt", "f": "Float"}[values.dtype.kind]
     table = values.reshape(len(values), -1)
     form = "ascii" if ascii else "binary"
-    # A one-dimensional array has no NumberOfComponents: with 1, meshio would read an array (N, 1).
+    # Without NumberOfComponents, meshio reads a one-dimensional array; with 1, an (N, 1) array.
     width = f' NumberOfComponents="{table.shape[1]}"' if values.ndim > 1 else ""
     file.write(
         f'<DataArray type="{word}{8 * values.dtype.itemsize}" Name="{html.escape(name)}"{width}'
@@ -73,12 +73,12 @@ def _write_array(file: IO[bytes], name: str, values: Array, *, ascii: bool) -> N
 
 
 def number_format(values: Array) -> str:
-    """A format string in which numbers read back as the same values of the same type."""
+    """Return the format string from which numbers of this type are parsed to the same values."""
     return "%d" if values.dtype.kind in "iu" else "%.9g" if values.dtype.itemsize == 4 else "%.17g"
 
 
 def write_vtp(file: IO[bytes], content: Content) -> None:
-    """Write VTP; labels and ``colors`` are cell data."""
+    """Write VTP, with labels and ``colors`` as cell data."""
     mesh, attributes = content.cells, content.attributes
     of_faces: dict[str, Array] = dict(attributes.face if attributes else {})
     if content.labels is not None:
@@ -104,7 +104,7 @@ _TETRA = 10
 
 
 def write_vtu(file: IO[bytes], content: Content) -> None:
-    """Write tetrahedra as VTU; labels are cell data."""
+    """Write tetrahedra as VTU, with labels as cell data."""
     mesh, labels = content.cells, content.labels
     cells: Arrays = {
         "connectivity": mesh.tets.astype(np.int64).ravel(),
@@ -121,7 +121,7 @@ def write_vtu(file: IO[bytes], content: Content) -> None:
 
 
 def write_vtk(file: IO[bytes], content: Content) -> None:
-    """Write tetrahedra as legacy VTK; labels are a field of cell data."""
+    """Write tetrahedra as legacy VTK, with labels as a field of cell data."""
     mesh, labels, ascii = content.cells, content.labels, content.ascii
     n = mesh.n_tets
     cells = np.column_stack([np.full(n, 4, np.int32), mesh.tets])

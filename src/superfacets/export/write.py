@@ -1,4 +1,4 @@
-"""Write a mesh with its labels, or labels only; a file appears complete or not at all."""
+"""Write a mesh with its labels, or labels only; an output is complete or does not appear."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from .pyg import GRAPH_OUTPUTS
 from .scannet import check_truth_stays
 
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
-"""Endings of files that are derived from a mesh and its labels, and hold neither."""
+"""Endings of files that are derived from a mesh and its labels but contain neither."""
 
 OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *DERIVED_OUTPUTS)
 
 ENDING_OF_FORMAT = {ending.lstrip("._"): ending for ending in OUTPUT_ENDINGS}
-"""Endings by name of the format: ``ply``, ``segs.json``, ``sp_label.npy``."""
+"""Endings by name of the format, such as ``ply``, ``segs.json``, ``sp_label.npy``."""
 
 NO_STREAMS: Mapping[str, IO[bytes]] = MappingProxyType({})
 
@@ -52,63 +52,67 @@ def write_mesh(
 ) -> None:
     """Write a mesh, with labels and colors of its faces, in the format of the file's ending.
 
-    In PLY, vertices are ``float`` where that is exact for every coordinate, else ``double``. Faces
-    are ``list uchar int vertex_indices`` (``list int int`` where one has more than 255 corners);
-    labels add ``int label`` and ``float quality`` (the same, exact below 2**24, for MeshLab);
-    labels or colors add ``uchar red green blue alpha``. VTP has double vertices, and cell data
-    ``label`` and ``colors``. The user guide (Export) describes the other formats.
+    In PLY, vertices are ``float`` if that is exact for every coordinate, else ``double``. Faces are
+    ``list uchar int vertex_indices``, or ``list int int`` if one has more than 255 corners. Labels
+    add ``int label``, and for MeshLab ``float quality``, which is the same number, exact below
+    2**24. Labels or colors add ``uchar red green blue alpha``. VTP has double vertices, and cell
+    data ``label`` and ``colors``. The user guide (Export) describes the other formats.
 
     Parameters
     ----------
     path : path-like
-        For faces, the path ends in ``.ply``, ``.vtp``, ``.obj`` (a group per region), ``.stl``
-        (a solid per region, or per class if there are `classes`; triangles only), ``.off``
-        (colors) or ``.glb`` (ids and a table of regions). For a `TetMesh`, it ends in ``.vtu`` or
-        ``.vtk``, which hold labels but no colors and attributes. For a `PointCloud`, it ends in
-        ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz``; the last two need
-        the extra ``las``. Files derived from the labels end in ``.segs.json``, ``.bin``,
-        ``_sp_label.npy`` or ``.pth`` (which needs torch). They hold an id per vertex of the mesh,
-        as by `vertex_labels` with ``method="creases"`` and ``min_vertices=20``, or per point. For
-        the cortex, ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer) hold a label per vertex, with
-        a table of colors and names, in which region i is i + 1, and 0 no region. Others end in
-        ``.sstk.json`` (a label per triangle),
-        ``.aggregation.json`` (a group per region) or ``.npz`` (the graph of `region_graph`, as by
-        `write_graphs`). A file that exists is replaced once the new one is complete, and its
-        permissions are kept.
+        The ending selects the format:
+
+        - faces: ``.ply``, ``.vtp``, ``.obj`` (a group per region), ``.stl`` (triangles only; a
+          solid per region, or per class with `classes`), ``.off`` (colors) or ``.glb`` (ids and a
+          table of regions);
+        - tetrahedra: ``.vtu`` or ``.vtk``, which hold labels but no colors and attributes;
+        - points: ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz`` (these two
+          need the extra ``las``);
+        - an id per vertex of a mesh, as of `vertex_labels` with ``method="creases"`` and
+          ``min_vertices=20``, or per point: ``.segs.json``, ``.bin``, ``_sp_label.npy`` or ``.pth``
+          (which needs torch);
+        - a label per vertex for the cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer). In
+          their tables of colors and names, region i is entry i + 1, and entry 0 means no region;
+        - ``.sstk.json`` (a label per triangle), ``.aggregation.json`` (a group per region), or
+          ``.npz`` (the graph of `region_graph`, as of `write_graphs`).
+
+        An existing file is replaced when the new one is complete, and its permissions are kept.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         As for `segment`. Polygons stay polygons, except in GLB. Labels and colors of a cloud are
         properties of its points; LAS stores the labels in an extra dimension ``label``.
     labels : array_like of integers, shape (F,), optional
-        0 and up; -1 where a face is in no region.
+        0 and above; -1 where a face is in no region.
     colors : array_like of uint8, shape (F, 3), optional
         Red, green, blue. If there are labels, the default is `face_colors`.
     attributes : MeshAttributes, optional
-        Other properties of vertices and faces, from `read_attributes` or made by hand. Properties
-        are left out if the file itself has a property of that name, as above. Only PLY, VTP, PCD
-        and LAS store attributes.
+        Other properties of vertices and faces, from `read_attributes` or created by you. A property
+        is skipped if the file has its own property with the same name, as described above. Only
+        PLY, VTP, PCD and LAS store attributes.
     ascii : bool, default False
-        Text instead of binary little-endian, for readers that need it.
+        Write text instead of binary numbers, for readers that need text.
     label_name : str, default "label"
-        Name of the array of labels in VTP, VTU and VTK: dental tools want ``Label``.
+        Name of the array of labels in VTP, VTU and VTK; dental tools expect ``Label``.
     vertex_labels : bool, default False
         Whether a PLY file also stores the labels of its vertices, see `superfacets.vertex_labels`,
         as a vertex property ``label``.
     classes : sequence of str or int, length K, optional
-        Class of each region, in the order of the labels that occur. GLB stores it as a column of
-        the table, ``.aggregation.json`` as the label of the group.
+        Class of each region, in ascending order of the labels. GLB stores classes as a column of
+        the table, STL as names of solids, ``.aggregation.json`` as labels of groups.
     scores : array_like of float, length K, optional
-        Score of each region, 0 to 1, in the same order, as of `LiftedLabels.label_scores`.
-        ``.aggregation.json`` alone stores it; the studio lists suggestions by it.
+        Score of each region, 0 to 1, in the same order, for example
+        `LiftedLabels.label_scores`. Only ``.aggregation.json`` stores scores; the studio sorts
+        suggestions by them.
     force : bool, default False
-        Whether to replace a ``.segs.json`` whose segments an ``.aggregation.json`` beside it
-        groups: the groups mean nothing with other segments. See `regroup_segments`.
+        Whether to replace a ``.segs.json`` if an ``.aggregation.json`` beside it groups its
+        segments: the groups become invalid with other segments. See `regroup_segments`.
 
     Raises
     ------
     ValueError
-        If the ending, a shape or a dtype is wrong, a label is below -1, the format cannot hold
-        these cells, as many of them, or the data that an option asks for; or if a label is -1 in a
-        format whose ids begin at 0.
+        If the ending, a shape or a dtype is wrong, if a label is below -1, or is -1 in a format
+        whose ids begin at 0, or if the format cannot hold the cells, their number, or the data of
+        an option.
     TypeError
         If `attributes` is neither a `MeshAttributes` nor None.
     OSError
@@ -116,8 +120,8 @@ def write_mesh(
 
     Notes
     -----
-    Time is linear in V + F, except for a sort in OBJ and GLB. Files are written piece by piece, but
-    GLB, LAS and LAZ are built in memory; GLB takes some 200 bytes per face, and holds up to 4 GiB.
+    Time is linear in V + F, except for a sort in OBJ and GLB. Files are written in blocks, but GLB,
+    LAS and LAZ are built in memory. GLB needs about 200 bytes per face, and has at most 4 GiB.
 
     Examples
     --------
@@ -140,43 +144,46 @@ def write_mesh(
     if not force:
         check_truth_stays([path])
     cells = as_cells(mesh)
-    cell_labels = (
-        None
-        if labels is None
-        else checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
-    )
-    write: Callable[[IO[bytes], str, Path | None], None]
+    cell_labels = None if labels is None else _labels_of(cells, labels)
+    writer: IdWriter | CellWriter = CellWriter(cells, cell_labels, colors, attributes, options)
     if ending in DERIVED_OUTPUTS:
-        write = IdWriter(cells, cell_labels, options).checked([ending]).write
-    else:
-        write = CellWriter(cells, cell_labels, colors, attributes, options).checked([ending]).write
+        writer = IdWriter(cells, cell_labels, options)
+    writer = writer.checked([ending])
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        write(file, ending, path)
+        writer.write(file, ending, path)
+
+
+def _labels_of(cells: Cells, labels: npt.ArrayLike) -> Ints:
+    return checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
 
 
 def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -> None:
-    r"""Write labels as they are, in their order.
+    r"""Write labels to a file, in their order.
 
     Parameters
     ----------
     path : path-like
-        Ends in ``.npy`` (int32), or in ``.seg`` or ``.txt`` (one integer per line, no header). For
-        labels of vertices, it ends in ``.segs.json``, or in ``.bin``, ``_sp_label.npy`` or ``.pth``
-        (int64, renumbered without gaps), or in ``.label.gii`` or ``.annot``, which allow -1 and
-        have a table of colors and names; for labels of triangles, in ``.sstk.json``; for labels of
-        segments, in ``.aggregation.json`` (a group per label). A file that exists is replaced once
-        the new one is complete, and its permissions are kept.
+        The ending selects the format:
+
+        - ``.npy`` (int32), ``.seg`` or ``.txt`` (one integer per line, no header);
+        - labels of vertices: ``.segs.json``; ``.bin``, ``_sp_label.npy`` or ``.pth`` (int64,
+          renumbered without gaps); ``.label.gii`` or ``.annot`` (with a table of colors and names);
+        - labels of triangles: ``.sstk.json``;
+        - labels of segments: ``.aggregation.json`` (a group per label).
+
+        An existing file is replaced when the new one is complete, and its permissions are kept.
     labels : array_like of integers, shape (F,)
-        0 and up; -1 where a face is in no region, which networks' formats of vertices do not allow.
-        For ``.sstk.json`` also (n, F): nested levels, the finest first.
+        0 and above; -1 where a cell is in no region. Labels of vertices must be 0 and above, except
+        in ``.label.gii`` and ``.annot``. ``.sstk.json`` also takes (n, F): nested levels, the
+        finest first.
     force : bool, default False
         As for `write_mesh`.
 
     Raises
     ------
     ValueError
-        If the ending, the shape or the dtype is wrong, a label is negative where the format does
-        not allow it, an id for ``.segs.json`` is 2**24 or more, or levels are not nested.
+        If the ending, the shape or the dtype is wrong, if a label is negative but the format does
+        not allow this, if an id for ``.segs.json`` is 2**24 or more, or if levels are not nested.
     OSError
         If the file cannot be written.
 
@@ -211,19 +218,20 @@ def write_regions(
     ending: str | None = None,
     ascii: bool = False,
 ) -> list[Path]:
-    """Write the cells of each region to a file of their own: all files, or none.
+    """Write one file per region with the cells of the region: all files, or none.
 
     Parameters
     ----------
     folder : path-like
-        Created if it does not exist. Files are named after the labels: ``region_17.ply``.
+        The folder of the files, which is created if missing. Files are named after the labels:
+        ``region_17.ply``.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         As for `segment`. Points keep their normals and colors.
     labels : array_like of integers, shape (N,)
-        0 and up; cells labeled -1 are in no file.
+        0 and above; cells labeled -1 are in no file.
     ending : str, optional
-        Ending of the files, which tells the format: one that `write_mesh` knows for these cells. By
-        default ``.vtu`` for tetrahedra, and ``.ply`` for other cells.
+        Ending of the files, which selects a format of `write_mesh` for these cells. By default
+        ``.vtu`` for tetrahedra, and ``.ply`` for other cells.
     ascii : bool, default False
         As for `write_mesh`.
 
@@ -235,15 +243,15 @@ def write_regions(
     Raises
     ------
     ValueError
-        If the ending or a label is wrong, no cell is in a region, or all faces of a region lie at
-        one point.
+        If the ending or a label is wrong, if no cell is in a region, or if all faces of a region
+        are at one point.
     OSError
         If a file cannot be written.
 
     Notes
     -----
-    Cells keep their order. A file holds only the vertices that its cells use, in the order of the
-    mesh. Files that an earlier call wrote for other labels are not removed.
+    Cells keep their order. A file contains only the vertices of its cells, in the order of the
+    mesh. Files of earlier calls with other labels are not removed.
 
     Examples
     --------
@@ -255,7 +263,7 @@ def write_regions(
     """
     cells = as_cells(mesh)
     ending = usual_ending(kind_of(cells).name) if ending is None else ending
-    cell_labels = checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+    cell_labels = _labels_of(cells, labels)
     order = np.argsort(cell_labels, kind="stable").astype(np.int32)
     order = order[np.searchsorted(cell_labels[order], 0) :]
     if not len(order):
@@ -288,31 +296,26 @@ def write_outputs(
     listed: npt.ArrayLike | None = None,
     listed_mesh: Any = None,
 ) -> int:
-    """Write several files, in the formats of their endings: all appear, or none.
+    """Write several files, in the formats of their endings: all files appear, or none.
 
-    Endings are those of `write_mesh` and `write_labels`. `streams` are open binary files, by the
-    ending that tells their format; they need not be seekable, and are written when all files of
-    `paths` are complete. If one fails, no file appears at `paths`. `listed` are labels for files
-    that hold only labels, if these belong to another mesh, `listed_mesh`. Returns the number of
-    regions that no vertex has in files of vertex labels. Raises the errors of `write_mesh`; a
-    ValueError if a file is given twice, or needs labels and there are none.
+    Endings are as for `write_mesh` and `write_labels`. `streams` are open binary files, by the
+    ending of their format; they need not be seekable, and are written when all files of `paths` are
+    complete. If writing to a stream fails, no file appears at `paths`. If files of labels belong to
+    another mesh, `listed` are its labels, and `listed_mesh` is the mesh. Returns the number of
+    regions that have no vertex in files of vertex labels. Raises the errors of `write_mesh`, and a
+    ValueError if a file is given twice, or if a file needs labels and there are none.
     """
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     options = FormatOptions() if options is None else options
     if not options.force:
         check_truth_stays(paths)
     cells = as_cells(mesh)
-    cell_labels = (
-        None
-        if labels is None
-        else checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
-    )
-    of_labels, of_cells = cell_labels, cells
+    cell_labels = None if labels is None else _labels_of(cells, labels)
+    ids = IdWriter(cells, cell_labels, options)
     if listed is not None:
-        of_labels = checked_labels(listed)
-        of_cells = cells if listed_mesh is None else as_cells(listed_mesh)
+        of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
+        ids = IdWriter(of_listed, checked_labels(listed), options)
     all_endings = {*endings, *streams}
-    ids = IdWriter(of_cells, of_labels, options)
     writers = _writers(all_endings, ids, CellWriter(cells, cell_labels, None, attributes, options))
     with atomic_outputs(paths) as temporaries:
         for temporary, ending, path in zip(temporaries, endings, paths, strict=True):
@@ -327,7 +330,7 @@ def write_outputs(
 def _writers(
     endings: set[str], of_labels: IdWriter, of_cells: CellWriter
 ) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
-    """The function that writes files of each ending; an error if it could not write them."""
+    """The function that writes files of each ending; an error if it cannot write them."""
     listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
     holding = [ending for ending in endings if ending not in listing]
     of_labels.checked(listing)
@@ -339,7 +342,7 @@ def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
     """Check, before a long computation, whether `write_outputs` can write these files.
 
     A ValueError if an ending is unknown or a file is given twice; an OSError if a folder is missing
-    or not writable, if something other than a file is there, or if `force` is needed.
+    or not writable, if a path is not a regular file, or if `force` is needed.
     """
     if not force:
         check_truth_stays(paths)
@@ -355,7 +358,7 @@ def writer_of(
     form: FormatOptions,
     attributes: MeshAttributes | None = None,
 ) -> CellWriter | IdWriter:
-    """Return the writer of files with this ending; an error if they cannot hold the cells."""
+    """Return the writer of files with this ending; an error if the files cannot hold the cells."""
     if ending in (*MESH_OUTPUTS, *CLOUD_OUTPUTS):
         return CellWriter(cells, labels, None, attributes, form).checked([ending])
     return IdWriter(cells, labels, form).checked([ending])
@@ -366,7 +369,7 @@ def check_fit(
 ) -> None:
     """Raise an error, before a long computation, if files with these endings cannot hold the cells.
 
-    The final labels will be made of `labels`. If that is None, every cell will be in a region.
+    `labels` are preliminary labels; if None, every cell will be in a region.
     """
     likely = np.zeros(cells.n_cells, np.int32) if labels is None else labels
     for ending in endings:

@@ -1,1 +1,1 @@
-"""Interoperation with other tools: results on their objects, and drop-in functions for them."""
+"""Interoperation with other tools: output to their objects, and replacements of their functions."""

@@ -1,4 +1,4 @@
-"""Objects of ScanNet, carried to other segments of the same mesh."""
+"""Transfer of ScanNet's objects to other segments of the same mesh."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from ..io.guards import known_ending, read_json
 
 
 class RegroupedObject(NamedTuple):
-    """An object of an aggregation, before and after.
+    """Change of an object of an aggregation.
 
     Attributes
     ----------
     object_id : int
     label : str
     n_vertices : int
-        Vertices of the object with the old segments.
+        Number of vertices of the object with the old segments.
     n_lost : int
-        Vertices of these that are in no segment of the object with the new segments.
+        Number of these vertices that are not in the new segments of the object.
     n_gained : int
-        Vertices in its new segments that it did not have.
+        Number of vertices in the new segments that were not in the object.
     """
 
     object_id: int
@@ -49,9 +49,8 @@ def regroup_segments(
 ) -> list[RegroupedObject]:
     """Write an ``.aggregation.json`` of the same objects for other segments of the same mesh.
 
-    Each new segment goes to the object that most of its vertices belong to, or to no object if most
-    of its vertices belong to none. Segments that keep to the borders of the objects lose nothing;
-    all others change the objects where they cross a border.
+    Each new segment gets the object of most of its vertices, or no object if most of its vertices
+    have no object. If a new segment crosses the border of an object, the object changes there.
 
     Parameters
     ----------
@@ -61,9 +60,9 @@ def regroup_segments(
         Ends in ``.segs.json``.
     output : path-like
         Ends in ``.aggregation.json``. All other data of `aggregation` are kept, and
-        ``segmentsFile`` is the name of `new_segments`. Objects that get no segment are left out.
+        ``segmentsFile`` is the name of `new_segments`. Objects without a segment are left out.
     segments : path-like, optional
-        The old ``.segs.json``; by default the file beside `aggregation` that it names.
+        The old ``.segs.json``; by default the ``segmentsFile`` of `aggregation`, in its folder.
     force : bool, default False
         Whether to replace an `output` that exists. `aggregation` itself is never replaced.
 
@@ -79,18 +78,18 @@ def regroup_segments(
     ValueError
         If `output` is `aggregation`.
     FileExistsError
-        If `output` exists, without `force`.
+        If `output` exists and `force` is False.
     OSError
         If a file cannot be read or written.
 
     Notes
     -----
-    Time is O(V log V) for V vertices. If a segment is in several objects, it counts for the first.
+    Time is O(V log V) for V vertices. A segment in several objects belongs to the first of them.
     """
     for path, ending in ((aggregation, GROUPS), (new_segments, SEGMENTS), (output, GROUPS)):
         known_ending(Path(path), (ending,))
     if Path(output).resolve() == Path(aggregation).resolve():
-        raise ValueError(f"{output}: the output would replace the aggregation that it is made from")
+        raise ValueError(f"{output}: the output would overwrite the input aggregation")
     if not force:
         check_truth_stays([output])
     groups = _Groups.read(Path(aggregation))
@@ -132,11 +131,11 @@ class _Groups:
         return cls(path, document, entries)
 
     def named_segments(self) -> Path:
-        """The file of segments beside this one that it names."""
+        """Return the path of the ``segmentsFile`` of this file, in the same folder."""
         name = self.document.get("segmentsFile")
         if not isinstance(name, str) or not name:
             raise MeshError(
-                f"{self.path}: has no segmentsFile entry: give the file (segments=, --segments)"
+                f"{self.path}: has no segmentsFile entry: name the file (segments=, --segments)"
             )
         for text in (name, name.removeprefix("scannet.")):
             path = self.path.with_name(Path(text).name)
@@ -145,7 +144,7 @@ class _Groups:
         raise MeshError(f"{self.path}: its segments file {name} is not in the same folder")
 
     def objects_of(self, segments: Longs, source: Path) -> Longs:
-        """Place of the object of each vertex, or -1; a MeshError if a segment is missing."""
+        """Return the index of the object of each vertex, or -1; a MeshError if segments miss."""
         ids, of_vertices = np.unique(segments, return_inverse=True)
         objects = np.full(len(ids), -1, np.int64)
         for place in range(len(self.entries) - 1, -1, -1):
@@ -154,14 +153,14 @@ class _Groups:
             is_missing = ids[at] != wanted
             if is_missing.any():
                 raise MeshError(
-                    f"{self.path}: groups segment {wanted[np.argmax(is_missing)]}, which"
-                    f" {source.name} does not have: the two files do not belong together"
+                    f"{self.path}: groups segment {wanted[np.argmax(is_missing)]}, which is not in"
+                    f" {source.name}: the two files do not belong together"
                 )
             objects[at] = place
         return objects[of_vertices]
 
     def write(self, path: Path, ids: Longs, of_segments: Ints, segments: Path) -> None:
-        """Write the groups with these segments."""
+        """Write the groups with the new segments."""
         entries = []
         for place, entry in enumerate(self.entries):
             own = ids[of_segments == place].tolist()
@@ -183,7 +182,7 @@ def _is_group(entry: object) -> bool:
 
 
 def _read_segments(path: Path) -> Longs:
-    """The segment of each vertex; a MeshError if the file is damaged."""
+    """Read the segment of each vertex; a MeshError if the file is damaged."""
     document = read_json(path)
     values = document.get("segIndices") if isinstance(document, dict) else None
     try:
@@ -191,5 +190,5 @@ def _read_segments(path: Path) -> Longs:
     except ValueError:  # lists of different lengths
         array = np.empty(0)
     if array.ndim != 1 or array.dtype.kind != "i" or not len(array) or array.min() < 0:
-        raise MeshError(f"{path}: has no segIndices, a list of whole numbers of 0 and up")
+        raise MeshError(f"{path}: has no segIndices, a list of integers of 0 or more")
     return array.astype(np.int64)

@@ -17,7 +17,7 @@ from ..pictures.colors import face_colors
 from ..pictures.scene import checked_colors
 
 DEFAULT_NAME = "superfacets"
-"""Default name of arrays of labels on objects of other libraries."""
+"""Default name of arrays of labels in objects of other libraries."""
 
 Location = Literal["cells", "points"]
 
@@ -30,35 +30,34 @@ def attach_labels(
     location: Location = "cells",
     colors: bool | npt.ArrayLike = False,
 ) -> None:
-    """Write labels onto a mesh or point cloud of another library, in place.
+    """Write labels to a mesh or point cloud of another library, in place.
 
-    Labels are stored as int32 under `name`. Labels and colors are written to:
+    Labels are stored as int32, with the name `name`. Labels and colors are written to:
 
     - trimesh: ``face_attributes`` and ``visual.face_colors``; for vertices ``vertex_attributes``
       and ``visual.vertex_colors``; for a ``PointCloud``, which has no attributes, ``metadata`` and
       ``colors``;
     - PyVista: ``cell_data`` or ``point_data``, colors as ``f"{name}_colors"``;
     - Open3D (``open3d.t.geometry``): attributes of ``triangle``, ``vertex`` or ``point``, colors as
-      ``"colors"``, from 0 to 1. Its legacy classes have no place for labels;
+      ``"colors"``, from 0 to 1. Legacy classes of Open3D cannot store labels;
     - meshio: ``cell_data`` or ``point_data``, colors as ``f"{name}_colors"``.
 
-    An array of that name is replaced. Cells that are not segmented, such as the lines of a
-    ``PolyData`` and the triangles beside the tetrahedra of a meshio mesh, get the label -1, and
-    gray.
+    An existing array with the name is replaced. Cells that are not segmented get the label -1 and
+    the color gray: lines of a ``PolyData``, or triangles in a meshio mesh of tetrahedra.
 
     Parameters
     ----------
     target : mesh or point cloud of trimesh, PyVista, Open3D or meshio
         An object that `segment` accepts. None of these libraries is imported.
     labels : Segmentation, or array_like of integers, shape (N,)
-        One per face, tetrahedron or point, in the order of the target. -1 means no label.
+        A label per face, tetrahedron or point, in the order of the target; -1 means no label.
     name : str, default "superfacets"
         Name of the array.
     location : {"cells", "points"}
         Owners of the labels: the cells that `segment` labels, or the vertices of a mesh. For a
-        point cloud, both are the points.
+        point cloud, both mean the points.
     colors : bool or array_like of uint8, shape (N, 3), default False
-        Colors to write too. True stands for `face_colors`, which exist only for cells.
+        Colors to write with the labels. True means `face_colors`, which exist only for cells.
 
     Raises
     ------
@@ -68,7 +67,7 @@ def attach_labels(
         If there is not one label or color per cell or point, or `colors` is True for the vertices
         of a mesh.
     TypeError
-        If the target has no place for labels, labels are not integers, or another argument is of
+        If the target cannot store labels, if labels are not integers, or if another argument has
         the wrong type.
 
     Examples
@@ -80,7 +79,7 @@ def attach_labels(
     (12,)
     """
     if not isinstance(name, str) or not name:
-        raise TypeError(f"name must be a string that is not empty, got {name!r}")
+        raise TypeError(f"name must be a non-empty string, got {name!r}")
     checked_choice(location, "location", get_args(Location))
     cells: Any = as_cells(target)
     are_points = kind_of(cells).are_points
@@ -93,7 +92,7 @@ def attach_labels(
 
 
 def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
-    """Labels of any integer type, checked and copied."""
+    """Check labels of any integer type, and copy them to int32."""
     array = checked_any_labels(labels, n_rows)
     limits = np.iinfo(np.int32)
     if array.min() < limits.min or array.max() > limits.max:
@@ -104,13 +103,13 @@ def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
 def _checked_colors(
     cells: Cells, labels: Ints, colors: bool | npt.ArrayLike, of_vertices: bool
 ) -> Bytes | None:
-    """Colors as given, or colors of the regions of cells; None if none are wanted."""
+    """The given colors, or colors of the regions of cells if `colors` is True."""
     if colors is False:
         return None
     if colors is not True:
         return checked_colors(colors, len(labels))
     if of_vertices:
-        raise ValueError("colors of vertices cannot be generated: pass colors as an array")
+        raise ValueError("colors=True is only for cells: pass colors of vertices as an array")
     shades = face_colors(cells, labels)
     shades[labels < 0] = NO_COLOR
     return shades

@@ -1,4 +1,4 @@
-"""Masks of images in files, as segmenters of images write them."""
+"""Files of masks of images, as image segmenters write them."""
 
 from __future__ import annotations
 
@@ -18,29 +18,33 @@ from ..pictures.backend import import_pillow
 
 
 def read_masks(folder: str | os.PathLike[str], *, overlap: Overlap = "smallest") -> dict[str, Ints]:
-    """Return the masks of images, as ids by pixel, by the names of their files without endings.
+    """Read the masks of images, as an id per pixel, by the names of their files without endings.
 
     Parameters
     ----------
     folder : path-like
-        Holds for each image, under its name, one of these: ``.png`` (gray or with a palette, 8 or
-        16 bits: ids of 1 and up, 0 for no mask); ``.npy`` (integers of shape (height, width), or
-        bools of shape (n, height, width)); or a folder with a ``.png`` per mask, as SAM's
-        ``amg.py`` writes it: pixels above 0 are in the mask. Other files are ignored.
+        Contains one of these for each image, with the name of the image:
+
+        - ``.png``: gray or with a palette, 8 or 16 bits; ids of 1 or more, 0 for no mask;
+        - ``.npy``: integers of shape (height, width), or bools of shape (n, height, width);
+        - a folder with a ``.png`` per mask, as SAM's ``amg.py`` writes: pixels above 0 are in the
+          mask.
+
+        Other files are ignored.
     overlap : {"smallest", "largest"}
         As for `lift`.
 
     Returns
     -------
     dict of str to ndarray of int32, shape (height, width)
-        In the order of the names. `read_cameras` takes them as `names`.
+        Ids in alphabetical order of the names. `read_cameras` accepts the dict as `names`.
 
     Raises
     ------
     MeshError
-        If a file is damaged or holds no ids, if there are two files for one image, or none at all.
+        If a file is damaged or has no ids, if an image has two files, or if there are no files.
     MissingExtraError
-        If a ``.png`` is to be read without Pillow.
+        If there is a ``.png`` but Pillow is not installed.
     OSError
         If a file cannot be read.
     """
@@ -62,7 +66,7 @@ def read_masks(folder: str | os.PathLike[str], *, overlap: Overlap = "smallest")
 
 
 def _masks_in(path: Path, overlap: Overlap) -> Ints | None:
-    """The ids in a file, or in the files of a folder; None if it is of another kind."""
+    """The ids in a file, or in the files of a folder; None for files of other kinds."""
     if path.is_dir():
         parts = sorted(path.glob("*.png"), key=lambda part: (len(part.stem), part.stem))
         planes = [_picture(part) > 0 for part in parts]
@@ -86,10 +90,10 @@ def _picture(path: Path) -> Array:
         with library.open(path, formats=["PNG"]) as image:
             if len(image.getbands()) != 1:
                 raise MeshError(
-                    f"{path}: has colors ({image.mode}); masks must be gray, with one id per pixel"
+                    f"{path}: has colors ({image.mode}), but masks must be gray: one id per pixel"
                 )
             return np.array(image)
     except (OSError, SyntaxError, ValueError, library.DecompressionBombError) as error:
         if isinstance(error, MeshError):
             raise
-        raise MeshError(f"{path}: not a complete PNG: {error}") from None
+        raise MeshError(f"{path}: is not a complete PNG: {error}") from None

@@ -1,4 +1,4 @@
-"""The methods ``dataset.superfacets`` of PyVista, which finds this module by its entry point."""
+"""The methods ``dataset.superfacets`` of PyVista, which imports this module by its entry point."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from .attach import DEFAULT_NAME, attach_labels
 class SuperfacetsAccessor:
     """Methods ``dataset.superfacets`` on every dataset of PyVista 0.48 or newer.
 
-    Only PyVista has to be imported: it finds this class by the entry point of the installed
-    package. If the package is on the path without being installed, import this module.
+    Import only PyVista: it finds this class by the entry point of the installed package. If the
+    package is on the path but not installed, import this module.
 
     Parameters
     ----------
     dataset : pyvista.DataSet
-        A ``PolyData``, of faces or of points alone, or an ``UnstructuredGrid`` of tetrahedra. The
-        methods of other datasets raise a TypeError; ``extract_surface()`` converts these.
+        A ``PolyData`` with faces or only points, or an ``UnstructuredGrid`` of tetrahedra. The
+        methods of other datasets raise a TypeError; ``extract_surface()`` converts such datasets.
 
     Examples
     --------
@@ -57,10 +57,10 @@ class SuperfacetsAccessor:
         n_segments : int, optional
             As for `superfacets.segment`.
         name : str, default "superfacets"
-            Name of the array in ``cell_data``, or in ``point_data`` of a dataset of points alone.
+            Name of the array in ``cell_data``, or in ``point_data`` if there are only points.
         colors : bool, default False
-            Write colors too, as ``f"{name}_colors"``: ``dataset.plot(scalars=f"{name}_colors",
-            rgb=True)`` shows them.
+            Whether to write also colors, as ``f"{name}_colors"``, for
+            ``dataset.plot(scalars=f"{name}_colors", rgb=True)``.
         **options
             All other arguments of `superfacets.segment`.
         """
@@ -75,7 +75,7 @@ class SuperfacetsAccessor:
         attach_labels(self._dataset, labels, name=name, colors=colors)
 
     def borders(self, name: str = DEFAULT_NAME) -> Any:
-        """Return the edges between regions of faces, as lines in a new ``PolyData``.
+        """Return the edges between regions of faces as lines of a new ``PolyData``.
 
         Parameters
         ----------

@@ -1,12 +1,13 @@
-"""Superfacets under the function names of the package `segmentator`: change one import line.
+"""Superfacets with the function names of the package `segmentator`.
 
-Scripts that prepare ScanNet and other scans for networks such as SPFormer, MAFT and OneFormer3D
-import ``segmentator``, an extension that has to be compiled against torch. With
+Scripts that prepare scans such as ScanNet for networks such as SPFormer, MAFT and OneFormer3D
+import ``segmentator``, an extension that must be compiled against torch. After the import line is
+changed to
 
     from superfacets import segmentator
 
-they run unchanged. They get as many regions, so of the same mean size, which are connected and
-compact, with borders in creases.
+such a script runs. It gets about the same number of regions, which are connected and compact, with
+borders on creases.
 """
 
 from __future__ import annotations
@@ -52,20 +53,20 @@ def segment_mesh(
     *,
     n_segments: int | None = None,
 ) -> Any:
-    r"""Return a region for each vertex of a mesh: a stand-in for ``segmentator.segment_mesh``.
+    r"""Return a region for each vertex of a mesh: a replacement of ``segmentator.segment_mesh``.
 
-    The mesh is segmented as by `superfacets.segment`. Vertices get the labels of
-    `superfacets.vertex_labels` with ``method="creases"``. Regions smaller than `segMinVerts` grow,
-    and regions that cannot grow join others.
+    The mesh is segmented by `superfacets.segment`, and vertices get labels by
+    `superfacets.vertex_labels` with ``method="creases"``. Regions smaller than `segMinVerts` grow.
+    Regions that cannot grow are merged with others.
 
-    The number of regions is the number that the method of the original finds with the same
-    parameters: the method of Felzenszwalb and Huttenlocher on the edges of the mesh. The weight of
-    an edge is 1 - n_i . n_j, with n the mean of the unit normals of the faces around a vertex; it
-    is squared if n_j points forward along the edge, as on a convex surface. In the order of
-    ascending weight w, an edge joins the segments at its ends if w is at most the threshold of
-    both. The threshold of a segment is `kThresh` divided by its number of vertices, plus the weight
-    that joined it last. Then edges join segments of fewer than `segMinVerts` vertices to others.
-    Only the number of segments is used. Components of fewer than `segMinVerts` vertices are not
+    The number of regions is the number of segments that the original package finds with the same
+    parameters. It uses the method of Felzenszwalb and Huttenlocher on the edges of the mesh. The
+    weight of an edge is 1 - n_i . n_j, where n is the mean of the unit normals of the faces around
+    a vertex. The weight is squared if n_j points forward along the edge, as on a convex surface. In
+    order of ascending weight, an edge joins the segments at its ends if its weight is at most the
+    threshold of both segments. The threshold of a segment is `kThresh` divided by its number of
+    vertices, plus the weight of the edge that last joined it. Then edges join segments of fewer
+    than `segMinVerts` vertices to others. Components of fewer than `segMinVerts` vertices are not
     counted: they become additional regions. Vertices at one position are one vertex.
 
     Parameters
@@ -75,19 +76,19 @@ def segment_mesh(
     faces : array_like or torch tensor of integers, shape (F, 3)
         Triangles.
     kThresh : float, default 0.01
-        >= 0. The larger, the fewer and larger regions.
+        >= 0. A larger value gives fewer and larger regions.
     segMinVerts : int, default 20
-        >= 1. Minimum number of vertices of a region. Only components that are smaller, and vertices
-        without faces, are smaller regions.
+        >= 1. Minimum number of vertices of a region, except for smaller components and vertices
+        without faces.
     n_segments : int, optional
-        Number of regions; if given, `kThresh` has no effect, and regions do not join others: if
-        they cannot grow, they stay smaller than `segMinVerts`.
+        Number of regions. If given, `kThresh` has no effect, and regions are not merged: regions
+        that cannot grow stay smaller than `segMinVerts`.
 
     Returns
     -------
-    ndarray of int64, shape (V,), or torch tensor on the device of `faces`, if these are a tensor
-        Regions, numbered from 0 without gaps, each connected over edges. As in the original, a
-        vertex without faces is a region of its own; these come last.
+    ndarray of int64, shape (V,), or torch tensor on the device of `faces` if `faces` is a tensor
+        Regions, numbered from 0 without gaps, each connected by edges. As in the original, each
+        vertex without faces is a region; these regions have the highest numbers.
 
     Raises
     ------
@@ -139,27 +140,27 @@ def segment_point(
     *,
     n_segments: int | None = None,
 ) -> Any:
-    r"""Return a region for each point of a cloud: a stand-in for ``segmentator.segment_point``.
+    r"""Return a region for each point of a cloud: a replacement of ``segmentator.segment_point``.
 
-    The points are the cells of a `superfacets.CellGraph`, the edges its arcs. It is segmented by
-    `superfacets.segment_graph`. The weight of an edge is its length plus a cost for the crease,
-    from the angle between the normals as in `superfacets.crease_weights`. The area around a point
-    is computed from the lengths of its edges, as in `superfacets.build_point_graph`.
+    The points are the cells of a `superfacets.CellGraph`, and the edges are its arcs. The graph is
+    segmented by `superfacets.segment_graph`. The weight of an edge is its length plus a cost for
+    the crease, from the angle between the normals, as in `superfacets.crease_weights`. The area of
+    a point is computed from the lengths of its edges, as in `superfacets.build_point_graph`.
 
     Parameters
     ----------
     points, normals : array_like or torch tensor, shape (N, 3)
-        Positions, and vectors to one side of the surface, of any length.
+        Positions, and normals of any length on one side of the surface.
     edges : array_like or torch tensor of integers, shape (E, 2)
-        Points that are neighbors, each pair in one direction or both.
+        Pairs of neighboring points, each in one direction or both.
     kThresh, segMinVerts, n_segments
-        As for `segment_mesh`; the number of segments is found on these edges, with these normals.
+        As for `segment_mesh`; the number of segments is computed from these edges and normals.
 
     Returns
     -------
-    ndarray of int64, shape (N,), or torch tensor on the device of `edges`, if these are a tensor
-        Regions, numbered from 0 without gaps, each connected over edges. A point without an edge is
-        a region of its own.
+    ndarray of int64, shape (N,), or torch tensor on the device of `edges` if `edges` is a tensor
+        Regions, numbered from 0 without gaps, each connected by edges. Each point without an edge
+        is a region.
 
     Raises
     ------
@@ -170,7 +171,7 @@ def segment_point(
 
     Examples
     --------
-    A row of points that turns a corner:
+    A row of points around a corner:
 
     >>> from superfacets import segmentator
     >>> points = [[x, 0, 0] for x in range(4)] + [[4, 0, z] for z in range(1, 5)]
@@ -202,7 +203,7 @@ def segment_point(
 
 
 def compute_vn(mesh: MeshLike) -> Floats:
-    """Return vertex normals: a stand-in for ``segmentator.compute_vn``, for `segment_point`.
+    """Return vertex normals for `segment_point`: a replacement of ``segmentator.compute_vn``.
 
     Parameters
     ----------
@@ -212,9 +213,9 @@ def compute_vn(mesh: MeshLike) -> Floats:
     Returns
     -------
     ndarray of float64, shape (V, 3)
-        Mean of the unit normals of the faces around each vertex. As in the original it is not
-        normalized, and vertices are not welded. Zero at a vertex without faces. A face without area
-        counts as zero; the original returns NaN there.
+        Mean of the unit normals of the faces around each vertex; zero at a vertex without faces. As
+        in the original, the mean is not normalized, and vertices are not welded. The normal of a
+        face without area counts as zero; the original returns NaN.
 
     Raises
     ------
@@ -238,23 +239,23 @@ def _checked(threshold: Any, least: Any) -> tuple[float, int]:
 
 
 def _array_of(values: Any) -> Array:
-    """The value as an array; a tensor is copied to the CPU."""
+    """Convert to an array; a tensor is copied to the CPU."""
     return np.asarray(values.detach().cpu().numpy() if _is_tensor(values) else values)
 
 
 def _is_tensor(values: Any) -> bool:
-    """Whether the value is a torch tensor; does not import torch."""
+    """Whether the value is a torch tensor, without importing torch."""
     return all(hasattr(values, name) for name in ("detach", "cpu", "new_tensor"))
 
 
 def _like(labels: npt.NDArray[np.integer[Any]], indices: Any) -> Any:
-    """The labels, without gaps, in the type of the input: a tensor, or an array."""
+    """The labels without gaps, as a tensor or an array like the input."""
     ids = ranked_labels(labels)[0].astype(np.int64)
     return indices.new_tensor(ids).long() if _is_tensor(indices) else ids
 
 
 def _checked_edges(edges: Array, n_points: int) -> Ints:
-    """The edges as int32, (E, 2)."""
+    """Check edges, and return them as int32, (E, 2)."""
     if edges.ndim != 2 or edges.shape[1] != 2:
         raise ValueError(f"edges must have shape (E, 2), got {edges.shape}")
     if edges.dtype.kind not in "iu":
@@ -265,14 +266,14 @@ def _checked_edges(edges: Array, n_points: int) -> Ints:
 
 
 def _distinct(steps: Ints, n_nodes: int) -> Longs:
-    """Unique pairs of different nodes, ascending, shape (E, 2); (a, b) is not (b, a)."""
+    """Unique directed pairs of different nodes, in ascending order, shape (E, 2)."""
     first, second = steps.T.astype(np.int64)
     keys = np.unique((first * n_nodes + second)[first != second])
     return np.stack([keys // n_nodes, keys % n_nodes], axis=1)
 
 
 def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) -> int:
-    """Number of segments with at least `least` vertices that the original finds, at least 1."""
+    """Number of segments of at least `least` vertices in the original, at least 1."""
     lowest = lowest_vertices(mesh.vertices, True, n_threads)
     normals = mean_normals(mesh, lowest)
     number = _core.count_mesh_segments(
@@ -282,7 +283,7 @@ def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) ->
 
 
 def _graph_of_points(cloud: PointCloud, edges: Ints, number: int) -> CellGraph:
-    """Points as cells, with both directions of each edge as arcs."""
+    """Graph of points as cells, with both directions of each edge as arcs."""
     check_spread(cloud.bounds)
     n = cloud.n_points
     sources, targets = _distinct(np.concatenate([edges, edges[:, ::-1]]), n).T

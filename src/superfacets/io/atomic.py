@@ -1,4 +1,4 @@
-"""Output files in users' folders: written in full before they replace others, and locked."""
+"""Output files in users' folders: complete before they replace existing files; and file locks."""
 
 from __future__ import annotations
 
@@ -14,40 +14,38 @@ from pathlib import Path
 StrPath = str | os.PathLike[str]
 
 STEM_SIZE = 40
-"""Number of characters of an output's name that its temporary file's name repeats. File systems
-allow 255 bytes for a whole name."""
+"""Number of characters of an output's name in the name of its temporary file. File systems allow
+255 bytes for a name."""
 
 OLD = 24 * 3600.0
-"""Age in seconds from which a temporary file counts as left behind: no writer takes that long."""
+"""Minimum age, in seconds, of a temporary file that is removed: no writer needs that much time."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 
 _FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-"""Flags for opening files of our own. Windows has only `O_BINARY`. With `O_NONBLOCK`, opening a
-pipe does not wait for a writer."""
+"""Flags for opening lock files. Windows has only `O_BINARY`. With `O_NONBLOCK`, opening a pipe does
+not wait for a writer."""
 
 
 @contextlib.contextmanager
 def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     """Yield a temporary path for each of `paths`; rename all to `paths` if the block succeeds.
 
-    The temporary files are created empty, in the folders of `paths`. If the block raises, even a
-    KeyboardInterrupt, they are removed, and existing files at `paths` are unchanged. A file that
-    replaces another gets the permissions of the other. A symbolic link at one of `paths` is
-    replaced, and its target is unchanged: a folder from somebody else may hold a link with the name
-    of an output.
+    The temporary files are created empty, in the folders of `paths`. If the block raises any
+    exception, the temporary files are removed, and existing files at `paths` are unchanged. A file
+    that replaces another gets its permissions. A symbolic link at one of `paths` is replaced, and
+    its target is unchanged: a folder from somebody else may hold a link with the name of an output.
 
-    All files are written before the first one is renamed, but several renames are not one atomic
-    step: if a later rename fails (the folder was removed meanwhile), the earlier ones remain. A
-    process that is killed leaves its temporary files behind. The next process that writes to the
-    same path removes them if they are at least a day old.
+    All files are complete before the first one is renamed, but several renames are not one atomic
+    step: if a later rename fails, for example because its folder was removed, the earlier ones
+    remain. A process that is killed leaves its temporary files behind. The next process that writes
+    to the same path removes these files if they are at least a day old.
 
     Raises the errors of `checked_targets`.
     """
     targets = checked_targets(paths)
     remove_leftovers(targets)
-    # The names are chosen before any file is made, so that an interrupt at any time finds the files
-    # to remove.
+    # All names are known before a file is created, so that an interrupt leaves no file behind.
     temporaries = [
         target.with_name(f".{target.name[:STEM_SIZE]}.{secrets.token_hex(6)}.tmp")
         for target in targets
@@ -58,7 +56,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
         yield temporaries
         for temporary, target in zip(temporaries, targets, strict=True):
             temporary.replace(target)
-    except OSError as error:  # the error names outputs, not temporary files
+    except OSError as error:  # the message names the output instead of its temporary file
         names = dict(zip(temporaries, map(str, paths), strict=True))
         name = ", ".join(names.values()) if error.filename is None else error.filename
         if error.errno is not None:
@@ -66,15 +64,15 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
         raise
     finally:
         for temporary in temporaries:
-            with contextlib.suppress(OSError):  # already renamed, or never made
+            with contextlib.suppress(OSError):  # it was renamed, or never created
                 temporary.unlink()
 
 
 def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> None:
-    """Remove temporary files of these outputs last written at least `older_than` seconds ago.
+    """Remove temporary files of these outputs that are at least `older_than` seconds old.
 
-    An output is recognized by the first `STEM_SIZE` characters of its name. Folders and links are
-    kept.
+    The name of a temporary file contains the first `STEM_SIZE` characters of its output's name.
+    Folders and links are kept.
     """
     stems: dict[Path, set[str]] = {}
     for target in targets:
@@ -96,11 +94,11 @@ def _remove_if_old(entry: os.DirEntry[str], newest: float) -> None:
 
 
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
-    """Return the path that each output would create or replace, with links to folders resolved.
+    """Return the path that each output creates or replaces, with links to folders resolved.
 
-    A link at the output's own path is not resolved. Raises an OSError if a folder is missing or not
-    writable, or if an existing file is write-protected or not a regular file; a ValueError if two
-    paths are the same file.
+    A link at the path of an output itself is not resolved. Raises an OSError if a folder is missing
+    or not writable, or if an existing file is write-protected or not a regular file. Raises a
+    ValueError if two paths are the same file.
     """
     targets: dict[Path, None] = {}  # an ordered set
     for path in paths:
@@ -124,16 +122,16 @@ def writable_folder(folder: Path) -> None:
 
 @contextlib.contextmanager
 def output_folder(folder: Path) -> Iterator[None]:
-    """Create a folder for the outputs of the block, and remove it again if it stays empty.
+    """Create a folder for the outputs of the block, and remove the folder again if it stays empty.
 
-    The same goes for parents that are missing. An OSError if the folder is not writable.
+    Missing parent folders are created and removed, too. An OSError if the folder is not writable.
     """
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     writable_folder(folder)
     try:
         yield
     finally:
-        with contextlib.suppress(OSError):  # something was written
+        with contextlib.suppress(OSError):  # the folder is not empty
             for path in missing:
                 path.rmdir()
 
@@ -155,21 +153,21 @@ def _check_target(path: StrPath, target: Path) -> None:
 
 
 def _create(temporary: Path, target: Path) -> None:
-    """Create an empty file, with the permissions of the target if that is a file and no link."""
+    """Create an empty file, with the permissions of the target if the target is a regular file."""
     temporary.touch(exist_ok=False)
     if target.exists() and not target.is_symlink():
         temporary.chmod(stat.S_IMODE(target.stat().st_mode))
 
 
 def open_own(path: Path, flags: int) -> int:
-    """Open one of our own files; return its descriptor. An OSError if it is no regular file.
+    """Open a lock file and return its descriptor; an OSError if it is not a regular file.
 
     Links are refused: the folder may come from somebody else, with a link to any file of the user.
     """
     with contextlib.suppress(FileNotFoundError):
         mode = path.lstat().st_mode
         if stat.S_ISLNK(mode):
-            raise OSError(f"{path}: expected a file, got a link: remove it")
+            raise OSError(f"{path}: expected a file, got a link: remove the link")
         if not stat.S_ISREG(mode):
             raise OSError(f"{path}: is not a regular file")
     return os.open(path, flags | _FLAGS, 0o666)
@@ -185,10 +183,10 @@ def locked(folder: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def held(path: Path, message: str) -> Iterator[None]:
-    """Lock a file, made if missing, for the block; a ValueError if another process has locked it.
+    """Lock a file during the block; a ValueError if another process holds the lock.
 
-    The file is not removed. The system releases the lock when this process ends, even if it is
-    killed. Child processes that run another program do not inherit the lock.
+    A missing file is created, and the file is not removed. The system releases the lock when this
+    process ends, even if it is killed. Child processes that run another program do not inherit it.
     """
     file = open_own(path, os.O_RDWR | os.O_CREAT)
     try:
@@ -213,9 +211,9 @@ def is_left_behind(path: Path) -> bool:
 
 
 def lock_file(file: int, path: Path, message: str) -> None:
-    """Lock an open file until it is closed; a ValueError with `message` if it is locked already.
+    """Lock an open file until it is closed; a ValueError with `message` if it is already locked.
 
-    Raises an OSError if the file system has no locks.
+    Raises an OSError if the file system does not support locks.
     """
     try:
         is_ours = _is_locked_now(file)
@@ -226,7 +224,7 @@ def lock_file(file: int, path: Path, message: str) -> None:
 
 
 def _is_locked_now(file: int) -> bool:
-    """Try to lock an open file; return whether this process holds the lock now."""
+    """Try to lock an open file; return whether this process got the lock."""
     from filelock import lock_descriptor
 
     return lock_descriptor(file, blocking=False)

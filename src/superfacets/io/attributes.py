@@ -1,4 +1,4 @@
-"""Attributes of vertices and faces, besides positions and corners, and textures."""
+"""Attributes of vertices and faces other than positions and corners, and textures."""
 
 from __future__ import annotations
 
@@ -15,21 +15,13 @@ from .._types import Array
 from .._validate import owned, refuse_mask
 from .textures import Texture
 
-PLY_TYPES = {
-    "i1": "char",
-    "u1": "uchar",
-    "i2": "short",
-    "u2": "ushort",
-    "i4": "int",
-    "u4": "uint",
-    "f4": "float",
-    "f8": "double",
-}
+PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint",
+             "f4": "float", "f8": "double"}  # fmt: skip
 """PLY's name of each property type, by numpy's type code."""
 
 
 class LasFrame(NamedTuple):
-    """How a LAS file stores points: minor version, point format, and steps of coordinates."""
+    """Storage of points in a LAS file: version, point format, and quantization of coordinates."""
 
     minor: int  # of version 1
     point_format: int
@@ -39,36 +31,36 @@ class LasFrame(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MeshAttributes:
-    """Colors, normals and whatever else a PLY file stores with a mesh; textures of any file.
+    """Colors, normals and all other properties that a PLY file stores with a mesh, and textures.
 
-    `read_attributes` reads them from a file, `write_mesh` writes them. They can be made by hand,
-    to store numbers of one's own with vertices or faces.
+    `read_attributes` reads attributes from a file, and `write_mesh` writes them. You can also
+    create them yourself, to store your own numbers with vertices or faces.
 
     Parameters
     ----------
     vertex : mapping of str to array_like, shape (V,) or (V, n), optional
-        Properties of the vertices besides x, y and z, by name: a number per vertex, or a list of n
-        numbers (n the same for all vertices). Copied to read-only arrays of a type that PLY has:
+        Properties of the vertices other than x, y and z, by name: a number per vertex, or a list of
+        n numbers (n the same for all vertices). Copied to read-only arrays of a type that PLY has:
         bool becomes uint8, int64 becomes int32 or uint32, float16 becomes float32.
     face : mapping of str to array_like, shape (F,) or (F, n), optional
-        Properties of the faces besides their corners.
+        Properties of the faces other than their corners.
     comments : sequence of str, optional
         Lines of the header that begin with ``comment`` or ``obj_info``, in their order.
     left_out : sequence of str, optional
-        Descriptions of contents of the file that are not kept: elements other than vertices and
+        Descriptions of the parts of the file that are not kept: elements other than vertices and
         faces, lists that differ in length from row to row, and properties whose name is repeated or
         is not one word of ASCII.
     las : LasFrame, optional
-        How the LAS file that was read stores its points; written to LAS files again.
+        Storage of points in the LAS file that was read. Written LAS files use the same storage.
     texture : Texture, optional
         Texture coordinates and materials.
 
     Raises
     ------
     ValueError
-        If a name is not one word of printable ASCII, an array has not one or two dimensions, an
-        integer fits in no type of PLY, or a comment is not one line that begins with ``comment`` or
-        ``obj_info``.
+        If a name is not one word of printable ASCII, if an array does not have one or two
+        dimensions, if an integer fits in no type of PLY, or if a comment is not one line that
+        begins with ``comment`` or ``obj_info``.
     TypeError
         If an array does not hold real numbers.
 
@@ -114,7 +106,7 @@ class MeshAttributes:
 
 
 def _checked(values: Any, name: str, owner: str) -> Array:
-    """Return the values as a read-only (N,) or (N, n) array of a type that PLY has."""
+    """Return the values as a read-only (N,) or (N, n) array of a PLY type."""
     what = f"{owner} property {reprlib.repr(name)}"
     if not is_word(name):
         raise ValueError(f"{what}: a name must be one word of printable ASCII")
@@ -130,7 +122,7 @@ def _checked(values: Any, name: str, owner: str) -> Array:
 
 
 def _stored_type(array: Array, what: str) -> npt.DTypeLike:
-    """The numpy type, in native byte order, of the PLY type in which an array is stored."""
+    """Return the numpy type, in native byte order, in which PLY stores an array."""
     if array.dtype.str[1:] in PLY_TYPES:
         return array.dtype.newbyteorder("=")
     if array.dtype.kind == "b":

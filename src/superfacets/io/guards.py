@@ -10,6 +10,7 @@ import os
 import stat
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,13 +22,13 @@ from .._validate import checked_threads
 from ..errors import MeshError
 
 TriangleArrays = tuple[Floats, Array]
-"""Vertices (V, 3) and faces (F, 3) as in the file."""
+"""Vertices (V, 3) and faces (F, 3), in the order of the file."""
 
 MAX_GROWTH = 100
-"""Largest ratio of array bytes to file bytes where a file repeats or compresses its arrays."""
+"""Largest allowed ratio of array bytes to file bytes in formats that repeat or compress arrays."""
 
 ALWAYS_ALLOWED = 64 << 20
-"""Bytes that arrays may always take, however small the file is."""
+"""Size in bytes that the arrays of a file may always have, even if the file is small."""
 
 
 class Polygons(NamedTuple):
@@ -38,17 +39,17 @@ class Polygons(NamedTuple):
 
 
 Arrays = tuple[Floats, Array | Polygons]
-"""Vertices (V, 3) and faces as in the file, (F, 3) if all are triangles; `Mesh` and `PolygonMesh`
-check indices and coordinates."""
+"""Vertices (V, 3), and faces in the order of the file: an (F, 3) array if all are triangles. `Mesh`
+and `PolygonMesh` check indices and coordinates."""
 
 Content = bytes | mmap.mmap
-"""Content of a file. Slices of either type are bytes, and numpy reads either without a copy."""
+"""Content of a file. A slice of either type is bytes, and numpy reads either type in place."""
 
 
 def known_ending(path: Path, endings: Sequence[str]) -> str:
-    """The longest of `endings` that `path` ends in, ignoring case; a MeshError if there is none.
+    """Return the longest of `endings` that the file name has; a MeshError if it has none.
 
-    Endings may have several parts, as ``.segs.json`` has.
+    Letter case is ignored. An ending may have several parts, such as ``.segs.json``.
     """
     name = path.name.lower()
     fitting = [ending for ending in endings if name.endswith(ending) and name != ending]
@@ -59,7 +60,7 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Read a regular file into memory. A mapped file that shrinks would end the process."""
+    """Read a regular file into memory; if a memory-mapped file shrank, the process would crash."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if not size:
@@ -79,12 +80,12 @@ def named_errors(path: object) -> Iterator[None]:
 
 
 def read_json(path: Path) -> Any:
-    """The JSON in a regular file; a MeshError if it is none."""
+    """Return the JSON in a regular file; a MeshError if the file is not JSON."""
     check_regular(path)
     try:
         return json.loads(path.read_bytes())
     except (ValueError, RecursionError):
-        raise MeshError(f"{path}: it is not JSON: the file may be truncated") from None
+        raise MeshError(f"{path}: is not JSON: the file may be truncated") from None
 
 
 def open_regular(path: Path) -> io.FileIO:
@@ -94,9 +95,9 @@ def open_regular(path: Path) -> io.FileIO:
 
 
 def check_regular(path: Path) -> None:
-    """Raise an OSError if this is not a regular, readable file.
+    """Raise an OSError if this is not a regular file that can be read.
 
-    Other kinds must not be opened: a pipe would block, and a device may have no end.
+    Other kinds of files must not be opened: a pipe would block, and a device may have no end.
     """
     try:
         mode = path.stat().st_mode
@@ -107,11 +108,11 @@ def check_regular(path: Path) -> None:
     if not stat.S_ISREG(mode):
         raise OSError(f"{path}: is not a regular file")
     if not os.access(path, os.R_OK):
-        raise PermissionError(f"{path}: may not be read")
+        raise PermissionError(f"{path}: you have no permission to read the file")
 
 
 def _new_memory(size: int) -> mmap.mmap:
-    """Allocate memory, in huge pages where possible: `bytes` take 5 times as long to fill."""
+    """Allocate memory in huge pages where possible; filling `bytes` takes 5 times as long."""
     if not hasattr(mmap, "MAP_PRIVATE"):  # Windows
         return mmap.mmap(-1, size)
     memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
@@ -122,7 +123,7 @@ def _new_memory(size: int) -> mmap.mmap:
 
 
 def fill(buffer: Any, file: io.FileIO) -> None:
-    """Fill a buffer of bytes from a file; systems read at most about 2 GB per call."""
+    """Fill a buffer from a file in several calls: some systems read at most 2 GB per call."""
     view = memoryview(buffer)
     while view:
         n_bytes = file.readinto(view)
@@ -131,8 +132,26 @@ def fill(buffer: Any, file: io.FileIO) -> None:
         view = view[n_bytes:]
 
 
+@contextlib.contextmanager
+def temporary_file(data: Content, name: str) -> Iterator[str]:
+    """Yield the name of a temporary file with this content, for libraries that read only files.
+
+    On POSIX systems the file has no name in a folder and is opened by its descriptor, so a process
+    that is killed leaves nothing behind. Elsewhere `name` is its name.
+    """
+    if os.name == "posix":
+        with TemporaryFile() as file:
+            file.write(data)
+            file.seek(0)
+            yield f"/dev/fd/{file.fileno()}"
+    else:
+        with TemporaryDirectory(prefix="superfacets-") as folder:
+            Path(folder, name).write_bytes(data)
+            yield str(Path(folder, name))
+
+
 def side_by_side(rows: Array) -> Array:
-    """Make (N, n) numbers of records contiguous; numpy copies unaligned numbers slowly."""
+    """Return an (N, n) field of records as a contiguous array; numpy copies such fields slowly."""
     if rows.flags.c_contiguous or not rows.size:
         return rows
     copied = _core.copy_rows(rows.view(np.uint8), checked_threads(None))
@@ -140,13 +159,13 @@ def side_by_side(rows: Array) -> Array:
 
 
 def as_doubles(values: Array) -> Floats:
-    """The values as float64, without numpy's warning about signaling NaNs."""
+    """Convert values to float64, without numpy's warning about signaling NaNs."""
     with np.errstate(invalid="ignore"):
         return values.astype(np.float64, copy=False)
 
 
 def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
-    """Columns as an (N, n) array, without numpy's warning about signaling NaNs."""
+    """Join columns to an (N, n) array, without numpy's warning about signaling NaNs."""
     rows = np.empty((len(columns[0]), len(columns)), dtype)
     with np.errstate(invalid="ignore"):
         for place, column in enumerate(columns):
@@ -155,7 +174,7 @@ def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
 
 
 def narrowed(column: Array) -> Array:
-    """Convert 64-bit integers to int32 if they fit, else to float64: attributes have 32 bits."""
+    """Convert 64-bit integers to int32 if they fit, else to float64: PLY has no 64-bit integers."""
     if column.dtype.kind not in "iu" or column.itemsize < 8:
         return column
     fits = int(column.min()) >= -(2**31) and int(column.max()) < 2**31
@@ -190,7 +209,7 @@ def check_corner_counts(corner_counts: Array) -> None:
 
 
 def counted(n: int, thing: str) -> str:
-    """A number with its noun, as in "1 face" and "2 faces"."""
+    """Return a number with its noun: "1 face", "2 faces"."""
     return f"{n} {thing}" if n == 1 else f"{n} {'vertices' if thing == 'vertex' else thing + 's'}"
 
 

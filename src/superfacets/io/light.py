@@ -1,4 +1,4 @@
-"""Spaces of colors: sRGB, linear light and OKLab."""
+"""Color spaces: sRGB, linear light and OKLab."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def linear_of_srgb(shares: npt.ArrayLike) -> Floats:
 
 
 def srgb_of_linear(light: npt.ArrayLike) -> Bytes:
-    """Convert linear light to sRGB, 0 to 255, clipped to its range."""
+    """Convert linear light to sRGB, 0 to 255, with clipping."""
     given = np.clip(light, 0, 1)
     shares = np.where(given <= 0.0031308, given * 12.92, 1.055 * given ** (1 / 2.4) - 0.055)
     return np.asarray(np.rint(shares * 255), np.uint8)
@@ -39,20 +39,20 @@ def srgb_of_linear(light: npt.ArrayLike) -> Bytes:
 def oklab_of_linear(light: Floats) -> Floats:
     """Convert linear light, (N, 3), to OKLab: lightness 0 to 1, green-red, blue-yellow.
 
-    Euclidean distances are close to perceived ones. Matrices: Ottosson, "A perceptual color space
-    for image processing", 2020.
+    Euclidean distances in OKLab approximate perceived differences. Matrices: Ottosson, "A
+    perceptual color space for image processing", 2020.
     """
     return _times(_CONES_TO_OKLAB, np.cbrt(_times(_LINEAR_TO_CONES, light)))
 
 
 def _times(matrix: Floats, rows: Floats) -> Floats:
-    """Multiply each row, in an order of additions that is the same on every machine."""
+    """Multiply each row by a matrix; the order of additions is fixed, so all machines agree."""
     r, g, b = rows.T
     columns = [(line[0] * r + line[1] * g) + line[2] * b for line in matrix]
     return np.stack(columns, axis=1)
 
 
 def linear_of_oklab(places: Floats) -> Floats:
-    """Convert OKLab, (N, 3), to linear light, which may be out of range."""
+    """Convert OKLab, (N, 3), to linear light; values may be below 0 or above 1."""
     cones = (places @ np.linalg.inv(_CONES_TO_OKLAB).T) ** 3
     return np.asarray(cones @ np.linalg.inv(_LINEAR_TO_CONES).T)

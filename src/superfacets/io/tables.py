@@ -1,4 +1,4 @@
-"""Tables that are read by ranges of rows: arrays, binary files, several files."""
+"""Tables that are read in ranges of rows: arrays, binary files, several files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BLOCK_BITS = 14
 
 
 class Rows(Protocol):
-    """A table that is read by ranges of rows. All but `ArrayRows` can be pickled."""
+    """A table that is read in ranges of rows. All classes except `ArrayRows` can be pickled."""
 
     @property
     def n_rows(self) -> int:
@@ -49,14 +49,14 @@ class ArrayRows:
 
 @dataclass(frozen=True)
 class RecordRows:
-    """Columns of records of equal size in a binary file."""
+    """Columns of a binary file of records of equal size."""
 
     path: Path
     begin: int  # offset of the first record
     n_rows: int
     record: np.dtype[Any]
     columns: tuple[str, ...]  # fields of one number each, or a single field of several numbers
-    length: str | None = None  # a field that must be 3 in every record: the number of corners
+    length: str | None = None  # field with the number of corners, which must be 3 in every record
 
     def read(self, begin: int, end: int) -> Array:
         """Return rows `begin` to `end` - 1; a MeshError if a row does not have three corners."""
@@ -67,8 +67,8 @@ class RecordRows:
         if self.length is not None and np.any(records[self.length] != 3):
             first = int(np.argmax(records[self.length] != 3))
             raise MeshError(
-                f"{self.path}: faces[{begin + first}] has {records[self.length][first]} corners,"
-                " and others have fewer than three: is the file damaged?"
+                f"{self.path}: faces[{begin + first}] has {records[self.length][first]} corners"
+                " where 3 were expected: the file may be damaged"
             )
         if len(self.columns) == 1:
             return np.ascontiguousarray(records[self.columns[0]])
@@ -77,9 +77,9 @@ class RecordRows:
 
 @dataclass(frozen=True)
 class ConvertedRows:
-    """A table whose rows are converted by ``convert(rows, index of the first)``.
+    """A table whose rows are converted by ``convert(rows, index of the first row)``.
 
-    To be pickled, `convert` must be a function of a module.
+    `convert` must be a function of a module, so that the table can be pickled.
     """
 
     rows: Rows
@@ -97,7 +97,7 @@ class ConvertedRows:
 
 @dataclass(frozen=True)
 class JoinedRows:
-    """Concatenated tables. `shifts`, if given, holds a number per table to add to its integers."""
+    """Concatenated tables. `shifts`, if given, holds one number per table, added to its rows."""
 
     parts: tuple[Rows, ...]
     shifts: tuple[int, ...] | None = None
@@ -124,11 +124,11 @@ class JoinedRows:
 
 
 def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
-    """Return rows by index, in any order; at most about `most` rows are read at a time."""
+    """Return rows by index, in any order; about `most` rows are read at a time."""
     if isinstance(rows, ArrayRows):
         if not rows.array.flags.c_contiguous:
             return np.asarray(rows.array[wanted])
-        return np.asarray(rows.array.take(wanted, axis=0))  # faster, but would copy other arrays
+        return np.asarray(rows.array.take(wanted, axis=0))  # faster; would copy strided arrays
     low, high = int(wanted.min()), int(wanted.max()) + 1
     if high - low <= most:
         return rows.read(low, high).take(wanted - low, axis=0)
@@ -150,7 +150,7 @@ def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
 
 
 def _taken(rows: Rows, wanted: Array, blocks: Array, used: Array) -> Array:
-    """Rows of the given blocks; runs of consecutive blocks are read at once."""
+    """Return rows of the given blocks; consecutive blocks are read at once."""
     size = 1 << BLOCK_BITS
     slots = np.zeros(int(used[-1]) + 1, np.int64)
     slots[used] = np.arange(len(used)) << BLOCK_BITS

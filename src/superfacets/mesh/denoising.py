@@ -1,4 +1,4 @@
-"""Positions of meshes without noise, by which `segment` measures creases."""
+"""Removal of noise from the positions of meshes, before `segment` measures creases."""
 
 from __future__ import annotations
 
@@ -24,15 +24,14 @@ from .faces import (
 Denoise = int | Literal["auto"] | None
 
 AUTO_STEPS = 5
-"""Number of steps on noisy meshes. In the synthetic rooms, 5 are better than 2, 8 and 20."""
+"""Number of steps on noisy meshes. In synthetic rooms, 5 steps are better than 2, 8 and 20."""
 
 NOISE_LIMIT = 0.05
-"""Noise from which ``"auto"`` smooths, in edge lengths. On 32 benchmark models the estimate is at
-most 0.03 as they are, and at least 0.08 with noise of 0.1."""
+"""Least noise at which ``"auto"`` smooths, in edge lengths. On 32 benchmark models, the estimate is
+at most 0.03, and at least 0.08 after noise of 0.1 is added."""
 
 ESTIMATE_OF_NOISE = 0.118
-"""Value of the estimate per unit of noise, on closed meshes of like triangles."""
-
+"""Value of the estimate per unit of noise, on closed meshes of equal triangles."""
 
 STEPS_WITH_SLACK = 10
 """Number of steps from which there is a slack; more than `AUTO_STEPS`."""
@@ -42,11 +41,11 @@ LEAST_SLACK, SLACK_PER_STEP = 2.25, 0.1
 angles that are left after 200 steps per unit of noise."""
 
 MOST_STEPS = 1000
-"""Largest number of steps: far fewer smooth all details of a shape away."""
+"""Largest number of steps: far fewer steps remove all details of a shape."""
 
 
 def checked_denoise(denoise: object) -> Denoise:
-    """Return the checked argument of `segment`."""
+    """Check the argument `denoise` of `segment`."""
     if denoise is None or denoise == "auto":
         return denoise
     if isinstance(denoise, str):
@@ -62,8 +61,8 @@ def denoised(
 ) -> tuple[FaceMesh, int]:
     """Return the mesh with smoothed positions, and the number of steps.
 
-    With ``"auto"``, the mesh itself and 0 if its noise is below `NOISE_LIMIT`, and else
-    `AUTO_STEPS`. With `weld`, vertices at one position stay together.
+    With ``"auto"``, the number of steps is 0 if the noise is below `NOISE_LIMIT`, else
+    `AUTO_STEPS`. With `weld`, vertices at one position stay at one position.
     """
     if denoise == 0:
         return mesh, 0
@@ -101,10 +100,10 @@ def slack_of(n_steps: int) -> float:
 
 
 def noise_products(vertices: Floats, smooth: FaceMesh, graph: VertexGraph, lowest: Ints) -> Floats:
-    """Return for each vertex its distance from the smooth surface times that of its neighbors.
+    """Return the distance of each vertex from the smooth surface times the mean of its neighbors'.
 
-    Where a vertex is off the smoothed surface by noise, its neighbors are off to the other side:
-    the product with their mean distance is negative. 0 for vertices without neighbors.
+    If noise moves a vertex to one side of the smoothed surface, its neighbors are on the other side
+    and the product is negative. The product is 0 for vertices without neighbors.
     """
     normals = mean_normals(smooth, lowest)
     lengths = np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)
@@ -118,8 +117,8 @@ def noise_products(vertices: Floats, smooth: FaceMesh, graph: VertexGraph, lowes
 def estimated_noise(products: Floats, mean_length: float) -> float:
     """Estimate the standard deviation of the noise, in mean edge lengths.
 
-    The estimate is the root of the median of minus the `noise_products` of vertices with
-    neighbors. Along curves and creases all are off to one side, which counts as no noise.
+    The estimate is the square root of the median of the negated `noise_products` of vertices with
+    neighbors. On curved parts and creases all products are positive, which is not noise.
     """
     estimate = math.sqrt(max(-float(np.median(products)), 0.0))
     return estimate / ESTIMATE_OF_NOISE / mean_length

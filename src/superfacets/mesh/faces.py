@@ -1,4 +1,4 @@
-"""Meshes of faces, and samples of points on them."""
+"""Functions of meshes of faces: corners, measures, graphs, and samples of points."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ AnyMesh: TypeAlias = FaceMesh | TetMesh
 
 
 class VertexGraph(NamedTuple):
-    """The graph of vertices that share an edge, in CSR form, with lengths of edges."""
+    """The graph of vertices that share an edge, in CSR form, with edge lengths."""
 
     offsets: Longs
     neighbors: Ints
@@ -33,7 +33,7 @@ class Corners:
     """Vertices of the corners of all cells of a mesh, one cell after the other."""
 
     vertices: Ints  # (C,) vertex of each corner
-    size: int | None  # corners per cell; None if cells differ
+    size: int | None  # corners per cell; None if cells have different sizes
     offsets: Longs | None = None  # (N + 1,) first corner of each cell; None if sizes are equal
 
     @property
@@ -45,17 +45,17 @@ class Corners:
 
     @property
     def sizes(self) -> Longs | int:
-        """Number of corners of each cell, (N,); one number if all cells have as many."""
+        """Number of corners of each cell, (N,); one number if all cells have the same size."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
     @property
     def lists(self) -> tuple[Ints, Longs, int]:
-        """Vertices, offsets and size for the core: without offsets, or with size 0."""
+        """Vertices, offsets and size for the core: either no offsets, or the size 0."""
         offsets = np.empty(0, np.int64) if self.offsets is None else self.offsets
         return self.vertices, offsets, self.size or 0
 
     def of(self, cells: npt.NDArray[np.integer]) -> tuple[Ints, Longs]:
-        """Return the concatenated corners of some cells, and the offset of each cell in them."""
+        """Return the concatenated corners of some cells, and the offset of each cell."""
         if self.offsets is None:
             table = self.vertices.reshape(-1, self.size or 0)[cells]
             return table.ravel(), np.arange(len(cells) + 1) * table.shape[1]
@@ -65,7 +65,7 @@ class Corners:
         return self.vertices[firsts + np.arange(offsets[-1])], offsets
 
     def means(self, table: Floats) -> Floats:
-        """Return the mean of the rows of `table`, one per vertex, over each cell's corners."""
+        """Return the mean of `table`, which has a row per vertex, over the corners of each cell."""
         if self.offsets is None:
             return np.asarray(table[self.vertices.reshape(-1, self.size or 0)].mean(axis=1))
         sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)
@@ -84,7 +84,7 @@ def corners_of(mesh: AnyMesh) -> Corners:
 def mesh_like(
     mesh: AnyMesh, vertices: Floats, corners: Ints, offsets: Longs, bounds: Floats | None = None
 ) -> AnyMesh:
-    """Return a mesh of the same class with these cells; it is not checked if `bounds` are given."""
+    """Return a mesh of the same class with these cells; with `bounds`, it is not checked."""
     arrays: dict[str, Array] = {"vertices": vertices}
     if isinstance(mesh, PolygonMesh):
         arrays |= {"offsets": offsets, "indices": corners}
@@ -100,19 +100,19 @@ def mesh_like(
 
 
 def corners_in_a_row(mesh: FaceMesh) -> Ints:
-    """Vertices of the corners of all faces, shape (C,)."""
+    """Return the vertices of the corners of all faces, shape (C,)."""
     return mesh.indices if isinstance(mesh, PolygonMesh) else mesh.faces.ravel()
 
 
 def face_sizes(mesh: FaceMesh) -> Longs:
-    """Number of corners of each face, shape (F,)."""
+    """Return the number of corners of each face, shape (F,)."""
     if isinstance(mesh, PolygonMesh):
         return mesh.sizes
     return np.full(mesh.n_faces, 3, dtype=np.int64)
 
 
 def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Triangles, (T, 3), and the face of each, (T,), or None if all faces are triangles."""
+    """Return triangles, (T, 3), and the face of each, (T,), or None if all are triangles."""
     if isinstance(mesh, Mesh):
         return mesh.faces, None
     triangulation = mesh.triangulate()
@@ -120,18 +120,18 @@ def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
 
 
 def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Like `cut_into_triangles`, with the place of each corner among all corners for its vertex."""
+    """Like `cut_into_triangles`, but with indices of corners instead of indices of vertices."""
     corners = corners_of(mesh)
     places = np.arange(len(corners.vertices), dtype=np.int32)
     if corners.offsets is None:
         return places.reshape(-1, 3), None
-    at_corners = mesh.vertices[corners.vertices]  # each corner with a vertex of its own
+    at_corners = mesh.vertices[corners.vertices]  # a vertex per corner
     triangles = _core.triangulate(at_corners, corners.offsets, places, checked_threads(None))
     return triangles, np.repeat(np.arange(mesh.n_faces, dtype=np.int32), corners.sizes - 2)
 
 
 def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
-    """Start and end vertices of sides of faces, shape (n, 2)."""
+    """Return the start and end vertices of sides of faces, shape (n, 2)."""
     if isinstance(mesh, Mesh):
         return np.stack([mesh.faces[faces, sides], mesh.faces[faces, (sides + 1) % 3]], axis=1)
     starts, nexts = mesh.offsets[faces], sides + 1
@@ -150,7 +150,7 @@ def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
 
 
 def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
-    """Centroids, shape (F, 3), and areas, shape (F,)."""
+    """Return centroids, shape (F, 3), and areas, shape (F,)."""
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)[:2]
     return _measure_polygons(mesh, n_threads)[:2]
@@ -159,9 +159,9 @@ def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
 def measure_shapes(
     mesh: FaceMesh, n_threads: int
 ) -> tuple[Floats, Floats, Floats | None, Floats | None]:
-    """Centroids and areas of faces; for triangles also unit normals and the longest sides.
+    """Return centroids and areas of faces; for triangles also unit normals and longest sides.
 
-    Normals have shape (F, 3), 0 where a face has none. The longest sides are squared lengths, one
+    Normals have shape (F, 3), and are 0 if undefined. The longest sides are squared lengths, one
     for each of the core's blocks of faces. For polygons, normals and longest sides are None.
     """
     if isinstance(mesh, Mesh):
@@ -170,7 +170,7 @@ def measure_shapes(
 
 
 def area_vectors(mesh: FaceMesh, n_threads: int) -> Floats:
-    """Area times unit normal of each face, shape (F, 3)."""
+    """Return the area times the unit normal of each face, shape (F, 3)."""
     if isinstance(mesh, Mesh):
         return _core.area_vectors(mesh.vertices, mesh.faces, n_threads)
     _, areas, normals = _measure_polygons(mesh, n_threads)
@@ -178,14 +178,14 @@ def area_vectors(mesh: FaceMesh, n_threads: int) -> Floats:
 
 
 def count_degenerate(mesh: FaceMesh, n_threads: int) -> int:
-    """Return the number of faces that have no normal."""
+    """Return the number of faces without a normal."""
     if isinstance(mesh, Mesh):
         return _core.count_degenerate(mesh.vertices, mesh.faces)
     return int(np.count_nonzero(~_measure_polygons(mesh, n_threads)[2].any(axis=1)))
 
 
 def signed_volume(mesh: FaceMesh, origin: tuple[float, float, float], n_threads: int) -> float:
-    """Volume that a closed mesh encloses, negative if normals point inwards."""
+    """Return the volume inside of a closed mesh; negative if normals point inward."""
     triangles, _ = cut_into_triangles(mesh)
     return _core.signed_volume(mesh.vertices, triangles, origin, n_threads)
 
@@ -198,7 +198,7 @@ def sliver_area(
     max_height: float,
     n_threads: int,
 ) -> float:
-    """Total area of the faces longer than `min_length` and thinner than `max_height`.
+    """Return the total area of the faces longer than `min_length` and thinner than `max_height`.
 
     `longest` is the last array of `measure_shapes`; None for polygons.
     """
@@ -210,7 +210,7 @@ def sliver_area(
 
 
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
-    """Return the graph of vertices, each position represented by its lowest vertex."""
+    """Return the graph of vertices; the lowest vertex at a position represents the position."""
     corners = corners_of(mesh)
     if isinstance(mesh, TetMesh):
         corners = Corners(sides_of_tets(mesh).reshape(-1), 3)
@@ -219,9 +219,9 @@ def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexG
 
 
 def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
-    """Mean unit normal of the faces around each position, (V, 3), at its lowest vertex; or zero.
+    """Return the mean unit normal of the faces around each position, (V, 3), at its lowest vertex.
 
-    The means are not normalized. In a volume they are zero.
+    The means are not normalized. They are zero at other vertices and in a mesh of tetrahedra.
     """
     if isinstance(mesh, TetMesh):
         return np.zeros_like(mesh.vertices)
@@ -229,7 +229,7 @@ def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
 
 
 def _measure_polygons(mesh: PolygonMesh, n_threads: int) -> tuple[Floats, Floats, Floats]:
-    """Centroids, areas, and normals, which are zero if undefined."""
+    """Centroids, areas and normals; undefined normals are zero."""
     return _core.measure_polygons(mesh.vertices, mesh.offsets, mesh.indices, n_threads)
 
 
@@ -269,7 +269,7 @@ def surface_of_faces(
 ) -> _core.TriangleSurface | _core.PolygonSurface:
     """Return the core's surface object for a mesh and the arcs between its faces.
 
-    Raises a ValueError if the arcs belong to another mesh, as far as this is noticed.
+    A ValueError if the arcs obviously belong to another mesh.
     """
     is_of_triangles = arcs.sides.dtype == np.uint8
     if isinstance(mesh, Mesh):
@@ -287,7 +287,7 @@ def surface_of_faces(
 
 
 MAX_STEPS = 8
-"""Largest number of parts per side of a triangle: 64 samples find the label of most of a face."""
+"""Largest number of parts per side of a triangle: 64 samples suffice for the majority of a face."""
 
 
 class Samples(NamedTuple):
@@ -301,8 +301,8 @@ class Samples(NamedTuple):
 def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
     """Return about `n_samples` points over the whole area, at least one per face.
 
-    Each triangle is cut into n^2 equal triangles, with n from 1 to `MAX_STEPS`. The samples are
-    their centroids; if n is 1, the centroid of the triangle itself.
+    Each triangle is cut into n^2 equal triangles, with n from 1 to `MAX_STEPS`. The samples are the
+    centroids of these triangles.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Masks of an image in any of their forms, as one id per pixel."""
+"""Conversion of masks of an image to one id per pixel."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ NO_MASK = 0
 """Id of pixels in no mask."""
 
 Overlap = Literal["smallest", "largest"]
-"""The mask that counts where masks of an image overlap, by its number of pixels."""
+"""Mask that is used where masks overlap, by number of pixels."""
 
 
 def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:
-    """Return the id of the mask in each pixel, (height, width), 0 for none; a MeshError if wrong.
+    """Return the id of the mask of each pixel, (height, width), 0 for none.
 
-    `masks` and `overlap` are as for `lift`; `size` is width and height of the camera.
+    `masks` and `overlap` are as for `lift`; `size` is width and height of the camera. A MeshError
+    if the masks are not valid.
     """
     array = _as_array(masks, size)
     if array.dtype == bool and array.ndim == 3:
@@ -40,7 +41,7 @@ def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:
 
 
 def flattened(stack: Bools, overlap: Overlap) -> Ints:
-    """Ids of masks (n, height, width), 1 to n; of equally large masks the first counts."""
+    """Return ids, 1 to n, of masks (n, height, width); of masks of equal size the first is used."""
     ids = np.zeros(stack.shape[1:], np.int32)
     sizes = np.count_nonzero(stack, axis=(1, 2))
     ranks = sizes if overlap == "smallest" else -sizes
@@ -50,7 +51,7 @@ def flattened(stack: Bools, overlap: Overlap) -> Ints:
 
 
 def _as_array(masks: Any, size: tuple[int, int]) -> Array:
-    """One array of ids, or of bools; masks of dictionaries are their ``"segmentation"``."""
+    """One array of ids or bools; the mask in a dictionary is its ``"segmentation"``."""
     if not isinstance(masks, (list, tuple)):
         return np.asarray(masks)
     planes = [one["segmentation"] if isinstance(one, Mapping) else one for one in masks]
@@ -58,7 +59,7 @@ def _as_array(masks: Any, size: tuple[int, int]) -> Array:
         return np.zeros(size[::-1], bool)
     try:
         return np.asarray(planes)
-    except ValueError:  # of different sizes
+    except ValueError:
         raise MeshError("masks of one image differ in size") from None
 
 

@@ -1,4 +1,4 @@
-"""Cameras that took images of a mesh."""
+"""Cameras of images of a mesh."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from .._validate import checked_image_size, checked_intrinsics, checked_pose, fr
 
 @dataclass(frozen=True, eq=False)
 class PinholeCamera:
-    """A pinhole camera: where it stood, and how it maps directions to pixels.
+    """A pinhole camera: its pose, and its map from directions to pixels.
 
-    There is no lens distortion: images of other cameras have to be undistorted first.
+    There is no lens distortion: undistort images of other cameras first.
 
     Parameters
     ----------
     pose : array_like, shape (4, 4) or (3, 4)
         Camera to world, in the frame and the unit of the mesh: the columns are the directions of
         the axes of the camera, right, down and forward (as in OpenCV, COLMAP and ScanNet), and its
-        position. A rotation and a translation, without scale. If only world to camera is known,
-        pass ``np.linalg.inv`` of it.
+        position. A rotation and a translation, without scale. For a matrix from world to camera,
+        pass ``np.linalg.inv`` of the matrix.
     intrinsics : array_like, shape (4,), (3, 3) or (4, 4)
         Focal lengths and principal point in pixels: fx, fy, cx, cy, or the usual matrix of these.
-        The center of the pixel in the corner is at (0.5, 0.5), as in COLMAP.
+        The center of the first pixel is at (0.5, 0.5), as in COLMAP.
     size : (int, int)
         Width and height of the image in pixels.
     name : str, default ""
@@ -41,7 +41,7 @@ class PinholeCamera:
     Raises
     ------
     ValueError, TypeError
-        If an array has the wrong shape or is not finite, if the pose is no rotation and
+        If an array has the wrong shape or is not finite, if the pose is not a rotation and a
         translation, or if focal lengths or sizes are not positive.
 
     Examples
@@ -67,7 +67,7 @@ class PinholeCamera:
     def of_opengl(
         cls, pose: npt.ArrayLike, intrinsics: npt.ArrayLike, size: tuple[int, int], name: str = ""
     ) -> PinholeCamera:
-        """Return a camera whose axes are right, up and back, as in OpenGL, Blender and NeRF."""
+        """Make a camera from axes right, up and back, as in OpenGL, Blender and NeRF."""
         turned = checked_pose(pose)
         turned[:3, 1:3] *= -1
         return cls(turned, checked_intrinsics(intrinsics), size, name)

@@ -9,14 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._types import Floats, Singles
-from .._validate import (
-    checked_colors,
-    checked_normals,
-    checked_points,
-    checked_viewpoints,
-    freeze,
-    restored,
-)
+from .._validate import checked_colors, checked_normals, checked_points, checked_viewpoints, freeze
 from .cells import Cells
 
 
@@ -24,31 +17,29 @@ from .cells import Cells
 class PointCloud(Cells):
     """A point cloud: checked and read-only.
 
-    Points are kept as they are, in their order; several may be at the same position.
+    Points and their order are unchanged; several points may have the same position.
 
     Parameters
     ----------
     points : array_like, shape (N, 3)
         Finite positions, kept as read-only float64. N >= 1, but `segment` needs at least two
         distinct positions. A contiguous float64 array is not copied (unless it is a memory map): do
-        not change it while the cloud is in use.
+        not change the array while the cloud is in use.
     normals : array_like, shape (N, 3), optional
-        Vectors that point away from the surface, all to the same side of it: on the outside of a
-        solid, upwards from the ground. Kept as float64 with length 1; a zero vector means that a
-        point has no normal. If normals are not given, `segment` estimates them; see
-        `estimate_normals`.
+        Normal vectors on one side of the surface: the outside of a solid, or the upper side of the
+        ground. Kept as float64 with length 1; a zero vector means that a point has no normal.
+        Without normals, `segment` estimates normals; see `estimate_normals`.
     colors : array_like, shape (N, 3) or (N, 4), optional
-        Red, green and blue, from 0 to 1 if they are floats, or of the full range of an unsigned
-        integer type (uint8: 0 to 255). Kept as float32 from 0 to 1, without a fourth column.
+        Red, green and blue: floats from 0 to 1, or the full range of an unsigned integer type
+        (uint8: 0 to 255). Kept as float32 from 0 to 1, without a fourth column.
     axes : array_like, shape (N, 3), optional
-        Normals of unknown sign, such as the shortest axes of Gaussian splats: vectors at right
-        angles to the surface, on either side of it; zero where there is none. If there are no
-        normals, they are estimated from the axes of neighbors, or from positions where no neighbor
-        has an axis.
+        Normals of unknown sign, such as the shortest axes of Gaussian splats; zero where there is
+        none. Without normals, `segment` estimates normals from the axes of neighbors, or from
+        positions where no neighbor has an axis.
     viewpoints : array_like, shape (3,) or (N, 3), optional
-        Place from which all points were seen, or one for each point. Estimated normals then face
-        it; normals that are given stay as they are. `read_cloud` takes them from the poses of scans
-        in E57. For terrain, a place far above.
+        Position from which all points were seen, or a position for each point. Estimated normals
+        face the viewpoint; given normals are unchanged. `read_cloud` takes viewpoints from the
+        poses of scans in E57. For terrain, use a position far above.
 
     Attributes
     ----------
@@ -58,7 +49,7 @@ class PointCloud(Cells):
     Raises
     ------
     MeshError
-        If a shape, a type or a value is wrong (the first offender is named).
+        If a shape, a type or a value is wrong (the message names the first).
 
     Examples
     --------
@@ -81,7 +72,7 @@ class PointCloud(Cells):
             normals = checked_normals(self.normals, len(points))
             if normals.any():
                 freeze(self, normals=normals)
-            else:  # all zero: there are none
+            else:
                 object.__setattr__(self, "normals", None)
         if self.colors is not None:
             freeze(self, colors=checked_colors(self.colors, len(points)))
@@ -89,12 +80,6 @@ class PointCloud(Cells):
             freeze(self, axes=checked_normals(self.axes, len(points), name="axes"))
         if self.viewpoints is not None:
             freeze(self, viewpoints=checked_viewpoints(self.viewpoints, len(points)))
-
-    def __setstate__(self, state: Any) -> None:
-        """Restore a copy or a pickle with the checks of a new object."""
-        PointCloud.__init__(
-            self, *restored(state, ("points", "normals", "colors", "axes", "viewpoints"))
-        )
 
     @property
     def n_cells(self) -> int:
@@ -107,20 +92,13 @@ class PointCloud(Cells):
         return len(self.points)
 
     def taken(self, chosen: npt.NDArray[np.integer[Any]]) -> PointCloud:
-        """Return the chosen points as a cloud, with all that the cloud has of them."""
-        views = self.viewpoints
+        """Return a cloud of the chosen points, with their normals, colors, axes and viewpoints."""
+        arrays = [self.points, self.normals, self.colors, self.axes, self.viewpoints]
         return PointCloud(
-            self.points[chosen],
-            None if self.normals is None else self.normals[chosen],
-            None if self.colors is None else self.colors[chosen],
-            None if self.axes is None else self.axes[chosen],
-            views if views is None or views.ndim == 1 else views[chosen],
+            *(rows if rows is None or rows.ndim == 1 else rows[chosen] for rows in arrays)  # type: ignore[arg-type]
         )
 
     def __repr__(self) -> str:
-        also = [
-            name
-            for name in ("normals", "colors", "axes", "viewpoints")
-            if getattr(self, name) is not None
-        ]
+        names = ("normals", "colors", "axes", "viewpoints")
+        also = [name for name in names if getattr(self, name) is not None]
         return f"PointCloud({', '.join([f'{self.n_points} points', *also])})"

@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
-from .._validate import checked_polygons, checked_threads, freeze, polygon_arrays, restored
-from .cells import Cells
+from .._validate import checked_polygons, checked_threads, freeze, polygon_arrays
+from .cells import CellsOfVertices
 from .triangle_mesh import Mesh
 
 
 class Triangulation(NamedTuple):
-    """The triangles into which polygons were cut.
+    """The triangles of the polygons of a mesh.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Triangulation(NamedTuple):
         Mesh with the same vertices. A polygon of n corners has n - 2 triangles, with the same
         orientation. Triangles are in the order of the polygons.
     sources : ndarray of int32, shape (T,)
-        The polygon that each triangle is a part of: ``labels[sources]`` are labels of triangles.
+        The polygon of each triangle: ``labels[sources]`` are labels of triangles.
     """
 
     mesh: Mesh
@@ -33,12 +33,12 @@ class Triangulation(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PolygonMesh(Cells):
+class PolygonMesh(CellsOfVertices):
     """A mesh of faces with any number of corners: checked and read-only.
 
-    Faces are kept as they are, in their order; each gets one label. Concave and non-planar faces
-    are supported. Repeated corners, faces that cross themselves and faces without an area are
-    accepted, and so are non-manifold, open, inconsistently oriented and disconnected meshes.
+    Faces and their order are unchanged; each face gets one label. Concave and non-planar faces are
+    supported. Repeated corners, self-intersecting faces and faces without area are accepted, and so
+    are non-manifold, open, inconsistently oriented and disconnected meshes.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ class PolygonMesh(Cells):
     Raises
     ------
     MeshError
-        If a shape, an index or a coordinate is wrong (the first offender is named), if a face has
-        fewer than three corners, if there is no face, or if all faces lie at one point.
+        If a shape, an index or a coordinate is wrong (the message names the first), if a face has
+        fewer than three corners, if there is no face, or if all faces are at one point.
 
     Examples
     --------
@@ -85,7 +85,7 @@ class PolygonMesh(Cells):
 
     @classmethod
     def of_faces(cls, vertices: npt.ArrayLike, faces: Sequence[Any] | npt.ArrayLike) -> PolygonMesh:
-        """Return a mesh of faces given as lists of vertices, or as rows of an array.
+        """Make a mesh of faces that are lists of vertices, or rows of an array.
 
         Examples
         --------
@@ -97,17 +97,13 @@ class PolygonMesh(Cells):
 
     @classmethod
     def _of_new(cls, vertices: Array, offsets: Longs, indices: Array) -> PolygonMesh:
-        """Make a mesh of arrays that no one else refers to, without copies; for readers."""
+        """Make a mesh of arrays without copies; nothing else may refer to the arrays."""
         mesh = object.__new__(cls)
         vertices, offsets, indices, bounds = checked_polygons(
             vertices, offsets, indices, are_new=True
         )
         freeze(mesh, vertices=vertices, offsets=offsets, indices=indices, bounds=bounds)
         return mesh
-
-    def __setstate__(self, state: Any) -> None:
-        """Restore a copy or a pickle with the checks of a new object."""
-        PolygonMesh.__init__(self, *restored(state, ("vertices", "offsets", "indices")))
 
     @property
     def n_cells(self) -> int:
@@ -120,26 +116,21 @@ class PolygonMesh(Cells):
         return len(self.offsets) - 1
 
     @property
-    def n_vertices(self) -> int:
-        """Number of vertices, V, used or not."""
-        return len(self.vertices)
-
-    @property
     def sizes(self) -> Longs:
         """Number of corners of each face, shape (F,)."""
         return np.diff(self.offsets)
 
     def face(self, i: int) -> Ints:
-        """Vertices of the corners of face i, 0 to F - 1."""
+        """Return the vertices of the corners of face i, 0 to F - 1."""
         if not 0 <= i < self.n_faces:
             raise IndexError(f"there is no face {i}: the mesh has {self.n_faces} faces")
         return self.indices[self.offsets[i] : self.offsets[i + 1]]
 
     def triangulate(self) -> Triangulation:
-        """Return the faces cut into triangles without new vertices.
+        """Cut the faces into triangles without new vertices.
 
-        Convex faces are cut into a fan around their first corner, other faces by ear clipping. This
-        is for programs and file formats that need triangles.
+        Convex faces are cut into a fan around their first corner, other faces by ear clipping. Use
+        this for programs and file formats that need triangles.
 
         Examples
         --------

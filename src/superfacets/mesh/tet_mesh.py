@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from .._types import Floats, Ints
-from .._validate import checked_mask, checked_tets, checked_threads, freeze, restored
+from .._validate import checked_mask, checked_tets, checked_threads, freeze
 from ..errors import MeshError
-from .cells import Cells, lowest_vertices
+from .cells import CellsOfVertices, lowest_vertices
 from .triangle_mesh import Mesh
 
 # Corners of the side opposite to each corner, counterclockwise seen from outside if the fourth
-# corner lies above the first three.
+# corner is above the first three.
 _SIDES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
@@ -28,7 +28,7 @@ class TetBoundary(NamedTuple):
     mesh : Mesh
         Triangles, counterclockwise seen from outside, on the same vertices.
     sources : ndarray of int32, shape (F,)
-        The tetrahedron that each triangle is a side of: ``labels[sources]`` are labels of faces.
+        The tetrahedron of each triangle: ``labels[sources]`` are labels of faces.
     """
 
     mesh: Mesh
@@ -36,11 +36,11 @@ class TetBoundary(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TetMesh(Cells):
+class TetMesh(CellsOfVertices):
     """A mesh of tetrahedra: checked and read-only.
 
-    Tetrahedra are kept as they are, in their order; each gets one label. Inverted, flat and
-    repeated tetrahedra are accepted, and tetrahedra that use a vertex twice.
+    Tetrahedra and their order are unchanged; each tetrahedron gets one label. Inverted, flat and
+    repeated tetrahedra are accepted, and tetrahedra with repeated vertices.
 
     Parameters
     ----------
@@ -57,8 +57,8 @@ class TetMesh(Cells):
     Raises
     ------
     MeshError
-        If a shape, an index or a coordinate is wrong (the first offender is named), if there is no
-        tetrahedron, or if all tetrahedra lie at one point.
+        If a shape, an index or a coordinate is wrong (the message names the first), if there is no
+        tetrahedron, or if all tetrahedra are at one point.
 
     Examples
     --------
@@ -75,10 +75,6 @@ class TetMesh(Cells):
         vertices, tets, bounds = checked_tets(self.vertices, self.tets)
         freeze(self, vertices=vertices, tets=tets, bounds=bounds)
 
-    def __setstate__(self, state: Any) -> None:
-        """Restore a copy or a pickle with the checks of a new object."""
-        TetMesh.__init__(self, *restored(state, ("vertices", "tets")))
-
     @property
     def n_cells(self) -> int:
         """Number of cells, which are the tetrahedra."""
@@ -89,26 +85,21 @@ class TetMesh(Cells):
         """Number of tetrahedra, N."""
         return len(self.tets)
 
-    @property
-    def n_vertices(self) -> int:
-        """Number of vertices, V, used or not."""
-        return len(self.vertices)
-
     def boundary(self, keep: npt.ArrayLike | None = None, *, weld: bool = True) -> TetBoundary:
         """Return the triangles that belong to exactly one tetrahedron.
 
         Parameters
         ----------
         keep : array_like of bool, shape (N,), optional
-            Tetrahedra whose boundary is returned; None for all. ``positions[:, 0] < 0.5`` shows a
-            cross section at a plane.
+            Tetrahedra whose boundary is returned; None for all. For example,
+            ``positions[:, 0] < 0.5`` shows a cross section.
         weld : bool, default True
-            Treat vertices at exactly the same position as one.
+            Treat vertices at exactly the same position as one vertex.
 
         Raises
         ------
         MeshError
-            If there is no such triangle, for example because every tetrahedron is given twice.
+            If there is no such triangle, for example because all tetrahedra are repeated.
         ValueError, TypeError
             If there is not one bool per tetrahedron.
         """
@@ -137,12 +128,12 @@ class TetMesh(Cells):
 
 
 def sides_of_tets(mesh: TetMesh) -> Ints:
-    """The four triangles of each tetrahedron, shape (4 N, 3)."""
+    """Return the four triangles of each tetrahedron, shape (4 N, 3)."""
     return mesh.tets[:, _SIDES].reshape(-1, 3)
 
 
 def signed_volumes(mesh: TetMesh) -> Floats:
-    """Volume of each tetrahedron, negative if the fourth corner lies behind the first three."""
+    """Return the volume of each tetrahedron; negative if the fourth corner is below the others."""
     a, b, c, d = (mesh.vertices[corner] for corner in mesh.tets.T)
     volumes: Floats = np.einsum("ij,ij->i", d - a, np.cross(b - a, c - a)) / 6.0
     return volumes

@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from .._types import Array, Floats, Ints
-from .._validate import checked_mesh, freeze, restored
-from .cells import Cells
+from .._validate import checked_mesh, freeze
+from .cells import CellsOfVertices
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh(Cells):
+class Mesh(CellsOfVertices):
     """A triangle mesh: checked and read-only.
 
     Open, non-manifold, inconsistently oriented, degenerate and disconnected meshes and soups of
-    triangles are all accepted. Faces are kept as they are, in their order.
+    triangles are all accepted. Faces and their order are unchanged.
 
     Parameters
     ----------
     vertices : array_like, shape (V, 3)
         Finite positions, kept as read-only float64. Faces need not use every vertex. A contiguous
-        float64 array is not copied (unless it is a memory map): do not change it while the mesh is
-        in use.
+        float64 array is not copied (unless it is a memory map): do not change the array while the
+        mesh is in use.
     faces : array_like of integers, shape (F, 3)
         Vertex indices, 0 to V - 1, counterclockwise seen from outside; copied as int32, read-only.
         F >= 1.
@@ -37,8 +36,8 @@ class Mesh(Cells):
     Raises
     ------
     MeshError
-        If a shape, an index or a coordinate is wrong (the first offender is named), if there is
-        no face, or if all faces lie at one point.
+        If a shape, an index or a coordinate is wrong (the message names the first), if there is no
+        face, or if all faces are at one point.
 
     Examples
     --------
@@ -57,15 +56,11 @@ class Mesh(Cells):
 
     @classmethod
     def _of_new(cls, vertices: Array, faces: Array) -> Mesh:
-        """Make a mesh of arrays that no one else refers to, without copies; for readers."""
+        """Make a mesh of arrays without copies; nothing else may refer to the arrays."""
         mesh = object.__new__(cls)
         vertices, faces, bounds = checked_mesh(vertices, faces, are_new=True)
         freeze(mesh, vertices=vertices, faces=faces, bounds=bounds)
         return mesh
-
-    def __setstate__(self, state: Any) -> None:
-        """Restore a copy or a pickle with the checks of a new object."""
-        Mesh.__init__(self, *restored(state, ("vertices", "faces")))
 
     @property
     def n_cells(self) -> int:
@@ -77,20 +72,15 @@ class Mesh(Cells):
         """Number of faces, F."""
         return len(self.faces)
 
-    @property
-    def n_vertices(self) -> int:
-        """Number of vertices, V, used or not."""
-        return len(self.vertices)
-
     def __repr__(self) -> str:
         return f"Mesh({self.n_vertices} vertices, {self.n_faces} faces)"
 
 
 def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
-    """Return vertices and faces with each face split in four at the midpoints of its sides.
+    """Split each face in four at the midpoints of its sides; return vertices and faces.
 
-    Neighboring faces share the midpoint of the edge between them. Orientation, area and shape are
-    kept, and so are boundary and non-manifold edges. Time is O(F log F), for one sort of the sides.
+    Neighboring faces share the midpoint of their common edge. Orientation, area, shape, and
+    boundary and non-manifold edges are preserved. Time is O(F log F), for one sort of the sides.
 
     Parameters
     ----------
@@ -102,7 +92,7 @@ def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     vertices : ndarray of float64, shape (V + E, 3)
         The old vertices, then the midpoint of each edge.
     faces : ndarray of int32, shape (4 F, 3)
-        Face f becomes faces 4 f to 4 f + 3: at its corners 0, 1 and 2, and in its middle.
+        Face f becomes faces 4 f to 4 f + 3: at its corners 0, 1 and 2, and in its center.
 
     Examples
     --------

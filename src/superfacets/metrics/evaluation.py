@@ -71,8 +71,8 @@ class GroundTruths:
     ) -> None:
         self.edges = MeshEdges.of(mesh, weld=weld, n_threads=n_threads)
         positive_total(self.edges.areas)
-        n_faces = self.edges.mesh.n_faces
-        compact = [compact_complete(truth, n_faces, "truth") for truth in _listed(truths)]
+        sizes = (self.edges.mesh.n_faces, "truth", self.edges.mesh.n_vertices)
+        compact = [compact_complete(truth, *sizes) for truth in _listed(truths)]
         self.truths = [_Truth(*labels, Cuts.of(self.edges, labels[0])) for labels in compact]
 
     def __len__(self) -> int:
@@ -145,7 +145,7 @@ def evaluate(
         return _of_volume(as_surface(cells, weld=weld, n_threads=n_threads), labels, ground_truths)
     prepared = _prepared(cells, ground_truths, weld, n_threads)
     edges, surface = prepared.edges, prepared.edges.surface
-    regions, n_regions = compact_complete(labels, surface.n_cells)
+    regions, n_regions = compact_complete(labels, surface.n_cells, n_vertices=edges.mesh.n_vertices)
     values = _of_regions(surface, regions, n_regions)
     values["explained_variation"] = explained_variation_of(surface, regions, n_regions)
     if not prepared.truths:

@@ -295,7 +295,13 @@ def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
         return source
     if labels is None or truth is None:
         raise TypeError("pass labels and truth together with a mesh")
-    return area_overlap(labels, truth, measures_of(as_known(source), checked_threads(None)))
+    cells = as_known(source)
+    n_vertices = getattr(cells, "n_vertices", None)
+    regions, n_regions = compact_complete(labels, cells.n_cells, n_vertices=n_vertices)
+    segments, n_segments = compact_complete(truth, cells.n_cells, "truth", n_vertices)
+    values = measures_of(cells, checked_threads(None))
+    positive_total(values)
+    return overlap_of(regions, n_regions, segments, n_segments, values)
 
 
 def _best_shared(groups: Ints, areas: Floats, n_groups: int) -> float:

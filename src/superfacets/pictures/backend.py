@@ -11,8 +11,7 @@ from collections.abc import Iterator, Mapping
 from types import SimpleNamespace
 from typing import Any
 
-from ..errors import MissingExtraError, RenderError
-from ..io import textures
+from ..errors import MissingExtraError, RenderError, import_extra
 
 # Silences Mesa's EGL, which otherwise reports on stderr why a device does not start.
 _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
@@ -164,4 +163,4 @@ def import_vtk() -> Any:
 
 def import_pillow(module: str, task: str = "rendering") -> Any:
     """Return a module of Pillow, or raise a MissingExtraError if Pillow is not installed."""
-    return textures.import_pillow(module, task, "viz")
+    return import_extra(f"PIL.{module}", task, "viz")

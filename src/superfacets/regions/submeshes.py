@@ -69,7 +69,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     (Mesh(3 vertices, 1 faces), [1], [0, 2, 3])
     """
     whole = as_cells(cells)
-    array, n_regions = checked_regions(labels, whole.n_cells)
+    array, n_regions = checked_regions(labels, whole.n_cells, getattr(whole, "n_vertices", None))
     number = operator.index(region)
     if not 0 <= number < n_regions:
         raise ValueError(f"there is no region {number}: there are {n_regions}")
@@ -101,7 +101,7 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     [[0, 1, 2], [0, 2, 3]]
     """
     whole = as_cells(cells)
-    array, n_regions = checked_regions(labels, whole.n_cells)
+    array, n_regions = checked_regions(labels, whole.n_cells, getattr(whole, "n_vertices", None))
     order = np.argsort(array, kind="stable").astype(np.int32)
     starts = np.searchsorted(array[order], np.arange(n_regions + 1))
     if kind_of(whole).corners(whole) is None:

@@ -1,4 +1,4 @@
-"""Models of 3D Tiles: the glTF in a .b3dm file, and where the model lies."""
+"""Models of 3D Tiles: the glTF in a .b3dm file, and the position of the model."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ _AXES = {
     "Y": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
     "Z": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
 }
-"""Rotation to coordinates with z up, as in 3D Tiles, by the axis that is up in the model."""
+"""Rotation to coordinates with z up, as in 3D Tiles, by the up axis of the model."""
 
 UP_AXES = tuple(_AXES)
 
 
 class Placement(NamedTuple):
-    """Where a tileset shows a model."""
+    """Placement of a model in a tileset."""
 
-    matrix: tuple[float, ...]  # 16 numbers, by rows; from the coordinates of the tile, z up
-    up: str  # axis that is up in the model
-    origin: tuple[float, ...]  # what was subtracted from all positions
+    matrix: tuple[float, ...]  # 16 numbers, row by row; from the coordinates of the tile, z up
+    up: str  # up axis of the model
+    origin: tuple[float, ...]  # offset that was subtracted from all positions
 
 
 @dataclass(frozen=True)
 class Model:
-    """A glTF file, the matrix for its scene, and what was subtracted from all positions."""
+    """A glTF file, the matrix for its scene, and the offset subtracted from all positions."""
 
     gltf: Content
     matrix: Floats | None = None
@@ -44,22 +44,22 @@ class Model:
 
     @property
     def comments(self) -> tuple[str, ...]:
-        """The origin for the header of a PLY, if there is one."""
+        """The origin as a comment of PLY, if the origin is not 0."""
         text = " ".join(f"{number:.17g}" for number in self.origin)
         return (f"comment origin {text}",) if any(self.origin) else ()
 
 
 def translation(vector: Floats) -> Floats:
-    """The matrix that moves by a vector."""
+    """Matrix of a translation."""
     matrix = np.eye(4)
     matrix[:3, 3] = vector
     return matrix
 
 
 def open_model(data: Content, placement: Placement | None) -> Model:
-    """Return the glTF of a .b3dm, .glb or .gltf file as a tileset places it.
+    """Return the glTF of a .b3dm, .glb or .gltf file, with its placement.
 
-    A .b3dm without a tileset keeps the coordinates that its RTC_CENTER is added to.
+    RTC_CENTER is not added to the coordinates of a .b3dm without a tileset.
     """
     is_tile = data[:4] == b"b3dm"
     gltf, center = _split_b3dm(data) if is_tile else (data, np.zeros(3))
@@ -74,9 +74,9 @@ def open_model(data: Content, placement: Placement | None) -> Model:
 
 
 def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
-    """The GLB of a batched model, and its center."""
+    """The GLB of a batched model, and its RTC_CENTER."""
     if len(data) < _HEADER:
-        raise MeshError(f"the b3dm file is cut: it has only {len(data)} bytes")
+        raise MeshError(f"the b3dm file is truncated: it has only {len(data)} bytes")
     version, size, *sizes = struct.unpack_from("<6I", data, 4)
     begin = _HEADER + sum(sizes)
     if version != 1:
@@ -91,7 +91,7 @@ def _split_b3dm(data: Content) -> tuple[bytes, Floats]:
 
 
 def _center_of(tables: bytes, json_size: int, binary_size: int) -> Floats:
-    """RTC_CENTER of a feature table: three numbers in its JSON or its binary part."""
+    """RTC_CENTER of a feature table: three numbers in its JSON or in its binary part."""
     text, binary = tables[:json_size], tables[json_size : json_size + binary_size]
     features = parsed_json(text, "b3dm") if text.strip() else {}
     center = features.get("RTC_CENTER", [0.0] * 3)

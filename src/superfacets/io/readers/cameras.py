@@ -1,4 +1,4 @@
-"""Cameras of images: COLMAP models, transforms.json, and poses in files of their own."""
+"""Cameras of images: COLMAP models, transforms.json, and folders with a file per pose."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .colmap import UNDISTORT, PosedImage, is_colmap, read_colmap
 StrPath = str | os.PathLike[str]
 
 _WITHOUT_DISTORTION = ("PINHOLE", "SIMPLE_PINHOLE", "OPENCV", "SIMPLE_RADIAL", "RADIAL")
-"""Camera models of transforms.json whose distortion is 0 if all coefficients are."""
+"""Camera models of transforms.json without distortion if all coefficients are 0."""
 
 _COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
 
@@ -32,34 +32,36 @@ def read_cameras(
     size: tuple[int, int] | None = None,
     names: Container[str] | None = None,
 ) -> list[PinholeCamera]:
-    r"""Return the cameras of images, with their poses in the frame of the file.
+    r"""Read the cameras of images; poses are in the frame of the file.
 
     Parameters
     ----------
     path : path-like
-        A COLMAP model: a folder with ``cameras`` and ``images``, ``.bin`` or ``.txt``. Or a
-        ``.json`` with ``frames``, as NeRF, instant-ngp and nerfstudio have it. Or a folder with a
-        ``.txt`` per image, which holds the matrix from camera to world, with axes as in OpenCV, as
-        ScanNet has it.
+        One of these:
+
+        - a COLMAP model: a folder with ``cameras`` and ``images``, ``.bin`` or ``.txt``;
+        - a ``.json`` with ``frames``, as of NeRF, instant-ngp and nerfstudio;
+        - a folder with a ``.txt`` per image, as of ScanNet: the matrix from camera to world, with
+          axes as in OpenCV.
     intrinsics : path-like or array_like, optional
-        As for `PinholeCamera`, or a text file of these. For a folder of poses only.
+        As for `PinholeCamera`, or a text file of these numbers. Only for a folder of poses.
     size : (int, int), optional
-        Width and height of the images where the file does not tell: for a folder of poses, and for
-        a ``.json`` without ``w`` and ``h``.
+        Width and height of the images, for a folder of poses, and for a ``.json`` without ``w`` and
+        ``h``.
     names : container of str, optional
-        The images to read, without folders and endings: others may be damaged.
+        The images to read, without folders and endings; other images are not checked.
 
     Returns
     -------
     list of PinholeCamera
-        In the order of the file; in a folder, by number, or else by name. The name of a camera is
-        the file name of its image, without the folder.
+        In the order of the file; in a folder, sorted by number or name. The name of a camera is the
+        file name of its image, without the folder.
 
     Raises
     ------
     MeshError
-        If a file is damaged, a pose is no rotation and translation, a camera has distortion, or
-        two images have the same name.
+        If a file is damaged, if a pose is not a rotation and a translation, if a camera has
+        distortion, or if two images have the same name.
     ValueError
         If `intrinsics` or `size` are missing for a folder of poses.
     OSError
@@ -93,7 +95,7 @@ def read_cameras(
         except (ValueError, TypeError) as error:
             raise MeshError(f"{path}: image {image.name}: {error}") from None
     if not cameras:
-        which = "" if names is None else " with a wanted name"
+        which = "" if names is None else " with one of the names"
         raise MeshError(f"{path}: there is no image{which}")
     return list(cameras.values())
 
@@ -101,15 +103,15 @@ def read_cameras(
 def _in_folder(
     folder: Path, intrinsics: Any, size: Any, names: Container[str] | None
 ) -> Iterator[PosedImage]:
-    """Poses in files of their own."""
+    """Yield the images of a folder with a file per pose."""
     paths = [path for path in folder.glob("*.txt") if names is None or path.stem in names]
     if not paths:
         raise MeshError(
-            f"{folder}: holds no COLMAP model (cameras and images, .bin or .txt) and no poses (a"
-            " .txt of 4 x 4 numbers per image)"
+            f"{folder}: holds neither a COLMAP model (cameras and images, .bin or .txt) nor poses"
+            " (a .txt of 4 x 4 numbers per image)"
         )
     if intrinsics is None or size is None:
-        raise ValueError(f"{folder}: for poses alone, intrinsics and size are needed")
+        raise ValueError(f"{folder}: a folder of poses needs intrinsics and size")
     if isinstance(intrinsics, (str, os.PathLike)):
         intrinsics = _matrix_in(Path(intrinsics))
     for path in sorted(paths, key=lambda path: (len(path.stem), path.stem)):
@@ -121,7 +123,7 @@ def _matrix_in(path: Path) -> Floats:
     try:
         matrix = np.array(rows, np.float64)
     except ValueError:
-        raise MeshError(f"{path}: expected a matrix: rows of as many numbers") from None
+        raise MeshError(f"{path}: expected a matrix: rows with equal numbers of values") from None
     return matrix[0] if len(matrix) == 1 else matrix
 
 
@@ -136,26 +138,26 @@ def _in_json(path: Path, size: Any) -> Iterator[PosedImage]:
 
 
 def _image_of(values: dict[str, Any], size: Any) -> PosedImage:
-    """The image of a frame, whose values override the document."""
+    """Make the image of a frame, from the document updated by the frame."""
     model = values.get("camera_model", "PINHOLE")
     if model not in _WITHOUT_DISTORTION or values.get("is_fisheye"):
-        raise MeshError(f"the camera is of model {model}: {UNDISTORT}")
+        raise MeshError(f"the camera has the model {model}: {UNDISTORT}")
     if any(values.get(name) for name in _COEFFICIENTS):
         raise MeshError(f"the camera has distortion: {UNDISTORT}")
     try:
         if "w" in values and "h" in values:
             size = int(values["w"]), int(values["h"])
         if size is None:
-            raise MeshError("w and h are missing in the file: give the size of the images")
+            raise MeshError("w and h are missing in the file: pass the size of the images")
         width, height = size
         fx = _focal_length(values, "x", width)
         fy = _focal_length(values, "y", height) or fx
         if fx is None or fy is None:
-            raise MeshError("it has neither fl_x nor camera_angle_x")
+            raise MeshError("fl_x and camera_angle_x are missing")
         center = float(values.get("cx", width / 2)), float(values.get("cy", height / 2))
         name, pose = str(values["file_path"]), np.array(values["transform_matrix"], np.float64)
     except KeyError as error:
-        raise MeshError(f"it has no {error.args[0]}") from None
+        raise MeshError(f"{error.args[0]} is missing") from None
     except MeshError:
         raise
     except (TypeError, ValueError, ArithmeticError):

@@ -28,33 +28,33 @@ _NORMALS = ("nx", "ny", "nz")
 _COLORS = ("red", "green", "blue")
 _SPLAT_COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
 _SPLAT_COLOR = 0.5 / math.sqrt(math.pi)
-"""Colors of Gaussian splats are 0.5 plus this times their coefficients: the spherical harmonic of
-degree 0."""
+"""Factor of the coefficients of Gaussian splats, the spherical harmonic of degree 0: a color is 0.5
+plus this factor times a coefficient."""
 
 SCALES = ("scale_0", "scale_1", "scale_2")
 TURNS = ("rot_0", "rot_1", "rot_2", "rot_3")
 _FLAT = math.log(2.0)
-"""Scales of splats are logarithms. A splat less flat than one half has no axis."""
+"""Least difference of the two smallest scales of a splat with an axis. Scales are logarithms."""
 
 _UNIT = 0.01
-"""Tolerance for the length of a unit normal in a file: it may differ from 1 by about this much."""
+"""Largest deviation from 1 of the length of a unit normal in a file."""
 
 _MAX_COLUMNS = 12
-"""Most columns of a cloud in a .npy file. Arrays of more are height grids or features."""
+"""Largest number of columns of a cloud in .npy. Wider arrays are height grids or features."""
 
 _OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_y": "ny",
                 "normal_z": "nz"}  # fmt: skip
 
 
 class CloudFile(NamedTuple):
-    """A cloud, and the attributes of its points, by name."""
+    """A cloud, and the attributes of its points."""
 
     cloud: PointCloud
     attributes: MeshAttributes
 
 
 def holds_cloud(data: Content, ending: str) -> bool:
-    """Whether a file of this content and ending holds points and no faces."""
+    """Whether a file with this content and ending holds points but no faces."""
     if ending != ".ply":
         return ending in CLOUD_READERS
     return parse_header(data).faces is None
@@ -76,7 +76,7 @@ def _read_ply(data: Content) -> CloudFile:
 
 
 def _read_text(data: Content) -> CloudFile:
-    """Parse lines of numbers, split at blanks, commas or semicolons; the first may name columns."""
+    """Parse lines of numbers between blanks, commas or semicolons; line 1 may name columns."""
     if data.find(b",") >= 0 or data.find(b";") >= 0:
         data = data[:].translate(bytes.maketrans(b",;", b"  "))
     lines = split_lines(data, comment=b"#")
@@ -90,10 +90,13 @@ def _read_text(data: Content) -> CloudFile:
     if len(odd):
         line = int(odd[0])
         raise MeshError(
-            f"line {lines.number(line)} has {lines.counts[line]} numbers, earlier lines {n_columns}"
+            f"line {lines.number(line)} has {lines.counts[line]} numbers, but earlier lines have"
+            f" {n_columns}"
         )
     if names is not None and len(names) != n_columns:
-        raise MeshError(f"the first line has {len(names)} names, the next {n_columns} numbers")
+        raise MeshError(
+            f"the first line has {len(names)} names, but line 2 has {n_columns} numbers"
+        )
     return _cloud_of_table(lines.parse(np.float64).reshape(-1, n_columns), names)
 
 
@@ -115,13 +118,13 @@ def _read_npy(data: Content) -> CloudFile:
     if array.ndim != 2 or not 3 <= array.shape[1] <= _MAX_COLUMNS:
         raise MeshError(
             f"expected shape (N, 3), or up to {_MAX_COLUMNS} columns as in text, got {array.shape}:"
-            " a height grid is made a mesh first, see Terrain in the documentation"
+            " convert a height grid to a mesh first, see Terrain in the documentation"
         )
     return _cloud_of_table(as_doubles(array), None)
 
 
 def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
-    """A cloud from a table; columns without names are x, y, z, then colors or normals."""
+    """Make a cloud of a table; columns without names are x, y, z, then colors or normals."""
     n_columns = table.shape[1]
     if n_columns < 3:
         raise MeshError(f"a point needs 3 numbers, got {n_columns}")
@@ -140,7 +143,7 @@ def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
 
 
 def _narrowed(column: Floats) -> Array:
-    """Convert whole numbers to uint8 if they fit, so that they can be colors, or else to int32."""
+    """Convert whole numbers to uint8 if they fit, so that they can be colors, else to int32."""
     if not np.isfinite(column).all() or np.any(column != np.floor(column)):
         return column
     low, high = column.min(), column.max()
@@ -151,7 +154,7 @@ def _narrowed(column: Floats) -> Array:
 
 
 def _meaning_of(further: Floats) -> tuple[str, ...]:
-    """Names of three unnamed columns after x, y and z, if they look like colors or normals."""
+    """Names of three unnamed columns that have the values of colors or normals."""
     if further.shape[1] < 3:
         return ()
     if np.all((further >= 0) & (further <= 255) & (further == np.floor(further))):
@@ -164,7 +167,7 @@ def _read_las(data: Content) -> CloudFile:
     columns, stored, frame = read_las(data)
     if {*_COLORS} <= stored.keys():
         columns |= {name: stored[name] for name in _COLORS}
-        # Colors have 16 bits, but many programs fill only 8 of them.
+        # Colors in LAS have 16 bits, but many programs write only 8 bits.
         if max(int(stored[name].max(initial=0)) for name in _COLORS) <= 255:
             columns |= {name: stored[name].astype(np.uint8) for name in _COLORS}
     return _cloud_of(columns, MeshAttributes(vertex=stored, las=frame))
@@ -186,7 +189,7 @@ def _cloud_of(
 
     points = rows("xyz", np.float64)
     normals = rows(_NORMALS, np.float64) if {*_NORMALS} <= columns.keys() else None
-    if normals is not None and not normals.any():  # Gaussian splats have zeros for normals
+    if normals is not None and not normals.any():  # files of Gaussian splats have zero normals
         normals = None
     colors = None
     if {*_COLORS} <= columns.keys():
@@ -201,9 +204,9 @@ def _cloud_of(
 
 
 def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
-    """Return the shortest axis of each Gaussian splat, zero where it is hardly shorter than others.
+    """Return the shortest axis of each Gaussian splat; zero if no axis is clearly the shortest.
 
-    None without rotations (w, x, y, z) and scales. Flat splats have two scales; their axis is z.
+    None if there are no rotations (w, x, y, z) or scales. The axis of splats with two scales is z.
     """
     names = [name for name in SCALES if name in columns]
     if len(names) < 2 or not {*TURNS} <= columns.keys():
@@ -225,7 +228,7 @@ def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
 
 
 def _columns_of_rotations(turns: Floats, places: npt.NDArray[np.integer[Any]]) -> Floats:
-    """Return one column of the rotation matrix of each quaternion (w, x, y, z), of any length."""
+    """Return one column of the rotation matrix of each quaternion (w, x, y, z) of any length."""
     w, axis = turns[:, :1], turns[:, 1:]
     unit = np.eye(3)[places]
     crossed = np.cross(axis, unit)

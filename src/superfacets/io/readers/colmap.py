@@ -19,8 +19,8 @@ class _Model(NamedTuple):
 
     number: int
     n_focal: int  # focal lengths, before the principal point
-    n_distortion: int  # coefficients after that; without distortion all are 0
-    is_central: bool = True  # whether the camera is a pinhole if all coefficients are 0
+    n_distortion: int  # distortion coefficients, after the principal point
+    is_central: bool = True  # whether a camera without distortion is a pinhole camera
 
 
 _MODELS = {
@@ -40,8 +40,8 @@ _MODELS = {
 _NAMES = {model.number: name for name, model in _MODELS.items()}
 
 UNDISTORT = (
-    "only pinhole cameras are known (PINHOLE, SIMPLE_PINHOLE, and models whose distortion is 0):"
-    " undistort images and masks first, as colmap image_undistorter does"
+    "only pinhole cameras are supported (PINHOLE, SIMPLE_PINHOLE, and models whose distortion is"
+    " 0): undistort images and masks first, for example with colmap image_undistorter"
 )
 
 
@@ -61,7 +61,7 @@ def is_colmap(folder: Path) -> bool:
 
 
 def read_colmap(folder: Path) -> list[PosedImage]:
-    """Return the images of a COLMAP model, binary if there are both; a MeshError if damaged."""
+    """Return the images of a COLMAP model; if there are binary and text files, binary is read."""
     ending = _ending_of(folder) or ".bin"
     of_cameras, of_images = (folder / f"{name}{ending}" for name in ("cameras", "images"))
     with named_errors(of_cameras):
@@ -93,7 +93,7 @@ _Image = tuple[str, int, list[float]]
 
 def _camera_of(cameras: dict[int, _Camera], number: int, image: str) -> _Camera:
     if number not in cameras:
-        raise MeshError(f"image {image} has camera {number}, which is not among the cameras")
+        raise MeshError(f"image {image} has camera {number}, which the model does not have")
     return cameras[number]
 
 
@@ -101,9 +101,9 @@ def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
     """Return fx, fy, cx, cy; a MeshError if there is distortion."""
     known = _MODELS.get(model)
     if known is None or not known.is_central:
-        raise MeshError(f"camera {camera} is of model {model}: {UNDISTORT}")
+        raise MeshError(f"camera {camera} has the model {model}: {UNDISTORT}")
     if len(params) != known.n_focal + 2 + known.n_distortion:
-        raise MeshError(f"camera {camera}, {model}, has {len(params)} parameters")
+        raise MeshError(f"camera {camera}, {model}, has {len(params)} parameters: is it damaged?")
     if any(params[known.n_focal + 2 :]):
         raise MeshError(f"camera {camera}, {model}, has distortion: {UNDISTORT}")
     focal, center = params[: known.n_focal], params[known.n_focal : known.n_focal + 2]
@@ -111,7 +111,7 @@ def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
 
 
 def _pose_of(numbers: list[float]) -> Floats:
-    """Camera to world, (4, 4)."""
+    """Matrix from camera to world, (4, 4)."""
     to_camera = rotation_of(np.array(numbers[:4]) / np.linalg.norm(numbers[:4]))
     pose = np.eye(4)
     pose[:3, :3] = to_camera.T
@@ -120,7 +120,7 @@ def _pose_of(numbers: list[float]) -> Floats:
 
 
 def _lines_of(data: bytes) -> Iterator[tuple[int, str]]:
-    """Lines that are no comments, with their numbers; lines may be empty."""
+    """Yield lines that are not comments, with their numbers; lines may be empty."""
     for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
         if not line.startswith("#"):
             yield number, line.strip()
@@ -140,7 +140,7 @@ def _cameras_in_text(data: bytes) -> Iterator[tuple[int, _Camera]]:
 
 
 def _images_in_text(data: bytes) -> Iterator[_Image]:
-    """Two lines per image, of which the second, of points, may be empty."""
+    """Yield images. Each has two lines; the second line, with points, may be empty."""
     lines = _lines_of(data)
     for number, line in lines:
         words = line.split(maxsplit=9)
@@ -156,26 +156,26 @@ def _images_in_text(data: bytes) -> Iterator[_Image]:
 
 
 class _Reader:
-    """Takes little-endian numbers off the front of bytes."""
+    """Reads little-endian numbers one after the other."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._at = data, 0
 
     def take(self, form: str) -> tuple[Any, ...]:
-        """The next numbers, of a format of `struct`."""
+        """Return the next numbers, in a format of `struct`."""
         start, self._at = self._at, self._at + struct.calcsize("<" + form)
         self._check()
         return struct.unpack_from("<" + form, self._data, start)
 
     def text(self) -> str:
-        """The next text, which ends with a zero."""
+        """Return the next text, which ends with a zero byte."""
         start, end = self._at, self._data.find(b"\0", self._at)
         self._at = end + 1 if end >= 0 else len(self._data) + 1
         self._check()
         return self._data[start:end].decode("utf-8", "replace")
 
     def skip(self, n_bytes: int) -> None:
-        """Leave out some bytes."""
+        """Skip some bytes."""
         self._at += n_bytes
         self._check()
 
@@ -201,7 +201,7 @@ def _images_in_binary(data: bytes) -> Iterator[_Image]:
         _, *numbers, camera = reader.take("I7dI")
         name = reader.text()
         yield name, camera, numbers
-        reader.skip(24 * reader.take("Q")[0])  # points: x, y and the number of a 3D point
+        reader.skip(24 * reader.take("Q")[0])  # points: x, y and the id of a 3D point
 
 
 _CAMERAS = {".bin": _cameras_in_binary, ".txt": _cameras_in_text}

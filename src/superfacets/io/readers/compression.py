@@ -1,41 +1,30 @@
 """Decoders of compressed glTF buffers: meshopt and Draco.
 
-Nothing in the data is trusted: sizes are compared with what the document declares before a library
-takes memory for them.
+Sizes in the data are compared with the sizes that the document declares before a library allocates
+memory.
 """
 
 from __future__ import annotations
 
-import importlib
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 
 from ..._types import Array
-from ...errors import MeshError, MissingExtraError
+from ...errors import MeshError, import_extra
 from ..guards import shortened
 
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 DRACO = "KHR_draco_mesh_compression"
 
 _DRACO_HEADER = 11
-"""Bytes of magic word, version, kind of geometry, method and flags."""
+"""Bytes of signature, version, kind of geometry, method and flags."""
 _HAS_METADATA = 0x80  # in the upper byte of the flags
-
-
-def _imported(module: str, task: str) -> Any:
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError:
-        raise MissingExtraError(task, "compressed") from None
 
 
 def decode_meshopt(
     content: memoryview, n_rows: int, row_size: int, mode: str, filter: str
 ) -> memoryview:
-    """The rows, or vertex indices, of a buffer view that meshopt compresses."""
-    library = _imported("meshopt", "reading of glTF that meshopt compresses")
+    """Decode the rows, or vertex indices, of a buffer view that is compressed by meshopt."""
+    library = import_extra("meshopt", "reading glTF that is compressed by meshopt", "compressed")
     if not n_rows:
         return memoryview(b"")
     try:
@@ -45,17 +34,12 @@ def decode_meshopt(
     return np.ascontiguousarray(rows).view(np.uint8).reshape(-1).data
 
 
-@dataclass(frozen=True, eq=False)
-class DracoMesh:
-    """A decoded mesh of Draco."""
+def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, dict[int, Array]]:
+    """Decode a mesh to corners, (3F,) uint32, and attributes, (V, n), by id.
 
-    corners: Array  # (3F,) uint32
-    attributes: dict[int, Array]  # (V, n) by id
-
-
-def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> DracoMesh:
-    """Decode a mesh; a MeshError if it has other numbers of faces and vertices than declared."""
-    library = _imported("DracoPy", "reading of glTF that Draco compresses")
+    A MeshError if the numbers of faces and vertices are not as declared.
+    """
+    library = import_extra("DracoPy", "reading glTF that is compressed by Draco", "compressed")
     _check_draco_size(content, n_faces, n_vertices)
     try:
         mesh = library.decode(content)
@@ -64,17 +48,14 @@ def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> DracoMesh:
     except Exception as error:  # of several classes
         raise MeshError(f"the Draco data is damaged: {shortened(str(error))}") from None
     if len(corners) != 3 * n_faces or any(len(rows) != n_vertices for rows in found.values()):
-        raise MeshError("broken glTF: Draco data holds another mesh than declared")
-    return DracoMesh(corners, found)
+        raise MeshError("broken glTF: the mesh in the Draco data is not as declared")
+    return corners, found
 
 
 def _check_draco_size(content: bytes, n_faces: int, n_vertices: int) -> None:
-    """Raise a MeshError if the header has other numbers than declared.
-
-    A few bytes can stand for any number of equal faces.
-    """
+    """Raise a MeshError if the header has other counts: decoding could need too much memory."""
     if content[:5] != b"DRACO" or content[5:8] != b"\x02\x02\x01" or len(content) < _DRACO_HEADER:
-        raise MeshError("the Draco data is damaged, or of another version than 2.2")
+        raise MeshError("the Draco data is damaged, or its version is not 2.2")
     try:
         place = _DRACO_HEADER
         if content[10] & _HAS_METADATA:
@@ -83,7 +64,7 @@ def _check_draco_size(content: bytes, n_faces: int, n_vertices: int) -> None:
         one, place = _varint(content, place + (not is_sequential))  # after the kind of traversal
         other, _ = _varint(content, place)
     except IndexError:
-        raise MeshError("the Draco data is cut") from None
+        raise MeshError("the Draco data is truncated") from None
     faces, vertices = (one, other) if is_sequential else (other, one)
     if faces != n_faces or vertices > n_vertices:
         raise MeshError(
@@ -93,7 +74,7 @@ def _check_draco_size(content: bytes, n_faces: int, n_vertices: int) -> None:
 
 
 def _after_metadata(content: bytes, place: int) -> int:
-    """Where metadata ends: an element for each of some attributes, and one for the mesh."""
+    """Offset after the metadata: elements of some attributes, and one element of the mesh."""
     n_attributes, place = _varint(content, place)
     for _ in range(n_attributes):
         _, place = _varint(content, place)
@@ -102,7 +83,7 @@ def _after_metadata(content: bytes, place: int) -> int:
 
 
 def _after_elements(content: bytes, place: int) -> int:
-    """Where an element ends: names with values, and then names with elements of their own."""
+    """Offset after an element: names with values, then names with nested elements."""
     n_left = 1
     while n_left:
         n_left -= 1
@@ -118,7 +99,7 @@ def _after_elements(content: bytes, place: int) -> int:
 
 
 def _varint(content: bytes, place: int) -> tuple[int, int]:
-    """An integer in groups of seven bits, the lowest first, and where it ends."""
+    """An integer in groups of seven bits, lowest group first, and the offset after it."""
     value = 0
     for shift in range(0, 64, 7):
         byte = content[place]

@@ -1,14 +1,9 @@
-"""E57: pye57 reads the scans of a file, which are moved to their poses and joined to one cloud."""
+"""E57: pye57 reads the scans of a file; the scans are moved to their poses and form one cloud."""
 
 from __future__ import annotations
 
-import contextlib
-import os
 import re
 import struct
-from collections.abc import Iterator
-from pathlib import Path
-from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +12,7 @@ from ..._types import Array, Floats, Ints, Singles
 from ...errors import MeshError, import_extra, reason_of
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..guards import Content, counted, rotation_of, shortened
+from ..guards import Content, counted, rotation_of, shortened, temporary_file
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -28,15 +23,14 @@ _KINDS = {
     **dict.fromkeys((*_COLORS, "intensity"), np.float32),
     **dict.fromkeys(("cartesianInvalidState", "sphericalInvalidState"), np.int8),
 }
-"""Type that each field of a point is converted to; other fields are not read."""
-
+"""NumPy's type of each field of a point; other fields are not read."""
 
 _AT_REST = np.concatenate([np.zeros((1, 3)), np.eye(3)])
-"""The scanner and its unit steps, before they are moved."""
+"""Position of the scanner and its unit vectors, before the pose is applied."""
 
 _PAGE = 1024
 _CHECKSUM = 4
-"""Bytes of a page of the file, and of the checksum at the end of each page."""
+"""Bytes per page of the file, and bytes of the checksum at the end of each page."""
 
 
 class _Scan(NamedTuple):
@@ -46,19 +40,19 @@ class _Scan(NamedTuple):
     colors: Singles | None  # (n, 3), 0 to 1
     intensity: Singles | None  # (n,)
     records: Ints  # (n,) index of each point's record in the scan, from 0
-    frame: Floats | None  # (4, 3) the scanner, and its unit steps, in their pose; None without pose
+    frame: Floats | None  # (4, 3) `_AT_REST` in the pose of the scan; None if there is no pose
 
 
 def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     """Read the points of all scans, in order, without points that are declared invalid.
 
-    An invalid point has no position; most scans on a grid have some. The attributes ``scan`` and
-    ``record`` are the index of a point's scan and of its record in that scan. Colors and
-    intensities are kept only if all scans have them, viewpoints only if all have poses.
+    An invalid point has no position; most scans on a grid have such points. The attributes ``scan``
+    and ``record`` are the index of a point's scan and of its record in that scan. Colors and
+    intensities are kept only if all scans have them, and viewpoints only if all scans have poses.
     """
     pye57 = import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)
-    with _file_of(data) as path:
+    with temporary_file(data, "scans.e57") as path:
         try:
             with pye57.E57(path) as file:
                 scans = [_read_scan(pye57, file, i, len(data)) for i in range(file.scan_count)]
@@ -72,10 +66,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _check_description(data: Content) -> None:
-    """Raise a MeshError if the XML has a DOCTYPE: libE57 expands entities without limit.
-
-    E57 allows no document types and no encoding but UTF-8. libE57 itself finds all other errors.
-    """
+    """Raise a MeshError if the XML has a DOCTYPE, as libE57 would expand entities without limit."""
     begin, n_bytes = struct.unpack_from("<QQ", data[24:40].ljust(16, b"\0"))
     at = begin // _PAGE * _PAGE
     n_pages = n_bytes // (_PAGE - _CHECKSUM) + 3
@@ -88,25 +79,6 @@ def _check_description(data: Content) -> None:
     is_utf_8 = not declared or declared[1].lower() == b"utf-8"
     if not re.match(rb"<[^\0]", text) or not is_utf_8 or b"<!DOCTYPE" in text:
         raise MeshError("the E57 file cannot be read: expected XML in UTF-8 without document type")
-
-
-@contextlib.contextmanager
-def _file_of(data: Content) -> Iterator[str]:
-    """Yield the name of a temporary file with this content.
-
-    On POSIX systems the file has no name in a folder and is opened by its descriptor, so a process
-    that is killed leaves nothing behind.
-    """
-    if os.name == "posix":
-        with TemporaryFile() as file:
-            file.write(data)
-            file.flush()
-            yield f"/dev/fd/{file.fileno()}"
-    else:
-        with TemporaryDirectory(prefix="superfacets-") as folder:
-            path = Path(folder, "scans.e57")
-            path.write_bytes(data)
-            yield str(path)
 
 
 def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
@@ -126,9 +98,9 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
-    """Position of the scanner (3,), or (N, 3) of each point; None if any is unknown."""
+    """Position of the scanner (3,), or (N, 3) for each point; None if a position is unknown."""
     found = [scan.frame for scan in scans if scan.frame is not None]
-    # Merged clouds often have a pose that moves nothing: the origin is then no scanner.
+    # Merged clouds often have an identity pose; the origin is not the scanner then.
     if len(found) < len(scans) or np.array_equal(found, [_AT_REST] * len(scans)):
         return None
     if len(found) == 1:
@@ -141,7 +113,7 @@ def _read_scan(pye57: Any, file: Any, place: int, n_bytes: int) -> _Scan:
     header = file.get_header(place)
     axes = next((axes for axes in (_CARTESIAN, _SPHERICAL) if _has(header, axes)), None)
     if axes is None:
-        raise MeshError(f"scan {place} has no coordinates of points")
+        raise MeshError(f"the points of scan {place} have no coordinates")
     columns = _read_columns(pye57, file, place, n_bytes)
     states = columns.get("cartesianInvalidState" if axes == _CARTESIAN else "sphericalInvalidState")
     records = np.arange(len(columns[axes[0]]), dtype=np.int32)
@@ -162,7 +134,7 @@ def _has(header: Any, names: tuple[str, ...]) -> bool:
 
 
 def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, Array]:
-    """Read the fields of a scan that `_KINDS` lists, one number per record."""
+    """Read the fields in `_KINDS` of a scan, one number per record."""
     header = file.get_header(place)
     n_records = header.point_count
     if n_records > 8 * n_bytes:  # points in different places take at least one bit each
@@ -185,7 +157,7 @@ def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, 
 
 
 def _from_spherical(points: Floats) -> Floats:
-    """Positions from range, azimuth and elevation; angles in radians."""
+    """Positions from range, azimuth and elevation (radians)."""
     range_, azimuth, elevation = points.T
     across = range_ * np.cos(elevation)
     return np.column_stack(
@@ -210,7 +182,7 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
 
 
 def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:
-    """Scale colors to 0 to 1 by their declared limits; None if a range is empty or infinite."""
+    """Scale colors to [0, 1] by their declared limits; None if a range is empty or infinite."""
     shades = np.empty((len(columns[_COLORS[0]]), 3), np.float32)
     for place, name in enumerate(_COLORS):
         low, high = _limits_of(pye57, header, name)
@@ -221,7 +193,7 @@ def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | 
 
 
 def _limits_of(pye57: Any, header: Any, name: str) -> tuple[float, float]:
-    """Smallest and largest value of a color: limits of the scan, or else of the stored field."""
+    """Smallest and largest value of a color: limits of the scan, else of the stored field."""
     if header.node.isDefined("colorLimits"):
         limits = header.node["colorLimits"]
         return _number_in(limits[f"{name}Minimum"]), _number_in(limits[f"{name}Maximum"])

@@ -11,14 +11,7 @@ import numpy as np
 from ..._types import Array, Floats
 from ..._validate import MAX_CELLS
 from ...errors import MeshError
-from ..guards import (
-    MAX_GROWTH,
-    Content,
-    TriangleArrays,
-    as_doubles,
-    most_bytes_of,
-    named_errors,
-)
+from ..guards import MAX_GROWTH, Content, TriangleArrays, as_doubles, most_bytes_of, named_errors
 from .compression import DRACO, decode_draco
 from .gltf_file import (
     COMPONENTS,
@@ -37,36 +30,32 @@ TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 
-def read_gltf(
-    data: Content, folder: Path | None, placement: Floats | None = None
-) -> TriangleArrays:
-    """Vertices and faces of the default scene of a .gltf or .glb file that is stored in `folder`.
-
-    Copies of meshes are ordered by the index of the mesh in the file, then by the order of the
-    nodes in the scene. Each copy is moved by the matrix of its node. Primitives of one mesh that
-    use the same positions share vertices. Lines and points are skipped. If `folder` is None,
-    buffers in other files are refused. `placement` is a matrix that moves the whole scene.
-    """
-    return read_scene(open_scene(data, folder, placement))
-
-
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A glTF document, and the meshes that its default scene shows, in their order."""
+    """A glTF document, and the meshes of its default scene, by index in the file."""
 
     gltf: Gltf
     visits: list[tuple[int, Floats]]  # mesh and global matrix of each node
 
 
 def open_scene(data: Content, folder: Path | None, placement: Floats | None = None) -> Scene:
-    """Parse a file, and find the nodes of its scene."""
+    """Parse a .gltf or .glb file in `folder`, and find the meshes of its default scene.
+
+    If `folder` is None, buffers in other files are refused. `placement` is a matrix that moves the
+    whole scene.
+    """
     gltf = open_gltf(data, folder)
     start = np.eye(4) if placement is None else placement
     return Scene(gltf, sorted(_visit_nodes(gltf, start), key=lambda visit: visit[0]))
 
 
 def read_scene(scene: Scene) -> TriangleArrays:
-    """Vertices and faces of a scene; see `read_gltf`."""
+    """Return vertices and faces of a scene.
+
+    Copies of meshes are ordered by the index of the mesh in the file, then by the order of the
+    nodes in the scene. Each copy is moved by the matrix of its node. Primitives of one mesh that
+    use the same positions share vertices. Lines and points are skipped.
+    """
     gltf, visits = scene.gltf, scene.visits
     shown = sorted({index for index, _ in visits})
     sizes = {index: _mesh_size(gltf, index) for index in shown}
@@ -76,7 +65,7 @@ def read_scene(scene: Scene) -> TriangleArrays:
 
 
 def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
-    """Numbers of vertices and faces of a mesh, found without copying arrays."""
+    """Numbers of vertices and faces of a mesh, without copies of arrays."""
     n_vertices = {}  # by accessor of the positions
     n_corners = 0
     for primitive in triangle_primitives(gltf, index):
@@ -91,48 +80,43 @@ def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
 
 
 def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
-    """Raise a MeshError if the scene shows no triangles, or more than the file size allows.
-
-    A node or a primitive takes only a few bytes, and can repeat a mesh of any size.
-    """
+    """Raise a MeshError if the scene has no triangles, or too many copies for the file size."""
     n_vertices, n_faces = (sum(size[i] for size in sizes) for i in range(2))
     if n_faces == 0:
         raise MeshError("the scene of the glTF file shows no triangles")
     if max(n_faces, n_vertices) > MAX_CELLS:
         raise MeshError(
-            f"the scene shows {n_faces} faces and {n_vertices} vertices;"
+            f"the scene has {n_faces} faces and {n_vertices} vertices;"
             f" at most {MAX_CELLS} are supported"
         )
     n_bytes = BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * n_faces
     if n_bytes > most_bytes_of(gltf.n_bytes):
         raise MeshError(
-            f"the scene repeats its meshes up to {n_faces} faces, {n_bytes // gltf.n_bytes} times"
-            f" the size of its files; at most {MAX_GROWTH} times is read: save each copy once"
+            f"copies of meshes make {n_faces} faces, {n_bytes // gltf.n_bytes} times the size of"
+            f" the files; at most {MAX_GROWTH} times is allowed: save the scene without copies"
         )
 
 
 def _join(parts: list[TriangleArrays]) -> TriangleArrays:
-    """Join several meshes to one."""
-    sizes = [len(positions) for positions, _ in parts]
-    first_vertices = np.cumsum(sizes) - sizes
-    faces = [
-        _moved_on(faces, int(first))
-        for (_, faces), first in zip(parts, first_vertices, strict=True)
-    ]
+    """Join meshes to one."""
+    faces, n_vertices = [], 0
+    for positions, part in parts:
+        faces.append(_shifted(part, n_vertices))
+        n_vertices += len(positions)
     return _concatenated([positions for positions, _ in parts]), _concatenated(faces)
 
 
-def _moved_on(faces: Array, first_vertex: int) -> Array:
+def _shifted(faces: Array, first_vertex: int) -> Array:
     return faces + np.int64(first_vertex) if first_vertex else faces
 
 
 def _concatenated(parts: list[Array]) -> Array:
-    """Concatenate arrays; a single array is returned without a copy."""
+    """Concatenate arrays; a single array is not copied."""
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _visit_nodes(gltf: Gltf, start: Floats) -> list[tuple[int, Floats]]:
-    """Mesh and global matrix of each node of the scene that shows a mesh, depth first."""
+    """Mesh and global matrix of each node with a mesh, depth first."""
     scene = gltf.item("scenes", gltf.document.get("scene", 0))
     stack = [(root, start) for root in reversed(_indices(scene, "nodes"))]
     seen: set[int] = set()
@@ -141,7 +125,7 @@ def _visit_nodes(gltf: Gltf, start: Floats) -> list[tuple[int, Floats]]:
         index, above = stack.pop()
         node = gltf.item("nodes", index)
         if index in seen:
-            raise MeshError(f"broken glTF: nodes[{index}] has two parents, or is its own ancestor")
+            raise MeshError(f"broken glTF: nodes[{index}] has two parents or is its own ancestor")
         seen.add(index)
         matrix = product(above, _local_matrix(node))
         if "mesh" in node:
@@ -159,14 +143,14 @@ def _indices(item: dict[str, Any], key: str) -> list[Any]:
 
 
 def product(left: Floats, right: Floats) -> Floats:
-    """Matrix product in a fixed order of additions, so that every machine rounds alike."""
-    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses the result
+    """Matrix product with a fixed order of additions, so that all machines round equally."""
+    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
         result: Floats = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
     return result
 
 
 def _local_matrix(node: dict[str, Any]) -> Floats:
-    """Matrix of a node: stored by columns, or made of translation, rotation and scale."""
+    """Matrix of a node: stored column by column, or made of translation, rotation and scale."""
     if "matrix" in node:
         return numbers(node, "matrix", [0.0] * 16).reshape(4, 4).T
     matrix = np.eye(4)
@@ -177,7 +161,7 @@ def _local_matrix(node: dict[str, Any]) -> Floats:
 
 
 def _rotation(quaternion: Floats) -> Floats:
-    """Rotation matrix of a quaternion (x, y, z, w) of any length except 0."""
+    """Rotation matrix of a quaternion (x, y, z, w) of any length but 0."""
     length = np.abs(quaternion).max()
     if length == 0:
         raise MeshError("broken glTF: a rotation is zero")
@@ -205,14 +189,14 @@ def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
             first_vertices[accessor] = n_vertices
             n_vertices += len(positions[accessor])
         corners = read_corners(gltf, primitive, len(positions[accessor]))
-        faces.append(_moved_on(corners.reshape(-1, 3), first_vertices[accessor]))
+        faces.append(_shifted(corners.reshape(-1, 3), first_vertices[accessor]))
     if not faces:
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
     return _concatenated(list(positions.values())), _concatenated(faces)
 
 
 def triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
-    """The primitives of a mesh, without lines and points; a MeshError for strips and fans."""
+    """Return the primitives of a mesh without lines and points; a MeshError for strips and fans."""
     primitives = items(gltf.item("meshes", index), "primitives")
     found = [primitive for primitive in primitives if _has_triangles(primitive)]
     for primitive in found:
@@ -221,7 +205,7 @@ def triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
 
 
 def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
-    """Decode the accessors that exist in compressed form only, for `read_accessor`."""
+    """Decode accessors that exist only in compressed form, for `read_accessor`."""
     extensions = primitive.get("extensions")
     packed = extensions.get(DRACO) if isinstance(extensions, dict) else None
     if not isinstance(packed, dict):
@@ -238,31 +222,32 @@ def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
     n_corners = whole(gltf.item("accessors", primitive["indices"]), "count")
     gltf.take(BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * (n_corners // 3), f"meshes[{mesh}]")
     with named_errors(f"meshes[{mesh}]"):
-        found = decode_draco(bytes(view_content(gltf, view)), n_corners // 3, n_vertices)
-        _keep_rows(gltf, primitive["indices"], view, found.corners, of_any_type=True)
+        content = bytes(view_content(gltf, view))
+        corners, attributes = decode_draco(content, n_corners // 3, n_vertices)
+        _keep_rows(gltf, primitive["indices"], view, corners, of_any_type=True)
         for name in ids:
             if name in primitive["attributes"] and name.startswith(("POSITION", "TEXCOORD")):
-                rows = found.attributes.get(whole(ids, name))
+                rows = attributes.get(whole(ids, name))
                 _keep_rows(gltf, primitive["attributes"][name], view, rows)
 
 
 def _keep_rows(
     gltf: Gltf, index: int, view: int, rows: Array | None, *, of_any_type: bool = False
 ) -> None:
-    """Keep decoded rows for an accessor; a MeshError if it declares others."""
+    """Store decoded rows for an accessor; a MeshError if they are not as declared."""
     accessor = gltf.item("accessors", index)
     dtype = COMPONENTS.get(whole(accessor, "componentType"))
     width = WIDTHS.get(str(accessor.get("type")))
     is_fitting = rows is not None and (1 if rows.ndim == 1 else rows.shape[1]) == width
     if rows is None or not is_fitting or not (of_any_type or rows.dtype == dtype):
-        raise MeshError(f"the Draco data has nothing that suits accessors[{index}]")
+        raise MeshError(f"the Draco data has no rows as accessors[{index}] declares")
     if gltf.unpacked.get(index, (view,))[0] != view:
-        raise MeshError(f"accessors[{index}] belongs to two meshes of Draco")
+        raise MeshError(f"accessors[{index}] belongs to two Draco meshes")
     gltf.unpacked[index] = view, rows
 
 
 def positions_of(primitive: dict[str, Any], index: int) -> int:
-    """The accessor of the positions of a primitive of mesh `index`."""
+    """Return the accessor of the positions of a primitive of mesh `index`."""
     attributes = primitive.get("attributes")
     accessor = attributes.get("POSITION") if isinstance(attributes, dict) else None
     if type(accessor) is not int:
@@ -273,12 +258,12 @@ def positions_of(primitive: dict[str, Any], index: int) -> int:
 def _has_triangles(primitive: dict[str, Any]) -> bool:
     mode = whole(primitive, "mode", TRIANGLES)
     if mode in (TRIANGLE_STRIP, TRIANGLE_FAN):
-        raise MeshError("the glTF file holds triangle strips or fans, which are not supported")
+        raise MeshError("the glTF file has triangle strips or fans, which are not supported")
     return mode == TRIANGLES
 
 
 def _read_positions(gltf: Gltf, index: int) -> Floats:
-    """Positions as (V, 3); quantized integers (KHR_mesh_quantization) are scaled."""
+    """Positions, (V, 3); quantized integers (KHR_mesh_quantization) are scaled."""
     stored = read_accessor(gltf, index, "VEC3")
     positions = as_doubles(stored)
     if stored.dtype.kind == "f" or gltf.item("accessors", index).get("normalized") is not True:
@@ -287,7 +272,7 @@ def _read_positions(gltf: Gltf, index: int) -> Floats:
 
 
 def read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Array:
-    """Vertex index of each corner, flat; 0, 1, 2, ... if the primitive has no indices."""
+    """Return the vertex of each corner, flat: 0, 1, 2, ... if the primitive has no indices."""
     if "indices" in primitive:
         stored = read_accessor(gltf, primitive["indices"], "SCALAR")
         if stored.dtype.kind != "u":
@@ -297,7 +282,7 @@ def read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Arra
     else:
         corners = np.arange(n_vertices)
     if len(corners) % 3:
-        raise MeshError(f"broken glTF: {len(corners)} corners do not make triangles")
+        raise MeshError(f"broken glTF: {len(corners)} corners are not a multiple of 3")
     if len(corners) and corners.max() >= n_vertices:
         raise MeshError(
             f"a face refers to vertex {corners.max()} but its primitive has {n_vertices} vertices"
@@ -306,16 +291,16 @@ def read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Arra
 
 
 def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
-    """Move a mesh by a matrix; if the matrix mirrors, faces are flipped to keep facing outward."""
+    """Transform a mesh; if the matrix mirrors, faces are reversed so that they face outward."""
     if np.array_equal(matrix, np.eye(4)):
         return positions, faces
-    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses the result
+    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
         moved = (positions[:, np.newaxis, :] * matrix[:3, :3]).sum(axis=2) + matrix[:3, 3]
     return moved, faces[:, [0, 2, 1]] if is_mirrored(matrix) else faces
 
 
 def is_mirrored(matrix: Floats) -> bool:
-    """Whether a matrix turns the outside of a surface in."""
+    """Whether a matrix mirrors, so that the outside of a surface becomes the inside."""
     axes = matrix[:3, :3]
     with np.errstate(over="ignore", invalid="ignore"):
         return float((np.cross(axes[0], axes[1]) * axes[2]).sum()) < 0

@@ -1,7 +1,7 @@
-"""The container of glTF: its JSON document, its buffers, and the arrays that accessors describe.
+"""The container of glTF: its JSON document, its buffers, and the arrays of its accessors.
 
-Nothing in the document is trusted: indices, sizes and strides are checked against the bytes that
-are there before numpy sees them.
+Indices, sizes and strides of the document are compared with the size of the buffers before numpy
+uses them.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ import numpy as np
 from ..._types import Array, Floats
 from ...errors import MeshError
 from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors, read_content
-from ..textures import file_beside
+from ..images import file_beside
 from .compression import MESHOPT, decode_meshopt
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
-"""Numbers per row, by accessor type: for vertex indices, texture coordinates and positions."""
+"""Numbers per row by accessor type: vertex indices, texture coordinates and positions."""
 
 LARGEST = sys.float_info.max
 
 CHUNK_JSON, CHUNK_BINARY = 0x4E4F534A, 0x004E4942
 
 UNSUPPORTED = ("EXT_mesh_gpu_instancing",)
-"""Extensions that are refused where a file requires them."""
+"""Extensions that are refused if a file requires them."""
 
 
 @dataclass(eq=False)
@@ -46,11 +46,11 @@ class Gltf:
     n_bytes: int  # size of the file and of the files that it refers to, each counted once
     unpacked_views: dict[int, memoryview] = field(default_factory=dict)  # decompressed, by index
     unpacked: dict[int, tuple[int, Array]] = field(default_factory=dict)
-    """View of the Draco data, and rows, by index of the accessor that they belong to."""
-    n_unpacked: int = 0  # bytes of all that
+    """View of the Draco data, and decoded rows, by index of the accessor."""
+    n_unpacked: int = 0  # total bytes of decompressed views and rows
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
-        """Object `index` in the list `kind` of the document; a MeshError if there is none."""
+        """Return object `index` of the list `kind` in the document; a MeshError if missing."""
         listed = self.document.get(kind)
         found = listed if isinstance(listed, list) else []
         item = found[index] if type(index) is int and 0 <= index < len(found) else None
@@ -59,17 +59,17 @@ class Gltf:
         return item
 
     def take(self, n_bytes: int, name: str) -> None:
-        """Count bytes that are to be decompressed; a MeshError if they are too many."""
+        """Add to the number of decompressed bytes; a MeshError if there are too many."""
         self.n_unpacked += n_bytes
         if self.n_unpacked > most_bytes_of(self.n_bytes):
             raise MeshError(
-                f"{name} and what is before it decompress to more than {MAX_GROWTH}"
-                " times the size of the files"
+                f"the arrays up to {name} decompress to more than {MAX_GROWTH} times the size of"
+                " the files"
             )
 
 
 def open_gltf(data: Content, folder: Path | None) -> Gltf:
-    """Parse a .glb or .gltf file, and load its buffers."""
+    """Parse a .glb or .gltf file, and read its buffers."""
     text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
     document = parsed_json(text, "glTF file")
     if not isinstance(document.get("asset"), dict):
@@ -87,7 +87,7 @@ def open_gltf(data: Content, folder: Path | None) -> Gltf:
 
 
 def parsed_json(text: bytes, what: str) -> dict[str, Any]:
-    """A JSON object; a MeshError that says `what` it is not."""
+    """Parse a JSON object; `what` describes its file in the MeshError if the text is damaged."""
     try:
         found = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
@@ -103,7 +103,7 @@ def _refuse_constant(name: str) -> NoReturn:
 def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
     """The JSON and the binary chunk of a GLB."""
     if len(data) < 20:
-        raise MeshError(f"the GLB file is cut: it has only {len(data)} bytes")
+        raise MeshError(f"the GLB file is truncated: it has only {len(data)} bytes")
     version, size, json_size, kind = struct.unpack_from("<4I", data, 4)
     if version != 2:
         raise MeshError(f"GLB version {version} is not supported, only 2 is")
@@ -111,11 +111,11 @@ def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
         raise MeshError(f"the GLB file declares {size} bytes but has {len(data)}: is it damaged?")
     json_end = 20 + json_size
     if kind != CHUNK_JSON or json_end > len(data):
-        raise MeshError("broken GLB: it does not begin with a whole JSON chunk")
+        raise MeshError("broken GLB: it does not begin with a complete JSON chunk")
     binary = memoryview(b"")
     if json_end < len(data):
         if json_end + 8 > len(data):
-            raise MeshError("broken GLB: the header of its second chunk is cut")
+            raise MeshError("broken GLB: the header of its second chunk is truncated")
         binary_size, kind = struct.unpack_from("<2I", data, json_end)
         if json_end + 8 + binary_size > len(data):
             raise MeshError("broken GLB: its second chunk is longer than the file")
@@ -125,7 +125,7 @@ def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
 
 
 def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
-    """The list of objects under `key` of a JSON object; empty if the key is missing."""
+    """Return the list of objects at `key` of a JSON object; empty if the key is missing."""
     values = item.get(key, [])
     if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
         raise MeshError(f"broken glTF: {key} is not a list of objects")
@@ -133,7 +133,7 @@ def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
 
 
 def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
-    """The integer >= 0 under `key` of a JSON object; a MeshError if it is anything else."""
+    """Return the integer >= 0 at `key` of a JSON object; a MeshError for any other value."""
     value = item.get(key, default)
     if type(value) is not int or value < 0:
         raise MeshError(f"broken glTF: {key} is {reprlib.repr(value)}")
@@ -141,7 +141,7 @@ def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
 
 
 def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
-    """The list under `key` of a JSON object: finite numbers, as many as `default` has."""
+    """Return the list of finite numbers at `key` of a JSON object, of the length of `default`."""
     values = item.get(key, default)
     is_list = isinstance(values, list) and len(values) == len(default)
     if not is_list or not all(type(value) in (int, float) for value in values):
@@ -152,7 +152,7 @@ def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
 
 
 def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
-    """The (n,) or (n, 3) array that an accessor of type `kind` describes, as it is stored."""
+    """Return the stored (n,), (n, 2) or (n, 3) array of an accessor of type `kind`."""
     accessor = gltf.item("accessors", index)
     where = f"accessors[{index}]"
     if accessor.get("type") != kind or whole(accessor, "componentType") not in COMPONENTS:
@@ -160,7 +160,7 @@ def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
     if type(index) is int and index in gltf.unpacked:
         return gltf.unpacked[index][1]
     if "sparse" in accessor or "bufferView" not in accessor:
-        raise MeshError(f"{where} is sparse or has no buffer view, which is not supported")
+        raise MeshError(f"{where} is sparse or has no buffer view: this is not supported")
     dtype = np.dtype(COMPONENTS[accessor["componentType"]])
     n_rows = whole(accessor, "count")
     view = gltf.item("bufferViews", accessor["bufferView"])
@@ -169,7 +169,7 @@ def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
     row_size = dtype.itemsize * WIDTHS[kind]
     stride = whole(view, "byteStride", row_size)
     if stride < row_size:
-        raise MeshError(f"broken glTF: {where} has rows that overlap")
+        raise MeshError(f"broken glTF: the rows of {where} overlap")
     if n_rows and begin + stride * (n_rows - 1) + row_size > len(content):
         raise MeshError(
             f"broken glTF: {where} is longer than its buffer view: the file may be truncated"
@@ -182,10 +182,11 @@ def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
 
 
 def view_content(gltf: Gltf, index: int) -> memoryview:
-    """The bytes of a buffer view; decompressed, if it has no other content."""
+    """Return the bytes of a buffer view, decompressed if there is no uncompressed copy."""
     view = gltf.item("bufferViews", index)
     packed = _meshopt_of(view)
-    if packed is None or _has_content(gltf, view):
+    gltf.item("buffers", view.get("buffer"))
+    if packed is None or len(gltf.buffers[view["buffer"]]):
         return _range(gltf, view)
     if index not in gltf.unpacked_views:
         gltf.unpacked_views[index] = _unpacked_view(gltf, index, packed)
@@ -193,16 +194,10 @@ def view_content(gltf: Gltf, index: int) -> memoryview:
 
 
 def _meshopt_of(item: dict[str, Any]) -> dict[str, Any] | None:
-    """What says that a buffer, or a view of one, is compressed by meshopt; None if nothing does."""
+    """Return the meshopt extension of a buffer or a buffer view; None if there is none."""
     extensions = item.get("extensions")
     named = extensions if isinstance(extensions, dict) else {}
     return next((named[name] for name in MESHOPT if isinstance(named.get(name), dict)), None)
-
-
-def _has_content(gltf: Gltf, view: dict[str, Any]) -> bool:
-    """Whether a compressed view is also there uncompressed, for readers without a decoder."""
-    gltf.item("buffers", view.get("buffer"))
-    return len(gltf.buffers[view["buffer"]]) > 0
 
 
 def _unpacked_view(gltf: Gltf, index: int, packed: dict[str, Any]) -> memoryview:
@@ -210,14 +205,14 @@ def _unpacked_view(gltf: Gltf, index: int, packed: dict[str, Any]) -> memoryview
     gltf.take(n_rows * row_size, f"bufferViews[{index}]")
     mode, filter = packed.get("mode"), packed.get("filter", "NONE")
     if not isinstance(mode, str) or not isinstance(filter, str):
-        raise MeshError(f"broken glTF: bufferViews[{index}] has no known mode of compression")
+        raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown mode of compression")
     content = _range(gltf, packed)
     with named_errors(f"bufferViews[{index}]"):
         return decode_meshopt(content, n_rows, row_size, mode, filter)
 
 
 def _range(gltf: Gltf, view: dict[str, Any]) -> memoryview:
-    """The part of a buffer that a view names."""
+    """The part of a buffer in a view."""
     gltf.item("buffers", view.get("buffer"))
     buffer = gltf.buffers[view["buffer"]]
     begin, size = whole(view, "byteOffset", 0), whole(view, "byteLength")
@@ -256,7 +251,7 @@ def _read_buffers(
 
 
 def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> memoryview:
-    """Bytes of a data URI, or of a file beside the document; `files` caches files by path."""
+    """Read a data URI, or a file beside the document; `files` caches files by path."""
     shown = reprlib.repr(address)
     if address.startswith("data:"):
         return memoryview(decoded(address))
@@ -272,7 +267,7 @@ def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> 
 
 
 def decoded(address: str) -> bytes:
-    """The bytes of a data URI."""
+    """Return the bytes of a data URI."""
     _, marker, encoded = address.partition(";base64,")
     try:
         return base64.b64decode(encoded if marker else "*", validate=True)
@@ -281,5 +276,5 @@ def decoded(address: str) -> bytes:
 
 
 def file_at(address: str, folder: Path | None) -> Path | None:
-    """The file that a relative URI names; None if it is not in the folder or below it."""
+    """Return the file at a relative URI; None if it is not in the folder or below it."""
     return file_beside(unquote(address, errors="strict"), folder)

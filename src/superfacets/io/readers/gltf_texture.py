@@ -13,26 +13,17 @@ import numpy as np
 from ..._types import Array, Floats, Ints
 from ...errors import MeshError
 from ..attributes import MeshAttributes
-from ..guards import Content, TriangleArrays, as_doubles, most_bytes_of
-from ..textures import (
+from ..guards import as_doubles, most_bytes_of
+from ..images import (
     ENDING_OF_IMAGE,
-    Material,
-    MaterialSource,
-    Texture,
+    UNKNOWN,
     TextureImage,
     image_beside,
     kind_of_image,
     problems_of,
 )
-from .gltf import (
-    Scene,
-    is_mirrored,
-    open_scene,
-    positions_of,
-    read_corners,
-    read_scene,
-    triangle_primitives,
-)
+from ..textures import Material, MaterialSource, Texture, with_textures
+from .gltf import Scene, is_mirrored, positions_of, read_corners, triangle_primitives
 from .gltf_file import Gltf, decoded, numbers, read_accessor, view_content, whole
 
 WRAP_OF_CODE = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
@@ -41,26 +32,19 @@ _TRANSFORM = "KHR_texture_transform"
 _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
-def read_gltf_with_attributes(
-    data: Content, folder: Path | None, placement: Floats | None = None
-) -> tuple[TriangleArrays, MeshAttributes]:
-    """Vertices and faces of a scene, and its texture; images must be in `folder` or below it.
-
-    A texture that is damaged is left out, and the mesh is read without it.
-    """
-    scene = open_scene(data, folder, placement)
-    arrays = read_scene(scene)
+def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:
+    """Return the texture of a scene, unless it is damaged; images are in `folder` or below it."""
     reader = _Reader(scene.gltf, folder)
     try:
         texture = reader.texture(scene)
     except MeshError as error:
-        return arrays, MeshAttributes(left_out=(f"texture: {error}",))
-    return arrays, MeshAttributes(left_out=(*reader.left_out,), texture=texture)
+        return MeshAttributes(left_out=(f"texture: {error}",))
+    return MeshAttributes(left_out=(*reader.left_out,), texture=texture)
 
 
 @dataclass(frozen=True)
 class _Use:
-    """How a material uses a texture: the set of coordinates, and their affine map."""
+    """The coordinates that a material uses: their set, and their affine map."""
 
     coordinates: int = 0
     offset: tuple[float, ...] = (0.0, 0.0)
@@ -68,11 +52,11 @@ class _Use:
     scale: tuple[float, ...] = (1.0, 1.0)
 
     def moved(self, pairs: Floats) -> Floats:
-        """Coordinates of the image, v down."""
+        """Map pairs to coordinates of the image, v down."""
         if (self.offset, self.rotation, self.scale) == ((0.0, 0.0), 0.0, (1.0, 1.0)):
             return pairs
         cosine, sine = np.cos(self.rotation), np.sin(self.rotation)
-        u, v = (pairs * self.scale).T  # turned counterclockwise as seen, where v points down
+        u, v = (pairs * self.scale).T  # the rotation is counterclockwise, as v points down
         turned = np.stack([cosine * u + sine * v, cosine * v - sine * u], axis=1)
         return np.asarray(turned + self.offset)
 
@@ -85,7 +69,7 @@ class _Reader:
     folder: Path | None
     left_out: list[str] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
-    uses: list[_Use] = field(default_factory=list)  # of the color of each material
+    uses: list[_Use] = field(default_factory=list)  # of the color texture of each material
     coordinates: list[Floats] = field(default_factory=list)
     n_coordinates: int = 0
     n_image_bytes: int = 0
@@ -94,7 +78,7 @@ class _Reader:
     _first_of: dict[tuple[int, _Use], int] = field(default_factory=dict)
 
     def texture(self, scene: Scene) -> Texture | None:
-        """The texture of a scene; None if it has neither coordinates nor materials."""
+        """Return the texture of a scene; None if it has neither coordinates nor materials."""
         parts = {index: self._parts(index) for index in dict(scene.visits)}
         corners: list[Array] = []
         face_materials: list[Ints] = []
@@ -128,7 +112,7 @@ class _Reader:
         return parts
 
     def _first_coordinate(self, accessor: Any, use: _Use, n_vertices: int) -> int:
-        """Where the coordinates of an accessor begin among all."""
+        """Offset of the coordinates of an accessor among all coordinates."""
         key = (whole({"accessor": accessor}, "accessor"), use)
         if key not in self._first_of:
             stored = read_accessor(self.gltf, accessor, "VEC2")
@@ -145,7 +129,7 @@ class _Reader:
         return self._first_of[key]
 
     def _material(self, index: Any) -> int:
-        """Place among `materials` of a material of the document."""
+        """Index in `materials` of a material of the document."""
         document = self.gltf.item("materials", index)
         if index not in self._material_of:
             self._material_of[index] = len(self.materials)
@@ -165,7 +149,7 @@ class _Reader:
         use = _use_of(info) if isinstance(info, dict) else _Use()
         source = _SourceReader(self, use)
         try:
-            text = json.dumps(source.rewritten(document))
+            text = json.dumps(with_textures(document, source.reference))
         except RecursionError:
             raise MeshError(f"broken glTF: materials[{index}] is nested too deeply") from None
         self.left_out += [f"{what} of material {name!r}" for what in source.left_out]
@@ -177,7 +161,7 @@ class _Reader:
         return Material(name, (red, green, blue), image, (wrap_u, wrap_v), kept), use
 
     def image_and_sampler(self, index: Any) -> tuple[TextureImage, dict[str, Any]]:
-        """The image and the sampler of a texture of the document."""
+        """Return image and sampler of a texture of the document."""
         texture = self.gltf.item("textures", index)
         sampler = self.gltf.item("samplers", texture["sampler"]) if "sampler" in texture else {}
         extensions = texture.get("extensions")
@@ -204,46 +188,30 @@ class _Reader:
             self.gltf.item("bufferViews", document.get("bufferView"))
             content = bytes(view_content(self.gltf, document["bufferView"]))
             self.n_image_bytes += len(content)
-            if self.n_image_bytes > self.gltf.n_bytes:  # else a small file could fill the memory
+            if self.n_image_bytes > self.gltf.n_bytes:  # a small file could use up all memory
                 raise MeshError("the images of the file overlap")
         name = document.get("name")
         name = name if isinstance(name, str) and name else f"image_{index}"
         kind = kind_of_image(content)
         ending = ENDING_OF_IMAGE.get(kind or "", "")
         name = name if name.lower().endswith(ending) else name + ending
-        return TextureImage(name, None, content, None if kind else "is of no known format")
+        return TextureImage(name, None, content, None if kind else UNKNOWN)
 
 
 @dataclass
 class _SourceReader:
-    """Rewrites the JSON of a material so that its textures have numbers of their own."""
+    """Rewrites the JSON of a material: its textures become indices in `images` and `samplers`."""
 
     reader: _Reader
-    use: _Use  # of the texture of the color, whose coordinates are kept
+    use: _Use  # of the color texture, whose coordinates are kept
     images: list[TextureImage] = field(default_factory=list)
     samplers: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
 
-    def rewritten(self, value: Any) -> Any:
-        """Return a JSON value with new numbers of textures, without those that are not kept."""
-        if isinstance(value, list):
-            return [self.rewritten(each) for each in value]
-        if not isinstance(value, dict):
-            return value
-        kept: dict[str, Any] = {}
-        for key, each in value.items():
-            if key.endswith("Texture") and isinstance(each, dict) and "index" in each:
-                info = self._info(key, each)
-                if info is not None:
-                    kept[key] = info
-            else:
-                kept[key] = self.rewritten(each)
-        return kept
-
-    def _info(self, key: str, info: dict[str, Any]) -> dict[str, Any] | None:
-        """The reference to a texture; None if it has other coordinates than the color."""
+    def reference(self, key: str, info: dict[str, Any]) -> dict[str, Any] | None:
+        """Rewrite a reference; None if it uses other coordinates than the color texture."""
         if _use_of(info) != self.use:
-            self.left_out.append(f"{key}, which has coordinates of its own,")
+            self.left_out.append(f"{key}, which uses other coordinates than the color,")
             return None
         image, sampler = self.reader.image_and_sampler(info["index"])
         self.images.append(image)
@@ -259,7 +227,7 @@ class _SourceReader:
 
 
 def _use_of(info: dict[str, Any]) -> _Use:
-    """How a reference to a texture takes coordinates."""
+    """The coordinates that a reference to a texture uses."""
     extensions = info.get("extensions", {})
     transform = extensions.get(_TRANSFORM, {}) if isinstance(extensions, dict) else None
     if not isinstance(transform, dict):
@@ -274,5 +242,5 @@ def _use_of(info: dict[str, Any]) -> _Use:
 
 
 def _wrap_of(sampler: dict[str, Any], key: str) -> str:
-    """The way to repeat an image; unknown ones are taken as the default."""
+    """The wrap mode of an image; unknown codes mean the default."""
     return WRAP_OF_CODE.get(whole(sampler, key, 10497), "repeat")

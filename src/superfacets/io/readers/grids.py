@@ -1,4 +1,4 @@
-"""For readers of volume meshes: a cursor that reads blocks of numbers, and a grid of cells."""
+"""Parts of readers of volume meshes: a cursor that reads blocks of numbers, and a grid of cells."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ..guards import Content, counted
 from .text import Lines, as_count, as_integers, runs, split_lines
 
 TETS = {10: 4, 24: 10}
-"""VTK's types of tetrahedra, and their numbers of nodes; the first four nodes are corners."""
+"""Number of nodes of VTK's types of tetrahedra; the first four nodes are corners."""
 
 _FLAT = (*range(10), 21, 22, 23, 28, 30, 34, 35, 36)
 """VTK's types of cells without a volume."""
 
 _SIZES = {1: 1, 3: 2, 5: 3, 9: 4}
-"""Corners of flat cells, by VTK type, to detect files that end within their last block."""
+"""Number of corners of flat cells by VTK type, to detect files with a truncated last block."""
 
 _NAMES = {
     1: "vertex", 3: "line", 5: "triangle", 7: "polygon", 9: "quad", 10: "tetra", 11: "voxel",
@@ -33,7 +33,7 @@ _NAMES = {
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Vertices and cells in the order of a file."""
+    """Vertices and cells, in the order of the file."""
 
     vertices: Floats  # (V, 3)
     kinds: Array  # (C,) VTK type of each cell
@@ -46,7 +46,7 @@ class Grid:
         kinds = np.unique(self.kinds).tolist()
         others = [kind for kind in kinds if kind not in (*TETS, *_FLAT)]
         if others:
-            raise MeshError(f"the file holds cells that are no tetrahedra: {_named(others)}")
+            raise MeshError(f"the file has volume cells that are not tetrahedra: {_named(others)}")
         chosen = self.is_tet()
         if not chosen.any():
             raise MeshError(
@@ -56,7 +56,7 @@ class Grid:
             wrong = np.flatnonzero((self.kinds == kind) & (self.sizes != n_corners))
             if len(wrong):
                 n_found = counted(int(self.sizes[wrong[0]]), "corner")
-                raise MeshError(f"cells[{wrong[0]}] is of kind {_named([kind])}, with {n_found}")
+                raise MeshError(f"cells[{wrong[0]}] has the type {_named([kind])} but {n_found}")
         if chosen.all() and (self.sizes == 4).all():
             return self.corners.reshape(-1, 4)
         starts = np.cumsum(self.sizes, dtype=np.int64) - self.sizes
@@ -68,7 +68,7 @@ class Grid:
 
 
 def _named(kinds: list[int]) -> str:
-    return ", ".join(sorted(_NAMES.get(kind, f"kind {kind} of VTK") for kind in kinds[:10]))
+    return ", ".join(sorted(_NAMES.get(kind, f"VTK type {kind}") for kind in kinds[:10]))
 
 
 def sizes_between(offsets: Array, what: str) -> Longs:
@@ -76,17 +76,17 @@ def sizes_between(offsets: Array, what: str) -> Longs:
     offsets = offsets.astype(np.int64, copy=False)
     sizes = np.diff(offsets, prepend=0)
     if (offsets < 0).any() or (sizes < 0).any():
-        raise MeshError(f"the offsets of {what} must be whole numbers that do not fall")
+        raise MeshError(f"the offsets of {what} must be ascending integers of 0 or more")
     return sizes
 
 
 class Cursor:
-    """Reading position in a file of header lines and blocks of numbers, text or binary."""
+    """Read position in a file of header lines and blocks of numbers, text or binary."""
 
     def __init__(self, data: Content) -> None:
-        self.data = data  # the whole file
-        self.place = 0  # offset of the byte that is read next
-        self.byte_order: Literal["", "<", ">"] = ""  # of binary numbers; empty if numbers are text
+        self.data = data  # content of the file
+        self.place = 0  # offset of the next byte
+        self.byte_order: Literal["", "<", ">"] = ""  # of binary numbers; empty for text
 
     @cached_property
     def _lines(self) -> tuple[Lines, Longs]:
@@ -95,28 +95,28 @@ class Cursor:
         return lines, np.cumsum(lines.counts, dtype=np.int64)
 
     def any_line(self) -> bytes:
-        """The next line, stripped; it may be blank, and the last one need not end in a newline."""
+        """Read the next line, which may be blank, and strip it."""
         newline = self.data.find(b"\n", self.place)
         end = newline if newline >= 0 else len(self.data)
         line, self.place = self.data[self.place : end], min(end + 1, len(self.data))
         return line.strip()
 
     def line(self) -> bytes:
-        """The next line that is not blank; empty at the end of the file."""
+        """Read the next line that is not blank; empty at the end of the file."""
         while self.place < len(self.data):
             if line := self.any_line():
                 return line
         return b""
 
     def counts(self, n: int, what: str) -> list[int]:
-        """The counts on the next line that is not blank; a MeshError if fewer than `n`."""
+        """Read the counts on the next line that is not blank; a MeshError if fewer than `n`."""
         tokens = self.line().split()
         if len(tokens) < n:
             raise MeshError(f"{what} are missing: the file may be truncated")
         return [as_count(token, what) for token in tokens]
 
     def numbers(self, n: int, dtype: str, what: str, unit: str = "number") -> Array:
-        """The next `n` numbers; a MeshError, before memory is allocated, if the file has fewer.
+        """Read `n` numbers; a MeshError, before memory is allocated, if the file has fewer.
 
         In text, floats are parsed as float64 and rounded to `dtype`; integers keep the parsed type.
         """
@@ -131,13 +131,13 @@ class Cursor:
         return found.astype(stored)
 
     def rows(self, n: int, what: str) -> Lines:
-        """The next `n` lines."""
+        """Read the next `n` lines."""
         lines, _ = self._lines
         first = int(np.searchsorted(lines.starts, self.place))
         if n > len(lines) - first:
             raise MeshError(
-                f"{counted(n, 'line')} of {what} are declared, but {len(lines) - first} are there:"
-                " the file may be truncated"
+                f"{counted(n, 'line')} of {what} are declared, but {len(lines) - first} follow: the"
+                " file may be truncated"
             )
         found = lines[first : first + n]
         if n:
@@ -152,7 +152,7 @@ class Cursor:
         if n and last == len(lines):
             raise _too_few(n, int(totals[-1]) - before, what)
         if n and totals[last] != before + n:
-            raise MeshError(f"line {lines.number(last)}: something follows the last of {what}")
+            raise MeshError(f"line {lines.number(last)}: there are too many numbers of {what}")
         part = self.rows(last + 1 - first if n else 0, what)
         if stored.kind != "f":
             return as_integers(part.parse_integers_or_floats(), what)
@@ -162,6 +162,6 @@ class Cursor:
 
 def _too_few(n: int, n_left: int, what: str, unit: str = "number") -> MeshError:
     return MeshError(
-        f"{counted(n, unit)} of {what} are declared, but at most {n_left} are there:"
+        f"{counted(n, unit)} of {what} are declared, but at most {n_left} follow:"
         " the file may be truncated"
     )

@@ -1,4 +1,4 @@
-"""One label per face: read from a file, and checked."""
+"""Labels of cells: read from a file, and checked."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from ..guards import Content, counted, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .cortex import annot_labels, gifti_labels
 from .npy import npy_array, npy_header
+from .parts import has_region_parts, obj_labels, stl_labels
 from .ply import has_ply_labels, read_ply_labels
 from .tets import TET_ENDINGS, tet_labels
 from .text import shown, split_lines
 from .vtk_xml import vtp_labels
 
 MAX_LABEL = 2**31 - 1
-"""Largest label, because labels are int32."""
+"""Largest label: labels are int32."""
 
 NO_REGION = -1
 """The label of cells that are in no region."""
@@ -32,37 +33,46 @@ NO_REGION = -1
 def read_labels(
     path: str | os.PathLike[str], n_faces: int | None = None, *, name: str = "label"
 ) -> Ints:
-    r"""Return the label of each face, in face order, that a file holds.
+    r"""Read the label of each cell from a file, in the order of the cells.
 
     Parameters
     ----------
     path : path-like
-        The ending, in any case, tells the format: ``.npy`` (one-dimensional, any integer type),
-        ``.seg`` and ``.txt`` (one integer per line, no header), ``.ply`` (integer face property
-        property ``label`` of the faces, which may be polygons, or of the vertices if there are no
-        faces), ``.vtp``, ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh`` (integer cell data ``label``);
-        and the other formats of `read_cloud` (a column or dimension ``label``). ``.label.gii``
-        (GIFTI) and ``.annot`` (FreeSurfer) have a label of each vertex: the key or row of the table
-        less one, so that the first, which stands for no region, is -1.
+        The ending, in upper or lower case, selects the format:
+
+        - ``.npy``: one-dimensional, any integer type;
+        - ``.seg`` and ``.txt``: one integer per line, no header;
+        - ``.ply``: integer property ``label`` of the faces, or of the vertices if there are no
+          faces;
+        - ``.vtp``, ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh``: integer cell data ``label``;
+        - other formats of `read_cloud`: a column or dimension ``label``;
+        - ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer), with the extra ``cortex``: a label of
+          each vertex, which is its key or row in the table of colors minus 1. The first entry of
+          the table means no region, and becomes -1.
+        - ``.stl`` (text) and ``.obj``: parts, which are solids, groups or objects. ``region_17`` is
+          label 17 if all parts have such names; otherwise parts are numbered in the order of the
+          file.
     n_faces : int, optional
-        Number of faces of the mesh; if given, the file must hold as many labels.
+        Number of cells; if given, the file must have this number of labels.
     name : str, default "label"
-        Name of the labels in files of meshes and clouds, which hold more than labels; for example
-        ``"Label"`` or ``"classification"``.
+        Name of the labels in files that hold more than labels; for example ``"Label"`` or
+        ``"classification"``.
 
     Returns
     -------
     ndarray, shape (F,), int32
-        Labels from 0 up, and -1 where a face is in no region. They need not be contiguous.
+        Labels of 0 and above, and -1 where a cell is in no region. Labels may have gaps.
 
     Raises
     ------
     MeshError
-        If the file is empty, cut or damaged, if a label is no integer or below -1, if there are not
-        `n_faces` labels, or if the ending is unknown. The message is one line that begins with the
-        path.
+        If the file is empty, truncated or damaged, if a label is not an integer or is below -1, if
+        there are not `n_faces` labels, or if the ending is unknown. The message is one line that
+        begins with the path.
+    MissingExtraError
+        If the format needs a package that is not installed.
     OSError
-        If there is no such file, or it cannot be read.
+        If the file does not exist or cannot be read.
 
     Examples
     --------
@@ -84,12 +94,14 @@ def read_labels(
 
 
 def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
-    """Whether the file of a mesh or cloud also holds labels of this name."""
+    """Whether the file of a mesh or a cloud also holds labels with this name."""
     path = Path(path)
     ending = path.suffix.lower()
-    if ending not in _FINDERS and ending != ".ply":
+    if ending not in _FINDERS and ending not in (".ply", ".stl", ".obj"):
         return False
     data = read_content(path)
+    if ending in (".stl", ".obj"):
+        return has_region_parts(data)
     with named_errors(path):
         if ending == ".ply":  # the header suffices
             return has_ply_labels(data, name)
@@ -97,7 +109,7 @@ def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
 
 
 def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | None = None) -> Ints:
-    """Labels as a contiguous (F,) int32 array; a MeshError if they are not F integers >= -1."""
+    """Return labels as a contiguous int32 array; a MeshError if they are not integers >= -1."""
     refuse_mask(labels, "labels", MeshError)
     array = np.asarray(labels)
     if array.ndim != 1:
@@ -149,21 +161,23 @@ def _column_of(data: Content, name: str, *, ending: str) -> Array | None:
 
 
 _OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))
-"""Endings of clouds with a column of labels; .npy and .txt files more often hold labels alone."""
+"""Endings of clouds with a column of labels; .npy and .txt files usually hold only labels."""
 
 _FINDERS: dict[str, Callable[[Content, str], Array | None]] = {
     ".vtp": vtp_labels,
     **{ending: partial(_column_of, ending=ending) for ending in _OF_CLOUDS},
     **{ending: partial(tet_labels, ending=ending) for ending in TET_ENDINGS},
 }
-"""Function that finds labels by name, for each ending of files that hold more than labels. It
-returns None if there are none of that name."""
+"""Functions that find labels by name, by ending of files that hold more than labels. They return
+None if there are no labels with the name."""
 
 _READERS: dict[str, Callable[[Content, str], Array]] = {
     ".npy": _read_npy,
     ".ply": read_ply_labels,
     ".seg": _read_text,
     ".txt": _read_text,
+    ".stl": lambda data, name: stl_labels(data),
+    ".obj": lambda data, name: obj_labels(data),
     **{ending: partial(_read_found, ending=ending) for ending in _FINDERS},
     ".label.gii": lambda data, name: gifti_labels(data),
     ".annot": lambda data, name: annot_labels(data),

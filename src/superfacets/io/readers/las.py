@@ -1,10 +1,9 @@
 """LAS and LAZ: a record per point. lazrs decompresses the records of LAZ.
 
-lazrs ends the process if a file claims more chunks or larger layers than memory holds. So each
-number from which lazrs allocates memory is first compared with the size of the file: the number and
-sizes of the chunks, the sizes of the layers, and the items of a record. Damaged compressed points
-then give wrong points or an error, never more memory; `tools/fuzz` searches for counterexamples. So
-lazrs needs no process of its own.
+lazrs aborts the process if a file declares more chunks or larger layers than memory can hold.
+Therefore each number from which lazrs computes a size of memory is first compared with the size of
+the file: number and sizes of chunks, sizes of layers, and items of a record. `tools/fuzz` tests
+this with damaged files.
 """
 
 from __future__ import annotations
@@ -23,12 +22,11 @@ from ..guards import Content, counted, narrowed, shortened
 
 _MOST_COMPRESSED = 1000
 _SMALL = 64 << 20
-"""Upper bound of the decompressed points: this many times the size of the file, or this many bytes
-if that is more. Scans compress 5 to 20 times. Points that are all equal compress 3,000 times and
-more."""
+"""Upper bound of the size of decompressed points: 1,000 times the size of the file, or 64 MB if
+that is more. Scans are compressed 5 to 20 times; only equal points are compressed 3,000 times."""
 
 _Field = tuple[str, str | dict[str, int]]
-"""Type and name of a field. For packed fields, names and numbers of bits, lowest bits first."""
+"""Type and name of a field; for packed fields, names and numbers of bits, lowest bits first."""
 
 _POINT_0: tuple[_Field, ...] = (
     ("<i4", "X"), ("<i4", "Y"), ("<i4", "Z"), ("<u2", "intensity"),
@@ -48,11 +46,11 @@ _POINT_6: tuple[_Field, ...] = (
 _TIME: tuple[_Field, ...] = (("<f8", "gps_time"),)
 _COLORS: tuple[_Field, ...] = (("<u2", "red"), ("<u2", "green"), ("<u2", "blue"))
 _NIR: tuple[_Field, ...] = (*_COLORS, ("<u2", "nir"))
-_WAVE: tuple[_Field, ...] = (("V29", {}),)  # wave packet, stored elsewhere in the file: not read
+_WAVE: tuple[_Field, ...] = (("V29", {}),)  # reference to a wave packet, which is not read
 
 
 class _Part(NamedTuple):
-    """An item of LAZ: fields that are compressed together, and their number of layers."""
+    """An item of LAZ: fields that are compressed together, and the number of their layers."""
 
     fields: tuple[_Field, ...]
     n_layers: int
@@ -62,7 +60,7 @@ _PARTS = {
     6: _Part(_POINT_0, 0), 7: _Part(_TIME, 0), 8: _Part(_COLORS, 0), 9: _Part(_WAVE, 0),
     10: _Part(_POINT_6, 9), 11: _Part(_COLORS, 1), 12: _Part(_NIR, 2), 13: _Part(_WAVE, 1),
 }  # fmt: skip
-"""Items by their type number in LAZ."""
+"""Items by type number of LAZ."""
 
 _FORMATS = (
     (6,), (6, 7), (6, 8), (6, 7, 8), (6, 7, 9), (6, 7, 8, 9),
@@ -91,8 +89,8 @@ class _Header(NamedTuple):
 def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array], LasFrame]:
     """Return columns x, y and z, in the units of the file, all other fields, and the frame.
 
-    Fields have the names that laspy gives them. Waves, and extra dimensions without a name or with
-    several numbers, are left out.
+    Fields have the names of laspy. Waves, and extra dimensions without a name or with several
+    numbers, are skipped.
     """
     header = _header_of(data)
     n_bytes = header.n_points * header.size
@@ -128,7 +126,7 @@ def _header_of(data: Content) -> _Header:
         raise MeshError(f"expected point format 0 to {len(_FORMATS) - 1}, got {point_format}")
     least = sum(_size_of(_PARTS[part].fields) for part in _FORMATS[point_format])
     if size < least:
-        raise MeshError(f"points of format {point_format} take {least} bytes, not {size}")
+        raise MeshError(f"points of format {point_format} have {least} bytes, not {size}")
     if not n_points:
         raise MeshError("the file has no points")
     (header_size,) = struct.unpack_from("<H", data, 94)
@@ -144,12 +142,12 @@ def _size_of(fields: tuple[_Field, ...]) -> int:
 
 
 def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
-    """Variable length records before the points, by user and id."""
+    """Variable length records, by user and id."""
     found = {}
     place = 0
     for record in range(n_records):
         if place + 54 > len(content):
-            raise MeshError(f"the points begin within record {record} of {n_records}")
+            raise MeshError(f"record {record} of {n_records} overlaps the points")
         user, number, size = struct.unpack_from("<2x16sHH", content, place)
         found[user.rstrip(b"\0"), number] = content[place + 54 : place + 54 + size]
         place += 54 + size
@@ -185,7 +183,7 @@ def _extra_columns(records: Bytes, header: _Header, place: int) -> Iterator[tupl
         is_number = 1 <= kind < len(_EXTRA_TYPES)
         n_bytes = options if kind == 0 else _size_of_numbers(kind)
         if place + n_bytes > header.size:
-            raise MeshError(f"the further numbers of a point do not fit in {header.size} bytes")
+            raise MeshError(f"the extra dimensions of a point do not fit in {header.size} bytes")
         words = "_".join(name.split(b"\0")[0].decode("latin-1").split())
         if is_number and is_word(words):
             column = _column(records, header, _EXTRA_TYPES[kind], place)
@@ -194,9 +192,9 @@ def _extra_columns(records: Bytes, header: _Header, place: int) -> Iterator[tupl
 
 
 def _size_of_numbers(kind: int) -> int:
-    """Bytes of an extra dimension; types from 11 on are pairs and triples."""
+    """Bytes of an extra dimension; types 11 to 30 are pairs and triples."""
     if kind > 30:
-        raise MeshError(f"the further numbers of a point have the unknown type {kind}")
+        raise MeshError(f"an extra dimension of the points has the unknown type {kind}")
     return np.dtype(_EXTRA_TYPES[(kind - 1) % 10 + 1]).itemsize * ((kind - 1) // 10 + 1)
 
 
@@ -234,7 +232,7 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
 
 
 def _n_layers(description: bytes, header: _Header) -> int:
-    """Number of layers of a chunk, 0 in older formats; a MeshError if the items are wrong."""
+    """Number of layers per chunk, 0 in older formats; a MeshError if the items are wrong."""
     parts = _FORMATS[header.point_format]
     expected = [(part, _size_of(_PARTS[part].fields)) for part in parts]
     n_extra = header.size - sum(size for _, size in expected)
@@ -252,12 +250,12 @@ def _n_layers(description: bytes, header: _Header) -> int:
             and versions <= ({3, 4} if is_layered else {1, 2})
         )
     if not fits:
-        raise MeshError("the description of the compressed points does not fit their format")
+        raise MeshError("the description of the compressed points does not match their format")
     return sum(_PARTS[part].n_layers for part in parts) + n_extra if is_layered else 0
 
 
 def _begin_of_table(data: Content, header: _Header) -> int:
-    """Offset of the chunk table; it is stored before the points, or at the end of the file."""
+    """Offset of the chunk table, which is stored before the points or at the end of the file."""
     begin = header.begin + 8
     if begin <= len(data):
         for at in (header.begin, len(data) - 8):
@@ -265,21 +263,21 @@ def _begin_of_table(data: Content, header: _Header) -> int:
             if begin <= place <= len(data) - 8:
                 return int(place)
     raise MeshError(
-        "the table of the compressed points lies outside of the file: it may be truncated"
+        "the table of the compressed points is outside of the file: the file may be truncated"
     )
 
 
 def _chunks(
     lazrs: Any, table: bytes, description: bytes, header: _Header, n_bytes: int
 ) -> list[tuple[int, int]]:
-    """Numbers of points and of bytes of each chunk."""
+    """Number of points and number of bytes of each chunk."""
     (n_chunks,) = struct.unpack_from("<I", table, 4)
-    if n_chunks > n_bytes // header.size + 1:  # chunks begin with an uncompressed point
+    if n_chunks > n_bytes // header.size + 1:  # each chunk begins with an uncompressed point
         raise MeshError(f"the file declares {n_chunks} chunks of points in {n_bytes} bytes")
     vlr = lazrs.LazVlr(description)
     chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
     if any(size > n_bytes for _, size in chunks):  # 64-bit sizes could overflow their sum
-        raise MeshError(f"a chunk of points takes more than the {n_bytes} bytes of all")
+        raise MeshError(f"a chunk declares more than the {n_bytes} bytes of all chunks")
     counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
     if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk holds the rest
         largest = counts[:-1, 0] = vlr.chunk_size()
@@ -296,15 +294,12 @@ def _chunks(
 
 
 def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
-    """Raise a MeshError if the layers of a chunk are larger than the chunk.
-
-    A chunk holds its first point, its number of points, the sizes of its layers, and the layers.
-    """
-    place = 0
+    """Raise a MeshError if the layers of a chunk are larger than the chunk."""
+    place = 0  # of a chunk: its first point, its number of points, sizes of layers, layers
     for chunk, (_, n_bytes) in enumerate(chunks):
         left = n_bytes - size - 4 - 4 * n_layers
         if left >= 0:
             left -= sum(struct.unpack_from(f"<{n_layers}I", content, place + size + 4))
         if left < 0:
-            raise MeshError(f"the layers of chunk {chunk} take more than its {n_bytes} bytes")
+            raise MeshError(f"the layers of chunk {chunk} are larger than its {n_bytes} bytes")
         place += n_bytes

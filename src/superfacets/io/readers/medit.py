@@ -1,4 +1,4 @@
-"""MESH: text files of Medit. A section is a keyword, a count, and rows of numbers."""
+"""MESH: text files of Medit. A section has a keyword, a count, and rows of numbers."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _KINDS = {
     b"Pyramids": (14, 5), b"Prisms": (13, 6), b"Wedges": (13, 6), b"Hexahedra": (12, 8),
     b"Hexaedra": (12, 8),
 }  # fmt: skip
-"""VTK's cell type, and number of corners, of each section."""
+"""VTK's cell type and number of corners by section."""
 
 
 def read_medit(data: Content, name: str) -> Grid:
-    """Read the cells of a file; the values called ``medit:ref`` are their reference numbers."""
+    """Read the cells of a file; the values ``medit:ref`` are their reference numbers."""
     lines = split_lines(data, comment=b"#")
     letters = lines.text[lines.starts] | 0x20
     heads = np.flatnonzero((letters >= ord("a")) & (letters <= ord("z")))
@@ -52,7 +52,7 @@ def read_medit(data: Content, name: str) -> Grid:
 def _rows_of(
     tokens: list[bytes], section: Lines, width: int, dtype: type[np.float64] | type[np.int64]
 ) -> Array:
-    """The (n, width) numbers of a section; the count is on the line of the keyword or the next."""
+    """The (n, width) numbers of a section; the count follows the keyword or is on the next line."""
     what = tokens[0].decode("ascii")
     if len(tokens) == 1 and len(section):
         tokens, section = [*tokens, *section.content(0).split()], section[1:]

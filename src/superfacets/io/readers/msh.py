@@ -13,7 +13,7 @@ from ..guards import Content, as_doubles
 from .grids import Cursor, Grid
 from .text import as_count, as_integers, runs, shown
 
-# VTK's cell type and the number of nodes of Gmsh's types 1 to 19. Higher orders are refused.
+# VTK's cell type and the number of nodes of Gmsh's types 1 to 19. Types above 19 are refused.
 _KINDS = np.array([0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 32, 14, 1, 23, 25, 26, 27])
 _N_NODES = np.array([0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13])
 
@@ -22,7 +22,7 @@ Parts = tuple[Array, ...]
 
 
 def read_msh(data: Content, name: str) -> Grid:
-    """Read the elements of a file, with the element data called `name`.
+    """Read the elements of a file, with the element data `name`.
 
     The names ``gmsh:physical`` and ``gmsh:geometrical`` select the tags of elements.
     """
@@ -30,7 +30,7 @@ def read_msh(data: Content, name: str) -> Grid:
 
 
 class _MshReader(Cursor):
-    """Reads the sections of a file one after the other, to its end."""
+    """Reads all sections of a file."""
 
     def __init__(self, data: Content, name: str) -> None:
         super().__init__(data)
@@ -55,7 +55,7 @@ class _MshReader(Cursor):
         return self._grid()
 
     def _read_format(self) -> dict[bytes, Callable[[], bool]]:
-        """Parse the format; return a reader per section, which tells if it read the section."""
+        """Parse the format; return a reader per section, which returns False for unread data."""
         words = self.line().split()
         if len(words) != 3 or words[0] not in (b"2.2", b"2.1", b"2", b"4.1"):
             raise MeshError(f"expected version 2.2 or 4.1 of MSH, got {shown(b' '.join(words))}")
@@ -90,11 +90,11 @@ class _MshReader(Cursor):
         return self.numbers(n, "i4", what)
 
     def _sizes(self, n: int, what: str) -> Array:
-        """The next `n` counts or tags: 8 bytes each in binary files."""
+        """Read `n` counts or tags: 8 bytes each in binary files."""
         return self.numbers(n, "i8", what)
 
     def _count(self, what: str) -> int:
-        """The first number of the next line."""
+        """Read the first number of the next line."""
         return self.counts(1, f"the number of {what}")[0]
 
     def _read_nodes(self) -> bool:
@@ -141,7 +141,7 @@ class _MshReader(Cursor):
             n_rows, n_tags = int(head[1]), int(head[2])
             width = 1 + n_tags + int(_N_NODES[head[0]])
             if not 0 < n_rows <= n_left or n_tags < 0:
-                raise MeshError("a block of Elements declares a wrong number of them")
+                raise MeshError("a block of Elements declares a wrong number of elements")
             if n_rows == 1:  # Gmsh writes one element per block
                 self.place = begin
                 rows = self._equal_blocks(head, 3 + width, n_left)[:, 3:]
@@ -156,7 +156,7 @@ class _MshReader(Cursor):
     def _equal_blocks(self, head: Array, width: int, n_left: int) -> Array:
         """Read consecutive blocks of one element, all with the header `head`, at once."""
         begin, n_rows, n_equal = self.place, 1, 1
-        while n_equal == n_rows:  # n_rows doubles, so at most half of the rows are read in vain
+        while n_equal == n_rows:  # n_rows doubles, so at most half of the rows are read twice
             n_fitting = (len(self.data) - begin) // (4 * width)
             n_rows = max(1, min(2 * n_rows, n_left, n_fitting))
             self.place = begin
@@ -169,7 +169,7 @@ class _MshReader(Cursor):
         return rows[:n_equal]
 
     def _read_data(self) -> bool:
-        """Element data with one value per element; other data is skipped."""
+        """Read element data with one value per element; other data is skipped."""
         begin = self.place
         texts = [self.line() for _ in range(self._few("texts"))]
         for _ in range(self._few("reals")):
@@ -187,7 +187,7 @@ class _MshReader(Cursor):
     def _few(self, what: str) -> int:
         n = self._count(f"{what} of ElementData")
         if n > 1000:
-            raise MeshError(f"there are {n} {what} of ElementData")
+            raise MeshError(f"ElementData declares {n} {what}; at most 1000 are supported")
         return n
 
     def _read_entities(self) -> bool:
@@ -211,7 +211,7 @@ class _MshReader(Cursor):
         return True
 
     def _block(self, what: str) -> tuple[int, int, int, int]:
-        """The three numbers of a block header, and its number of rows."""
+        """Read the three numbers of a block header, and the number of rows of the block."""
         if self.byte_order:
             first, second, third = self._integers(3, what).tolist()
             return first, second, third, _natural(self._sizes(1, what)[0], what)
@@ -223,7 +223,7 @@ class _MshReader(Cursor):
         for _ in range(_natural(self._sizes(4, "Nodes")[0], "Nodes")):
             _, _, has_parameters, n = self._block("Nodes")
             if has_parameters:
-                raise MeshError("nodes with parameters are not supported: save them without")
+                raise MeshError("nodes with parameters are not supported: save the mesh without")
             tags.append(self._sizes(n, "Nodes"))
             points.append(self.numbers(3 * n, "f8", "Nodes"))
         self._nodes = np.concatenate(tags), np.concatenate(points).reshape(-1, 3)
@@ -264,12 +264,12 @@ def _natural(value: Any, what: str) -> int:
 def _checked_types(types: Array) -> Array:
     wrong = (types < 1) | (types >= len(_KINDS))
     if wrong.any():
-        raise MeshError(f"elements of type {types[wrong][0]} of Gmsh are not supported")
+        raise MeshError(f"Gmsh elements of type {types[wrong][0]} are not supported")
     return types
 
 
 def _places(tags: Array, wanted: Array, what: str) -> Array:
-    """Index of each wanted tag in `tags`; fast if the tags are 1, 2, 3, ..."""
+    """Index of each wanted tag in `tags`, without a sort if the tags are 1, 2, 3, ..."""
     if np.array_equal(tags, np.arange(1, len(tags) + 1)):
         wrong = (wanted < 1) | (wanted > len(tags))
         places = wanted - 1
@@ -278,5 +278,5 @@ def _places(tags: Array, wanted: Array, what: str) -> Array:
         places = order[np.minimum(np.searchsorted(tags, wanted, sorter=order), len(tags) - 1)]
         wrong = tags[places] != wanted
     if wrong.any():
-        raise MeshError(f"an element refers to {int(wanted[wrong][0])}, which {what} do not have")
+        raise MeshError(f"{what} have no tag {int(wanted[wrong][0])}, which an element refers to")
     return places

@@ -12,12 +12,13 @@ import numpy as np
 
 from ...errors import MeshError
 from ..guards import read_content
+from ..images import TextureImage, file_beside, image_beside
 from ..light import linear_of_srgb
-from ..textures import Material, MaterialSource, TextureImage, file_beside, image_beside
+from ..textures import Material, MaterialSource
 
 _WIDTHS = {"-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1,
            "-imfchan": 1, "-mm": 2, "-texres": 1, "-type": 1}  # fmt: skip
-"""Number of values of the options of maps."""
+"""Number of values of each option of maps."""
 
 _VECTORS = ("-o", "-s", "-t")
 """Options of maps with one to three numbers."""
@@ -25,7 +26,7 @@ _VECTORS = ("-o", "-s", "-t")
 
 @dataclass
 class _Block:
-    """The lines of a material, in which images have numbers."""
+    """The lines of a material; indices replace the names of images."""
 
     name: str
     lines: list[str] = field(default_factory=list)
@@ -35,7 +36,7 @@ class _Block:
     is_clamped: bool = False
 
     def material(self) -> Material:
-        """The material, white where an image says the color."""
+        """Return the material; its color is white if it has an image."""
         color = self.color if self.map is None else (1.0, 1.0, 1.0)
         wrap = "clamp" if self.is_clamped else "repeat"
         source = MaterialSource("mtl", "\n".join(self.lines), tuple(self.images))
@@ -45,8 +46,8 @@ class _Block:
 def read_mtl(path: Path, folder: Path) -> dict[str, Material]:
     """Return the materials of an MTL file by name; images must be in `folder` or below it.
 
-    ``Kd`` is the color, in sRGB, of a material without an image, and ``map_Kd`` its image. All
-    lines are kept as they are, to be written again.
+    ``map_Kd`` names the image, and ``Kd`` is the sRGB color of a material without an image. All
+    lines are kept unchanged, for output.
     """
     text = read_content(path)[:].decode("utf-8", "surrogateescape")
     beside = path.parent.relative_to(folder) if path.parent.is_relative_to(folder) else Path()
@@ -70,7 +71,7 @@ def _finish(block: _Block | None, materials: dict[str, Material]) -> None:
 
 
 def _image(beside: Path, folder: Path, known: dict[str, TextureImage], name: str) -> TextureImage:
-    """The image with a name in a file of the folder `beside`; each is one object."""
+    """Return the image with this name in the folder `beside`; equal names give the same object."""
     path = str(Path(beside, name.replace("\\", "/")))
     if path not in known:
         known[path] = image_beside(path, folder)
@@ -97,7 +98,7 @@ def _add_line(
 
 
 def _split_options(text: str) -> tuple[list[str], str]:
-    """Options of a map, and the name of its image, which may hold blanks."""
+    """Options of a map, and the name of its image, which may contain blanks."""
     options: list[str] = []
     rest = text
     while rest.startswith("-"):
@@ -124,7 +125,7 @@ def _is_number(text: str) -> bool:
 
 
 def _linear_color(text: str) -> tuple[float, float, float] | None:
-    """A color in linear light; None if there are no three numbers (a spectrum, or damage)."""
+    """Color in linear light; None if there are no three numbers, for example for a spectrum."""
     words = text.split()
     if len(words) < 3 or not all(map(_is_number, words[:3])):
         return None
@@ -136,7 +137,7 @@ def _linear_color(text: str) -> tuple[float, float, float] | None:
 def read_libraries(
     names: list[str], folder: Path | None
 ) -> tuple[dict[str, Material], list[Path], list[str]]:
-    """Materials of the files named by ``mtllib`` lines, these files, and notes on missing files."""
+    """Return the materials of ``mtllib`` lines, their files, and notes on missing files."""
     materials: dict[str, Material] = {}
     found: list[Path] = []
     left_out: list[str] = []

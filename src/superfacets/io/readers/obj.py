@@ -1,4 +1,4 @@
-"""OBJ: the `v` and `f` lines, whatever objects, groups and materials they belong to."""
+"""OBJ: the `v` and `f` lines of all objects, groups and materials."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ KEYWORDS = (b"v", b"f")
 VERTEX, FACE = range(2)
 
 _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
-"""A line without a comment that is continued in the next one."""
+"""A line without a comment that continues on the next line."""
 
 _LINE = re.compile(r"line (\d+)")
-"""Line number in an error message."""
+"""Line number in a message."""
 
 
 def read_obj(data: Content) -> Arrays:
-    """Vertices, one per `v` line, and faces, one per `f` line, of an OBJ file.
+    """Return vertices, one per `v` line, and faces, one per `f` line, of an OBJ file.
 
-    Texture and normal indices do not split vertices. Lines and points are skipped. The format
-    declares no counts: a file that was cut between two lines cannot be told from a whole one.
+    Texture and normal indices do not split vertices. Lines and points are skipped. A file that is
+    truncated between two lines cannot be detected, because the format declares no counts.
     """
     data = without_continuations(data)
     blocks = list(read_blocks(data))
@@ -45,21 +45,21 @@ def read_obj(data: Content) -> Arrays:
 
 
 def without_continuations(data: Content) -> Content:
-    """The text with lines that end in a backslash joined to the next line."""
+    """Join lines that end in a backslash to the next line."""
     return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
 
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """Vertices and faces in a block of lines."""
+    """Vertices and faces of a block of lines."""
 
     vertices: Floats  # (V, 3) of the `v` lines
-    corners: Array  # (C,) vertex index of each corner, from 0; negative if below the first
+    corners: Array  # (C,) vertex index of each corner, from 0; negative if invalid
     lengths: Ints  # (F,) corners of each `f` line
 
 
 def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
-    """Yield blocks of lines of a text; `n_vertices` vertices came before it in the file."""
+    """Yield blocks of lines of a text; `n_vertices` vertices precede the text in its file."""
     for lines in iterate_lines(data, comment=b"#"):
         keywords = lines.keywords(KEYWORDS)
         is_vertex, is_face = keywords == VERTEX, keywords == FACE
@@ -68,7 +68,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
         corners = faces.parse_corners()
         if corners.min(initial=1) < 0:
             n_before = n_vertices + np.cumsum(is_vertex, dtype=np.int64)[is_face]
-            last = np.repeat(n_before, faces.counts)  # the vertex that -1 refers to, counted from 1
+            last = np.repeat(n_before, faces.counts)  # vertex of index -1, counted from 1
             corners = np.where(corners < 0, np.maximum(corners + last + 1, 0), corners)
         corners -= 1
         yield _Block(vertices, corners, faces.counts)
@@ -76,7 +76,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
 
 
 def read_file_blocks(path: Path, size: int) -> Iterator[_Block]:
-    """Yield blocks of lines of a file; about `size` bytes of text are in memory at a time."""
+    """Yield blocks of lines of a file; about `size` bytes of text are in memory."""
     n_vertices, n_lines = 0, 0
     for text in _text_blocks(path, size):
         try:
@@ -92,7 +92,7 @@ def read_file_blocks(path: Path, size: int) -> Iterator[_Block]:
 
 
 def _text_blocks(path: Path, size: int) -> Iterator[bytes]:
-    """Yield a text in blocks of whole lines; a line and its continuations stay together."""
+    """Yield a text in blocks of whole lines; continued lines stay together."""
     rest = b""
     with path.open("rb") as file:
         while block := file.read(size):
@@ -106,7 +106,7 @@ def _text_blocks(path: Path, size: int) -> Iterator[bytes]:
 
 
 def _end_of_lines(text: bytes) -> int:
-    """Offset behind the last line that is not continued on the next line; 0 if there is none."""
+    """Offset after the last line that does not continue on the next line; 0 if there is none."""
     end = text.rfind(b"\n") + 1
     while end:
         begin = text.rfind(b"\n", 0, end - 1) + 1
@@ -117,7 +117,7 @@ def _end_of_lines(text: bytes) -> int:
 
 
 def _raise_index_error(data: Content, lengths: Array, corners: Array, n_vertices: int) -> NoReturn:
-    """Raise a MeshError that names the first line with a wrong index, as it is written there."""
+    """Raise a MeshError that quotes the first line with an index out of range."""
     place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
     ends = np.cumsum(lengths, dtype=np.int64)
     face = int(np.searchsorted(ends, place, side="right"))

@@ -11,7 +11,8 @@ from ..._types import Array, Bools, Floats, Ints
 from ...errors import MeshError
 from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, Polygons
-from ..textures import Material, Texture, problems_of
+from ..images import problems_of
+from ..textures import Material, Texture
 from .mtl import read_libraries
 from .obj import read_obj, without_continuations
 from .text import Lines, iterate_lines
@@ -21,9 +22,9 @@ COORDINATES, FACE, MATERIAL, LIBRARY = range(4)
 
 
 def read_obj_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays, MeshAttributes]:
-    """Vertices and faces of an OBJ file, and its texture; MTL files must be beside it.
+    """Return vertices and faces of an OBJ file, and its texture; MTL files must be beside it.
 
-    Coordinates that cannot be read are left out, and the mesh is read without them.
+    If the texture cannot be read, the mesh is read without it.
     """
     data = without_continuations(data)
     arrays = read_obj(data)
@@ -36,12 +37,12 @@ def read_obj_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays
 
 @dataclass
 class _Found:
-    """Contents of the lines read so far."""
+    """Data of all lines up to the current one."""
 
     coordinates: list[Floats] = field(default_factory=list)
-    indices: list[Array] = field(default_factory=list)  # of the corners, from 0; below: none
+    indices: list[Array] = field(default_factory=list)  # of corners, from 0; negative if missing
     materials: list[Ints] = field(default_factory=list)  # of the faces
-    names: dict[str, int] = field(default_factory=dict)  # numbers of materials
+    names: dict[str, int] = field(default_factory=dict)  # index of each material
     libraries: list[str] = field(default_factory=list)
     material: int = -1  # of the next face
     n_coordinates: int = 0
@@ -71,15 +72,15 @@ def _read_texture(
 
 
 def _add_coordinates(lines: Lines, kinds: Array, found: _Found) -> None:
-    """Add the texture coordinates of a block of lines, and their indices at corners."""
+    """Add the texture coordinates in a block of lines, and their indices at corners."""
     is_pair, is_face = kinds == COORDINATES, kinds == FACE
     pairs = lines.after_keyword(is_pair, b"vt")
-    pairs.refuse(pairs.counts < 2, "texture coordinates are 2 numbers")
+    pairs.refuse(pairs.counts < 2, "texture coordinates need 2 numbers")
     faces = lines.after_keyword(is_face, b"f")
     indices = faces.parse_second_indices()
     if indices.min(initial=1) < 0:
         n_before = found.n_coordinates + np.cumsum(is_pair, dtype=np.int64)[is_face]
-        last = np.repeat(n_before, faces.counts)  # -1 refers to it
+        last = np.repeat(n_before, faces.counts)  # pair of index -1, counted from 1
         indices = np.where(indices < 0, np.maximum(indices + last + 1, 0), indices)
     values = pairs.parse(np.float64)
     firsts = np.cumsum(pairs.counts, dtype=np.int64) - pairs.counts
@@ -107,7 +108,7 @@ def _add_materials(lines: Lines, kinds: Array, found: _Found) -> None:
 
 
 def _name_at(lines: Lines, place: int) -> str:
-    """The rest of a line after its keyword. Names may hold blanks, and the sign of comments."""
+    """The text after the keyword of a line. Names may contain blanks and ``#``."""
     text = lines.text[lines.starts[place] :][:4096].tobytes().split(b"\n")[0]
     _, _, name = text.decode("utf-8", "surrogateescape").strip().replace("\t", " ").partition(" ")
     return name.strip()

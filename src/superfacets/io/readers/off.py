@@ -1,6 +1,6 @@
-"""OFF: the word OFF, the counts, vertices, faces; comments and blank lines anywhere.
+"""OFF: the word OFF, the counts, vertices, faces; comments and blank lines are allowed anywhere.
 
-And the .tri format: vertex count, a line per vertex, triangle count, a line per triangle.
+Also the .tri format: vertex count, a line per vertex, triangle count, a line per triangle.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from ..guards import (
 )
 from .text import Lines, as_integers, runs, shown, split_lines, table
 
-# The letters announce texture coordinates, colors and normals, which follow x y z on a vertex line.
-# Some data sets (ModelNet) write the counts right behind the word.
+# The letters declare texture coordinates, colors and normals, which follow x y z on a vertex line.
+# Some data sets (ModelNet) have no blank between the word and the counts.
 MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
 
 
 def read_off(data: Content) -> Arrays:
-    """Vertices and faces of an OFF file; colors and normals are skipped."""
+    """Return vertices and faces of an OFF file; colors and normals are skipped."""
     lines = split_lines(data, comment=b"#")
     n_vertices, n_faces, n_header = _read_header(lines)
     n_rows = len(lines) - n_header
@@ -39,13 +39,13 @@ def read_off(data: Content) -> Arrays:
         )
     if n_rows > n_vertices + n_faces:
         extra = lines.number(n_header + n_vertices + n_faces)
-        raise MeshError(f"line {extra} comes after all that the header declares")
+        raise MeshError(f"line {extra} is more than the header declares")
     body = lines[n_header:]
     return body[:n_vertices].parse_vertices(), _read_faces(body[n_vertices:])
 
 
 def _read_header(lines: Lines) -> tuple[int, int, int]:
-    """Numbers of vertices, of faces and of header lines."""
+    """Numbers of vertices, faces and header lines."""
     first = lines.content(0).rstrip() if len(lines) else b""
     magic = MAGIC.match(first)
     if magic is None:
@@ -62,20 +62,20 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
         raise MeshError(
             f"expected the counts of vertices, faces and edges, got {shown(counts.strip())}"
         )
-    # 30 digits are more than any count has; int() itself fails for thousands of digits.
+    # No count has 30 digits; `int` refuses more than 4,300 digits.
     n_vertices, n_faces = (int(token[:30]) for token in tokens[:2])
     return n_vertices, n_faces, n_header
 
 
 def _read_faces(lines: Lines) -> Array | Polygons:
-    values = lines.parse_integers_or_floats()  # floats if colors are floats
+    values = lines.parse_integers_or_floats()  # colors may be floats
     n_corners = as_integers(table(values, lines.counts, 1)[:, 0], "corner counts")
     short = np.flatnonzero(lines.counts - 1 < n_corners)
     if len(short):
         line = short[0]
         raise MeshError(
             f"line {lines.number(line)}: a face of {n_corners[line]} corners"
-            f" needs as many indices, got {lines.counts[line] - 1}"
+            f" needs {n_corners[line]} indices, got {lines.counts[line] - 1}"
         )
     check_corner_counts(n_corners)
     if len(n_corners) and n_corners.min() == n_corners.max():
@@ -87,24 +87,24 @@ def _read_faces(lines: Lines) -> Array | Polygons:
 
 
 def read_tri(data: Content) -> Arrays:
-    """Vertices and faces of a .tri file; indices count from 0."""
+    """Return vertices and faces of a .tri file; indices count from 0."""
     lines = split_lines(data)
     vertices, rest = _read_block(lines, "vertex", np.float64)
     faces, rest = _read_block(rest, "triangle", np.int64)
     if len(rest):
-        raise MeshError(f"line {rest.number(0)} comes after the last declared triangle")
+        raise MeshError(f"line {rest.number(0)} follows the last declared triangle")
     return vertices, faces
 
 
 def _read_block(
     lines: Lines, thing: str, dtype: type[np.float64] | type[np.int64]
 ) -> tuple[Array, Lines]:
-    """Read a count and as many lines of three numbers; return them and the remaining lines."""
+    """Read a count and this number of lines of three numbers; return also the remaining lines."""
     first = lines.content(0).strip() if len(lines) else b""
     if not first.isdigit():
         where = f"line {lines.number(0)}" if len(lines) else "the end of the file"
-        raise MeshError(f"expected a {thing} count at {where}: is this a .tri file, and whole?")
-    n_rows = int(first[:30])  # more digits than any count has: int() refuses thousands
+        raise MeshError(f"expected a {thing} count at {where}: is this a complete .tri file?")
+    n_rows = int(first[:30])  # no count has 30 digits
     if len(lines) - 1 < n_rows:
         raise MeshError(
             f"the file declares {counted(n_rows, thing)} but only"

@@ -1,4 +1,4 @@
-"""PCD of the Point Cloud Library: a header, then points as text, records or compressed columns."""
+"""PCD (Point Cloud Library): a header, then points as text, records or compressed columns."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ _KINDS = {
     for letter, sizes in (("I", (1, 2, 4, 8)), ("U", (1, 2, 4, 8)), ("F", (4, 8)))
     for size in sizes
 }
-"""NumPy's type, by type and size in the header."""
+"""NumPy's type by TYPE and SIZE of the header."""
 
 _DATA = re.compile(rb"^[ \t]*DATA[ \t]+(\S+)[^\n]*\n", re.MULTILINE)
 
 _PADDING = "_"
-"""Name of fields that only fill a record."""
+"""Name of padding fields."""
 
 _MOST_COMPRESSED = 100
-"""LZF makes at most 264 bytes of 3."""
+"""Largest ratio of compression: LZF decodes 3 bytes to at most 264."""
 
 _AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-"""The pose that programs write if they know none."""
+"""The pose that programs write if the pose is unknown."""
 
 
 class _Field(NamedTuple):
@@ -57,15 +57,15 @@ class PcdPoints(NamedTuple):
     """The points of a file that have a position."""
 
     columns: dict[str, Array]  # x, y, z and all other fields by name; colors as red, green, blue
-    viewpoint: Floats | None  # (3,) place of the scanner; None if it is at the origin, unturned
-    left_out: tuple[str, ...]  # contents that are not kept
+    viewpoint: Floats | None  # (3,) position of the scanner; None if the pose is `_AT_REST`
+    left_out: tuple[str, ...]  # descriptions of fields that are not kept
 
 
 def read_pcd(data: Content) -> PcdPoints:
-    """Read all fields of the points. Points without a position (NaN) are left out.
+    """Read all fields of the points. Points without a position (NaN) are skipped.
 
-    Organized clouds, which have a point per pixel, have such points. If any is left out, the column
-    ``record`` has the index of each other point in the file.
+    Organized clouds, which have a point per pixel, have such points. If a point is skipped, the
+    column ``record`` holds the index in the file of each remaining point.
     """
     header = _header_of(data)
     read = {"ascii": _read_text, "binary": _read_records, "binary_compressed": _read_compressed}
@@ -77,7 +77,7 @@ def read_pcd(data: Content) -> PcdPoints:
         if name == _PADDING:
             continue
         if name in columns or not is_word(name):
-            left_out.append(f"field {shown(name)}, whose name is taken or is no word of ASCII")
+            left_out.append(f"field {shown(name)}, whose name is taken or is not a word of ASCII")
             continue
         columns[name] = values
     columns = _with_positions(_with_colors(columns), left_out)
@@ -88,7 +88,7 @@ def read_pcd(data: Content) -> PcdPoints:
 def _header_of(data: Content) -> _Header:
     found = _DATA.search(data[: 1 << 16])
     if found is None:
-        raise MeshError("the file has no line DATA, which ends the header of a PCD file")
+        raise MeshError("the line DATA, which ends the header of a PCD file, is missing")
     words = {}
     for line in data[: found.start()].decode("latin-1").splitlines():
         key, *values = line.split("#")[0].split() or [""]
@@ -104,7 +104,7 @@ def _header_of(data: Content) -> _Header:
     ]
     for axis in "xyz":
         if [field.length for field in fields if field.name == axis] != [1]:
-            raise MeshError(f"the points of the file have no number {axis}")
+            raise MeshError(f"the points of the file have no coordinate {axis}")
     return _Header(
         [field for field in fields if field.length],
         _n_points(words),
@@ -116,12 +116,12 @@ def _header_of(data: Content) -> _Header:
 
 def _type_of(word: str) -> np.dtype[Any]:
     if word not in _KINDS:
-        raise MeshError(f"expected numbers of a TYPE and SIZE like F 4, got {shown(word)}")
+        raise MeshError(f"expected a TYPE and SIZE of numbers, such as F 4, got {shown(word)}")
     return np.dtype(_KINDS[word])
 
 
 def _n_points(words: dict[str, list[str]]) -> int:
-    """POINTS, which is WIDTH times HEIGHT; either may be missing."""
+    """Number of points: POINTS, or WIDTH times HEIGHT if POINTS is missing."""
     sides = [as_count("".join(words.get(key, ["1"])), key) for key in ("WIDTH", "HEIGHT")]
     n_points = math.prod(sides)
     given = as_count("".join(words["POINTS"]), "POINTS") if "POINTS" in words else n_points
@@ -157,12 +157,12 @@ def _read_text(data: Content, header: _Header) -> list[Array]:
 
 
 def _as_declared(values: Floats, field: _Field) -> Array:
-    """Convert decimals to the declared type; coordinates stay as they are."""
+    """Convert decimals to the declared type, except coordinates."""
     if field.name in ("x", "y", "z"):
         return values
     kind = field.dtype.kind
     is_whole = np.all((values == np.floor(values)) & (np.abs(values) < 2.0**32))
-    # Text has packed colors as integers, whatever type the header declares.
+    # In text, packed colors are integers, even if the header declares floats.
     if field.name in ("rgb", "rgba") and is_whole and (kind != "f" or values.max() >= 1):
         return (values.astype(np.int64) & 0xFFFFFFFF).astype(np.uint32)
     with np.errstate(invalid="ignore", over="ignore"):
@@ -182,14 +182,14 @@ def _read_records(data: Content, header: _Header) -> list[Array]:
 
 
 def _read_compressed(data: Content, header: _Header) -> list[Array]:
-    """Read columns, one after the other, that are compressed together."""
+    """Read columns that are stored one after the other and compressed together."""
     begin = header.begin + 8
     sizes = np.frombuffer(data[header.begin : begin].ljust(8, b"\0"), "<u4").tolist()
     packed = np.frombuffer(data, np.uint8)[begin : begin + sizes[0]]
     n_bytes = header.n_points * header.record_size
     if len(packed) != sizes[0] or sizes[1] != n_bytes or n_bytes > _MOST_COMPRESSED * len(packed):
         raise MeshError(
-            f"{counted(header.n_points, 'point')} take {n_bytes} bytes; the file declares"
+            f"{counted(header.n_points, 'point')} need {n_bytes} bytes; the file declares"
             f" {sizes[1]} in {sizes[0]} and has {len(packed)}: the file may be truncated or damaged"
         )
     content = _core.unpack_lzf(packed, n_bytes)
@@ -213,12 +213,12 @@ def _check_points(n_found: int, header: _Header) -> None:
 
 
 def _flat(values: Array) -> Array:
-    """Copy columns of one number to one dimension."""
+    """Copy a table; a table of one column becomes one-dimensional."""
     return np.ascontiguousarray(values[:, 0] if values.shape[1] == 1 else values)
 
 
 def _with_colors(columns: dict[str, Array]) -> dict[str, Array]:
-    """Replace packed colors by red, green and blue. The fourth byte, if any, is opacity."""
+    """Replace packed colors by red, green and blue; a fourth byte is opacity, and is ignored."""
     name = next((name for name in ("rgb", "rgba") if name in columns), None)
     if name is None or columns[name].ndim != 1 or columns[name].itemsize != 4:
         return columns

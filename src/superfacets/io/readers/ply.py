@@ -1,4 +1,4 @@
-"""PLY: vertices, faces, labels and attributes, taken from the tables of a file."""
+"""PLY: vertices, faces, labels and attributes, from the tables of a file."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from .ply_texture import with_texture
 from .text import as_integers
 
 RESTART = -1
-"""Index in a list that ends a strip; the next strip begins behind it."""
+"""Index that separates two strips in a list."""
 
 
 def read_ply(data: Content) -> Arrays:
-    """Vertices and faces of a PLY file, ASCII or binary."""
+    """Return vertices and faces of a PLY file, ASCII or binary."""
     return _read_arrays(parse_header(data), data)[0]
 
 
 def read_ply_with_attributes(
     data: Content, folder: Path | None = None
 ) -> tuple[Arrays, MeshAttributes]:
-    """Vertices and faces, and copies of all other properties; the file is read once.
+    """Return vertices and faces, and copies of all other properties.
 
-    Images that ``comment TextureFile`` names must be in `folder` or below it.
+    Images in ``comment TextureFile`` must be in `folder` or below it.
     """
     header = parse_header(data)
     arrays, tables = _read_arrays(header, data)
@@ -78,12 +78,8 @@ def _present(values: Array | None) -> Array:
 
 
 def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
-    """Triangles, (F, 3), in the order of the strips: each vertex from the third on makes one.
-
-    Every other triangle of a strip is reversed, so that all have the orientation of the first.
-    Degenerate triangles, with which some programs join strips, are kept, so that face indices and
-    labels agree with other programs.
-    """
+    """Triangles, (F, 3), in the order of strips; each vertex after the second ends a triangle."""
+    # Degenerate triangles are kept, so that indices of faces agree with other programs.
     begins = np.zeros(len(corners) + 1, dtype=bool)
     begins[np.cumsum(lengths, dtype=np.int64)] = True
     begins = begins[:-1] if len(corners) else begins[:0]
@@ -97,13 +93,13 @@ def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
     if not len(ends):
         raise MeshError("the PLY file has no faces: no strip has three vertices")
     triangles = np.stack([corners[ends - 2], corners[ends - 1], corners[ends]], axis=1)
-    is_turned = places[ends] % 2 == 1
+    is_turned = places[ends] % 2 == 1  # every other triangle of a strip has the other orientation
     triangles[is_turned] = triangles[is_turned][:, [1, 0, 2]]
     return triangles.astype(np.int64)
 
 
 def read_ply_labels(data: Content, name: str = "label") -> Array:
-    """The integer property `name` of the faces, or of the vertices if there are no faces."""
+    """Return the integer property `name` of the faces, or of the vertices if there are no faces."""
     header = parse_header(data)
     place, column = _find_labels(header, name)
     element = header.elements[place]
@@ -116,14 +112,14 @@ def read_ply_labels(data: Content, name: str = "label") -> Array:
 
 
 def has_ply_labels(data: Content, name: str) -> bool:
-    """Whether the faces, or the vertices where there are no faces, have a property of this name."""
+    """Whether the faces, or the vertices if there are no faces, have a property `name`."""
     header = parse_header(data)
     has_cells = header.faces is not None or header.find("vertex") is not None
     return has_cells and _find_labels(header, name)[1] is not None
 
 
 def _find_labels(header: Header, name: str) -> tuple[int, int | None]:
-    """Index of the labeled element, and of its property or None; strips have no labels per face."""
+    """Index of the labeled element, and of its property; None for strips and if it is missing."""
     vertex = header.find("vertex")
     place = vertex if header.faces is None and vertex is not None else _find_faces(header)[0]
     element = header.elements[place]
@@ -131,7 +127,7 @@ def _find_labels(header: Header, name: str) -> tuple[int, int | None]:
 
 
 def attributes_of(header: Header, tables: list[list[Column]]) -> MeshAttributes:
-    """Copy all properties except x, y, z and corners, so that the file content can be freed."""
+    """Copy all properties except x, y, z and corners, so that the content can be freed."""
     left_out: list[str] = []
     kept: dict[str, dict[str, Array]] = {"vertex": {}, "face": {}}
     for place, (element, columns) in enumerate(zip(header.elements, tables, strict=True)):
@@ -144,7 +140,7 @@ def attributes_of(header: Header, tables: list[list[Column]]) -> MeshAttributes:
 
 
 def _copied(element: Element, columns: list[Column], left_out: list[str]) -> dict[str, Array]:
-    """Columns by name, without positions and corners; `left_out` gets the columns not kept."""
+    """Columns by name, without positions and corners; columns not kept are added to `left_out`."""
     is_vertex = element.name == "vertex"
     own = [element.find(axis) for axis in "xyz"] if is_vertex else [element.find(*INDEX_NAMES)]
     copies: dict[str, Array] = {}
@@ -155,14 +151,14 @@ def _copied(element: Element, columns: list[Column], left_out: list[str]) -> dic
         if column.values is None:
             left_out.append(f"{what}, whose lists differ in length")
         elif stored.name in copies or not is_word(stored.name):
-            left_out.append(f"{what}, whose name is taken or is no word of ASCII")
+            left_out.append(f"{what}, whose name is taken or is not a word of ASCII")
         else:
             copies[stored.name] = _as_stored(column.values, stored)
     return copies
 
 
 def _as_stored(values: Array, stored: Property) -> Array:
-    """A contiguous copy of the declared type; float64 if that cannot hold the numbers of a text."""
+    """A contiguous copy of the declared type, or float64 if that type cannot hold the numbers."""
     declared = np.dtype(stored.dtype).newbyteorder("=")
     with np.errstate(invalid="ignore", over="ignore"):
         copy = np.array(values, dtype=declared, order="C")
@@ -173,7 +169,7 @@ def _as_stored(values: Array, stored: Property) -> Array:
 
 
 def _one_line(line: str) -> str:
-    """Decode a comment, and replace line breaks of another kind than the header's by blanks."""
+    """Decode a comment, and replace line breaks inside of the comment by blanks."""
     try:
         text = line.encode("latin-1").decode("utf-8")
     except UnicodeDecodeError:  # some programs write Latin-1

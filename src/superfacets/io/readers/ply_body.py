@@ -1,4 +1,4 @@
-"""Reads the tables of a PLY file as columns, for any elements and properties."""
+"""The tables of a PLY file as columns, for all elements and properties."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ MAX_RECORD_SIZE = 2**31 - 1
 class Column:
     """The values of one property."""
 
-    values: Array | None  # (R,), or for lists (R, n); None where lists differ in length
-    lengths: Array | None = None  # (R,) length of each list; None if the property is no list
-    ragged: Array | None = None  # (L,) values of all lists, flat, where lists differ in length
+    values: Array | None  # (R,), or for lists (R, n); None if lists differ in length
+    lengths: Array | None = None  # (R,) length of each list; None if the property is not a list
+    ragged: Array | None = None  # (L,) values of all lists, flat, if lists differ in length
 
 
 def read_tables(header: Header, data: Content) -> list[list[Column]]:
-    """Columns of all elements, in the order of the header.
+    """Return the columns of all elements, in the order of the header.
 
-    Declared sizes are compared with the size of the file before memory is allocated, and only
-    blanks may follow the last element. Lists of one length (all faces triangles) are read at once;
-    where lengths differ, rows are visited one by one.
+    Declared sizes are compared with the size of the file before memory is allocated. Only blanks
+    may follow the last element. Lists of equal length, such as triangles, are read at once; if
+    lengths differ, rows are visited one by one.
     """
     return _read_binary(header, data) if header.byte_order else _read_text(header, data)
 
@@ -54,12 +54,12 @@ def _read_binary(header: Header, data: Content) -> list[list[Column]]:
         tables.append(columns)
     if data[begin:].strip(b"\0 \r\n\t"):
         n_extra = len(data) - begin
-        raise MeshError(f"{counted(n_extra, 'byte')} follow all that the PLY header declares")
+        raise MeshError(f"the file has {counted(n_extra, 'byte')} more than the header declares")
     return tables
 
 
 def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[list[Column], int]:
-    """Columns of an element, and its end offset in the file."""
+    """Columns of an element, and its end offset."""
     heads = [np.dtype(stored.count_dtype or stored.dtype) for stored in element.properties]
     least = sum(head.itemsize for head in heads)
     if element.n_rows * least > len(data) - begin:
@@ -80,7 +80,7 @@ def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[l
 def _read_uniform(
     element: Element, lengths: list[int], data: Content, begin: int
 ) -> tuple[list[Column] | None, int]:
-    """Columns and end offset if all rows have lists of these lengths; else None and `begin`."""
+    """Columns and end offset if all rows have lists of these lengths, else None and `begin`."""
     fields: list[Any] = []
     for i, (stored, length) in enumerate(zip(element.properties, lengths, strict=True)):
         if stored.is_list:
@@ -100,7 +100,7 @@ def _read_uniform(
 
 
 def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Longs, Longs, int]:
-    """Byte offset and number of values of each row and property, and the end offset of the rows."""
+    """Byte offset and number of values of each row and property, and end offset of the rows."""
     counts = [np.dtype(stored.count_dtype or "u1") for stored in element.properties]
     starts, lengths, end, n_whole = _core.walk_rows(
         np.frombuffer(data, dtype=np.uint8),
@@ -121,11 +121,11 @@ def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Lon
 
 def _check_lengths(lengths: Array) -> None:
     if lengths.min(initial=0) < 0:
-        raise MeshError(f"the PLY file holds a list of {lengths.min()} numbers")
+        raise MeshError(f"the PLY file has a list of {lengths.min()} numbers")
 
 
 def _gather(stored: Property, data: Content, starts: Longs, lengths: Longs) -> Column:
-    """Gather the column whose rows begin at the byte offsets `starts` and hold `lengths` values."""
+    """Gather a column whose rows begin at the byte offsets `starts` and have `lengths` values."""
     listed = lengths if stored.is_list else None
     content = np.frombuffer(data, dtype=np.uint8)
     if np.any(lengths != lengths[0]):
@@ -148,7 +148,7 @@ def _read_text(header: Header, data: Content) -> list[list[Column]]:
         tables.append(_read_text_element(element, lines[:n_rows]))
         lines = lines[n_rows:]
     if len(lines):
-        raise MeshError(f"line {lines.number(0)} comes after all that the PLY header declares")
+        raise MeshError(f"line {lines.number(0)} is more than the PLY header declares")
     return tables
 
 
@@ -186,7 +186,7 @@ def _read_uniform_text(element: Element, values: Array, counts: Ints) -> list[Co
 
 
 def _gather_text(element: Element, values: Array, lines: Lines) -> list[Column]:
-    """Columns of lines whose lists differ in length; a MeshError for a line that is no row."""
+    """Columns of lines whose lists differ in length; a MeshError for a line that is not a row."""
     ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
     columns = []
@@ -211,12 +211,12 @@ def _check_tokens(lines: Lines, is_right: Bools) -> None:
         line = int(np.argmin(is_right))
         raise MeshError(
             f"line {lines.number(line)}: {counted(int(lines.counts[line]), 'number')}"
-            " do not make a row as the PLY header declares it"
+            " do not form a row as the PLY header declares it"
         )
 
 
 def _as_declared(values: Array, stored: Property) -> Array:
-    """Values rounded as a binary file of the same header would hold them."""
+    """Values rounded to the declared type, as in a binary file with the same header."""
     if stored.dtype[-2:] != "f4":
         return values
     with np.errstate(over="ignore"):  # `Mesh` refuses infinite coordinates
@@ -224,7 +224,7 @@ def _as_declared(values: Array, stored: Property) -> Array:
 
 
 def _list_column(values: Array, places: Longs, lengths: Longs) -> Column:
-    """Column of the lists that begin at `places` in `values`; an array if all lengths are equal."""
+    """Column of the lists that begin at `places` in `values`."""
     if not len(lengths) or np.any(lengths != lengths[0]):
         return Column(None, lengths, values[runs(places, lengths)])
     listed: Array = values[places[:, np.newaxis] + np.arange(int(lengths[0]))]

@@ -1,4 +1,4 @@
-"""The header of a PLY file, checked before any array is made."""
+"""The header of a PLY file."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from ..guards import Content
 TYPES = {word: stored for stored, word in PLY_TYPES.items()} | {
     np.dtype(stored).name: stored for stored in PLY_TYPES
 }
-"""numpy's type code for each type name of PLY, without the byte order."""
+"""NumPy's type code by PLY's name of a type, without the byte order."""
 
 COMMENT_WORDS = ("comment", "obj_info")
-"""First words of the header lines that declare nothing."""
+"""First words of comment lines."""
 
 INDEX_NAMES = ("vertex_indices", "vertex_index")
-"""Names of the list that holds the corners of a face."""
+"""Names of the list of the corners of a face."""
 
 STRIPS = "tristrips"
-"""Name of the element that some files have in place of faces; each row is a list of vertices."""
+"""Name of the element of triangle strips in files without faces; each row is a list of vertices."""
 
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 _HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
-"""Bytes of a file that are searched for the end of the header: at first, and at most."""
+"""Number of bytes in which the end of the header is searched: at first, and at most."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Property:
 
     name: str
     dtype: str  # of numpy, with the byte order
-    count_dtype: str | None = None  # type of a list's length; None if this is no list
+    count_dtype: str | None = None  # type of the length of a list; None if this is not a list
 
     @property
     def is_list(self) -> bool:
@@ -54,14 +54,14 @@ class Property:
 
 @dataclass(frozen=True)
 class Element:
-    """A table: vertices, faces, or anything else."""
+    """A table of vertices, of faces, or of other things."""
 
     name: str
     n_rows: int
     properties: list[Property] = field(default_factory=list)
 
     def record(self) -> np.dtype[Any] | None:
-        """The record type of a row, if all lists are corners of triangles; else None."""
+        """Return the record type of a row if the only list is corners of triangles, else None."""
         record: list[tuple[Any, ...]] = []
         for column, stored in enumerate(self.properties):
             name = stored.name if self.find(stored.name) == column else f"again {column}"
@@ -75,7 +75,7 @@ class Element:
         return np.dtype(record)
 
     def find(self, *names: str) -> int | None:
-        """Index of the first property that has one of the names; None if there is none."""
+        """Return the index of the first property with one of the names; None if there is none."""
         columns = (i for i, stored in enumerate(self.properties) if stored.name in names)
         return next(columns, None)
 
@@ -86,12 +86,12 @@ class Header:
 
     byte_order: str  # "<" or ">" in a binary file; empty in an ASCII file
     elements: list[Element]  # in the order of the file
-    size: int  # in bytes: the body begins there
+    size: int  # in bytes: offset of the body
     comments: list[str] = field(default_factory=list)  # lines that begin with COMMENT_WORDS
 
     @property
     def faces(self) -> int | None:
-        """Index of the element of faces, or else of strips; None if both are missing or empty."""
+        """Index of the element of faces, else of strips; None if both are missing or empty."""
         for name in ("face", STRIPS):
             place = self.find(name)
             if place is not None and self.elements[place].n_rows:
@@ -99,13 +99,13 @@ class Header:
         return None
 
     def find(self, name: str) -> int | None:
-        """Index of the element of that name; None if there is none."""
+        """Return the index of the element with this name; None if there is none."""
         places = (place for place, element in enumerate(self.elements) if element.name == name)
         return next(places, None)
 
 
 def read_header(path: Path) -> tuple[Header, bytes]:
-    """Read the header of a file; return it with the bytes that were read."""
+    """Read the header of a file; return the header and the bytes that were read."""
     size = _HEADER_BLOCK
     with path.open("rb") as file:
         content = file.read(size)
@@ -116,7 +116,7 @@ def read_header(path: Path) -> tuple[Header, bytes]:
 
 
 def parse_header(data: Content) -> Header:
-    """Read the header that `data` begins with; a MeshError names the line that is wrong."""
+    """Parse the header at the begin of `data`; a MeshError quotes the line that is wrong."""
     if data[:4] not in (b"ply\n", b"ply\r"):
         raise MeshError("not a PLY file: it does not begin with the word ply")
     newline = b"\r\n" if data[3:5] == b"\r\n" else data[3:4]
@@ -150,7 +150,7 @@ def _parse_line(line: str, byte_order: str, elements: list[Element]) -> None:
     if not words or words[0] in COMMENT_WORDS:
         return
     if words[0] == "element" and len(words) == 3 and words[2].isdecimal() and words[2].isascii():
-        # int() refuses thousands of digits with an error of its own.
+        # No count has 30 digits; `int` refuses more than 4,300 digits.
         elements.append(Element(words[1], int(words[2][:30])))
     elif words[0] == "property" and elements:
         elements[-1].properties.append(_parse_property(words, byte_order))
@@ -171,4 +171,4 @@ def _parse_property(words: list[str], byte_order: str) -> Property:
 
 
 def _bad_line(line: str, expected: str) -> MeshError:
-    return MeshError(f"the PLY header holds {reprlib.repr(line)} where {expected} should be")
+    return MeshError(f"the PLY header has {reprlib.repr(line)} where {expected} was expected")

@@ -10,7 +10,8 @@ import numpy as np
 from ..._types import Array, Ints, Longs
 from ..attributes import MeshAttributes
 from ..guards import Polygons
-from ..textures import Material, Texture, image_beside, problems_of
+from ..images import image_beside, problems_of
+from ..textures import Material, Texture
 from .ply_body import Column
 from .ply_header import Header
 
@@ -18,7 +19,7 @@ PAIRS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "text
 """Names of texture coordinates of vertices."""
 
 OF_CORNERS, IMAGE_OF_FACE = "texcoord", "texnumber"
-"""Names of the properties of faces in which MeshLab stores coordinates and images."""
+"""Names of the face properties in which MeshLab stores coordinates and images."""
 
 OF_TEXTURE = (OF_CORNERS, IMAGE_OF_FACE)
 
@@ -32,7 +33,7 @@ def with_texture(
     faces: Array | Polygons,
     folder: Path | None,
 ) -> MeshAttributes:
-    """Add the texture that attributes describe: pairs at vertices, or lists at faces."""
+    """Add the texture in the attributes: lists at faces, or pairs at vertices."""
     names = images_in(attributes.comments)
     if not names:
         return attributes
@@ -54,7 +55,7 @@ def with_texture(
 
 
 def images_in(comments: tuple[str, ...]) -> list[str]:
-    """Names of images in the comments of a header."""
+    """Return the names of images in the comments of a header."""
     found = [line[len(IMAGE_COMMENT) :].strip() for line in comments if is_image(line)]
     return [name for name in found if name]
 
@@ -65,7 +66,7 @@ def is_image(comment: str) -> bool:
 
 
 def _corners_of(faces: Array | Polygons) -> tuple[Array, Longs]:
-    """Vertices of all corners, and the offsets of faces in them."""
+    """Vertices of all corners, and the offsets of the faces."""
     if isinstance(faces, Polygons):
         return faces.indices, faces.offsets
     return faces.ravel(), 3 * np.arange(len(faces) + 1)
@@ -74,10 +75,7 @@ def _corners_of(faces: Array | Polygons) -> tuple[Array, Longs]:
 def _pairs_of_faces(
     header: Header, tables: list[list[Column]], offsets: Longs
 ) -> tuple[Array, Ints] | None:
-    """Pairs of lists at faces, and the index of the pair of each corner; None without lists.
-
-    A list that has not two numbers per corner gives none.
-    """
+    """Pairs in lists at faces, and the pair of each corner; -1 if a list has another length."""
     place = header.find("face")
     column = None if place is None else header.elements[place].find(OF_CORNERS)
     if place is None or column is None or place != header.faces:

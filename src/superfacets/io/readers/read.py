@@ -22,8 +22,8 @@ from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read
 from .b3dm import Placement, open_model
 from .clouds import CLOUD_READERS, holds_cloud
 from .cortex import SURFACE_ENDINGS, TRIANGLES, read_gifti, read_surface
-from .gltf import read_gltf
-from .gltf_texture import read_gltf_with_attributes
+from .gltf import open_scene, read_scene
+from .gltf_texture import read_texture
 from .obj import read_obj
 from .obj_texture import read_obj_with_attributes
 from .off import MAGIC as OFF_MAGIC
@@ -58,79 +58,79 @@ CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending !=
 
 CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
                ".fcstd": "FCStd"}  # fmt: skip
-"""Formats of CAD programs that hold no mesh, by their endings."""
+"""Formats of CAD programs, which hold no mesh, by their endings."""
 
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb", b"b3dm": ".b3dm",
            TRIANGLES: SURFACE_ENDINGS[0]}  # fmt: skip
 """Endings of files by their first bytes."""
 
-_NO_MESHES = {
-    **dict.fromkeys(
-        (".tif", ".tiff", ".asc"),
-        "a raster file is no mesh: make a mesh of its heights, see Terrain in the documentation",
-    ),
-    **dict.fromkeys(
-        (".shp", ".gpkg"),
-        "a vector file is no mesh: convert its triangles or points to .ply, .obj or .csv",
-    ),
-}
+_RASTER = (
+    "a raster file is not a mesh: make a mesh of its heights, see Terrain in the documentation"
+)
+_VECTOR = "a vector file is not a mesh: convert its triangles or points to .ply, .obj or .csv"
+_NO_MESHES = dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER) | {".shp": _VECTOR, ".gpkg": _VECTOR}
 """Messages about files of geographic information, by ending."""
 
 Parsed = TypeVar("Parsed")
 
-# First word of a text that is not in a comment line.
+# First word of a text outside of comment lines.
 _FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
 
 _OBJ_WORDS = b"v vn vt vp f l p o g s mtllib usemtl".split()
 
 
 def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
-    r"""Return the mesh that a file holds: its vertices and faces in their order.
+    r"""Read the mesh in a file: its vertices and faces, in the order of the file.
 
-    Nothing is merged, split, dropped, repaired or triangulated. Vertices are as the file stores
-    them: an STL file has three per face, and a glTF file repeats them along texture seams.
+    Nothing is merged, split, dropped, repaired or triangulated. Vertices are returned as stored:
+    an STL file has three vertices per face, and a glTF file repeats vertices along texture seams.
 
     Parameters
     ----------
     path : path-like
-        The ending, in any case, tells the format: ``.ply`` and ``.stl`` (ASCII and binary),
-        ``.obj`` (Wavefront), ``.off`` (ASCII), ``.glb`` and ``.gltf`` (2.0; the extra
-        ``compressed`` reads what Draco or meshopt compress), ``.b3dm`` (z up, without its
-        RTC_CENTER), ``.vtp``, and ``.tri`` (vertex count, a line of x y z per vertex, triangle
-        count, a line of three indices from 0 per triangle); for the cortex ``.gii`` (GIFTI) and
-        FreeSurfer's ``.white``, ``.pial``, ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere``;
-        for tetrahedra ``.vtu``, ``.vtk``
-        (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and ``.mesh`` (Medit, text). Triangle strips of a PLY
-        become their triangles. Groups and objects become one mesh. All meshes of a glTF scene
-        become one, in the order of the file, with a copy of a mesh for each node that shows it; the
-        copies may take 100 times the size of the file, or 64 MB if that is more. A glTF file may
-        refer to other files only in its folder or below.
+        The ending, in upper or lower case, selects the format:
+
+        - surfaces: ``.ply`` and ``.stl`` (ASCII and binary), ``.obj`` (Wavefront), ``.off``
+          (ASCII), ``.vtp``, ``.glb`` and ``.gltf`` (2.0; compression by Draco or meshopt needs the
+          extra ``compressed``), ``.b3dm`` (z up; RTC_CENTER is not added), and ``.tri`` (vertex
+          count, a line of x y z per vertex, triangle count, a line of three indices from 0 per
+          triangle);
+        - surfaces of the cortex, with the extra ``cortex``: ``.gii`` (GIFTI), and ``.white``,
+          ``.pial``, ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere`` (FreeSurfer);
+        - tetrahedra: ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and ``.mesh``
+          (Medit, text).
+
+        Triangle strips in a PLY file become triangles. All groups and objects form one mesh. All
+        meshes of a glTF scene form one mesh, in the order of the file, with a copy for each node
+        that shows the mesh; the arrays may have 100 times the size of the file, or 64 MB if that is
+        more. A glTF file may refer to other files only in its folder or below.
 
     Returns
     -------
     Mesh, PolygonMesh or TetMesh
-        A `Mesh` if all faces are triangles, a `PolygonMesh` otherwise; a `TetMesh` for the last
-        four formats, whose triangles, lines and points are skipped. Vertices are float64, exactly
-        as stored: decimals are rounded to the nearest double.
+        A `Mesh` if all faces are triangles, else a `PolygonMesh`; a `TetMesh` for formats of
+        tetrahedra, whose triangles, lines and points are skipped. Vertices are float64, and
+        decimals are rounded to the nearest double.
 
     Raises
     ------
     MeshError
-        If the file is empty, cut, damaged or of another format than its ending says; if it holds
-        no faces, or one with fewer than three corners; if an index or a coordinate is invalid; if
-        the ending is unknown. The message is one line that begins with the path. A text file that
-        was cut within its last number, or an OBJ file cut between lines, cannot be told from a
-        whole one.
+        If the file is empty, truncated or damaged, or if its format does not match its ending; if
+        there is no face, or a face with fewer than three corners; if an index or a coordinate is
+        invalid; if the ending is unknown. The message is one line that begins with the path. Two
+        cases cannot be detected: a text file that is truncated within its last number, and an OBJ
+        file that is truncated between lines.
     MissingExtraError
-        If a glTF file is compressed, and DracoPy or meshopt is not installed.
+        If DracoPy, meshopt or nibabel is needed and is not installed.
     OSError
-        If there is no such file, or it cannot be read.
+        If the file does not exist or cannot be read.
 
     Notes
     -----
     Time and memory are linear in the size of the file. Sizes that a header declares are compared
-    with the file's content before memory is allocated. Compressed arrays of a VTK file may take 100
-    times the size of the file, or 64 MB if that is more.
+    with the content of the file before memory is allocated, except for the cortex, whose files
+    nibabel reads. Compressed arrays of a VTK file may have 100 times the size of the file, or 64 MB
+    if that is more.
 
     Examples
     --------
@@ -147,37 +147,42 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
 
 
 def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
-    r"""Return the points that a file holds, with their normals and colors, if it has any.
+    r"""Read the points in a file, with their normals and colors, if the file has any.
 
     Parameters
     ----------
     path : path-like
-        The ending, in any case, tells the format. ``.ply``: its vertices, with properties x, y, z,
-        and optionally nx, ny, nz and red, green, blue. ``.xyz``, ``.csv`` and ``.txt``: a line of
-        numbers per point, separated by blanks, commas or semicolons. The first line may name the
-        columns, as in PLY. Without names, the three columns after x, y and z are colors if all
-        numbers are whole and 0 to 255, or normals if all have length 1. ``.npy``: an (N, 3) array,
-        or one of up to 12 columns, as in text. ``.las``. ``.laz``, which needs the extra ``las``:
-        its points may take 1,000 times the size of the file, or 64 MB if that is more. ``.pcd``
-        (text, binary, compressed). ``.e57``, which needs the extra ``e57``: the points of all
-        scans, one scan after the other, each moved to its pose.
+        The ending, in upper or lower case, selects the format:
+
+        - ``.ply``: vertices, with properties x, y, z, and optionally nx, ny, nz and red, green,
+          blue;
+        - ``.xyz``, ``.csv`` and ``.txt``: a line of numbers per point, separated by blanks, commas
+          or semicolons. The first line may name the columns, as in PLY. Without names, the three
+          columns after x, y and z are colors if all numbers are whole and 0 to 255, or normals if
+          all have length 1;
+        - ``.npy``: an array of 3 to 12 columns, with the same meaning as in text without names;
+        - ``.las``, and ``.laz``, which needs the extra ``las``: its points may have 1,000 times the
+          size of the file, or 64 MB if that is more;
+        - ``.pcd``: text, binary or compressed;
+        - ``.e57``, which needs the extra ``e57``: the points of all scans, one scan after the
+          other, each moved to its pose.
 
     Returns
     -------
     PointCloud
         The points; for a mesh in a PLY file, its vertices. Points that an E57 file declares
-        invalid, and points of a PCD file whose coordinates are NaN, have no position: they are left
-        out, and labels belong to the remaining points in their order.
+        invalid, and points of a PCD file whose coordinates are NaN, have no position: they are
+        skipped, and labels belong to the remaining points in their order.
 
     Raises
     ------
     MeshError
-        If the file is empty, cut, damaged or of another format than its ending says, or a
+        If the file is empty, truncated or damaged, if its format does not match its ending, or if a
         coordinate is invalid. The message is one line that begins with the path.
     MissingExtraError
         If lazrs (for ``.laz``) or pye57 (for ``.e57``) is not installed.
     OSError
-        If there is no such file, or it cannot be read.
+        If the file does not exist or cannot be read.
 
     Examples
     --------
@@ -195,50 +200,46 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
 
 
 def read_cells(path: str | os.PathLike[str], placement: Placement | None = None) -> Cells:
-    """Return the mesh that a file holds or, where there are no faces, its points.
-
-    `placement` moves a model of 3D Tiles.
-    """
+    """Read the mesh in a file, or its points if it has no faces; `placement` moves a 3D Tile."""
     parse = partial(parse_cells_and_attributes, keep=False, placement=placement)
     return _read(path, CELL_ENDINGS, parse)[0]
 
 
 def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
-    """Like `read_cells`; also the attributes of a cloud, or of a mesh in PLY, OBJ or glTF."""
+    """Read cells like `read_cells`, and attributes of a cloud or of a mesh in PLY, OBJ or glTF."""
     return _read(path, CELL_ENDINGS, parse_cells_and_attributes)
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
-    """Return the data that a file stores besides the mesh that `read_mesh` returns.
+    """Read the data of a file other than the mesh that `read_mesh` returns.
 
-    ``write_mesh(..., attributes=...)`` writes it to a file again.
+    ``write_mesh(..., attributes=...)`` writes these data to a file again.
 
     Parameters
     ----------
     path : path-like
-        Ends in ``.ply``: vertex colors, normals and all other properties except positions and
-        corners, and the texture if comments ``TextureFile`` name its images. Or in ``.obj``,
-        ``.glb``, ``.gltf`` or ``.b3dm``: the texture. Files of materials and images must be in the
-        folder of the mesh or below it. Images are not read yet.
+        A ``.ply`` file has vertex colors, normals and all other properties except positions and
+        corners, and a texture if comments ``TextureFile`` name its images. An ``.obj``, ``.glb``,
+        ``.gltf`` or ``.b3dm`` file has a texture. Files of materials and images must be in the
+        folder of the mesh or below it. Images are read later, on demand.
 
     Returns
     -------
     MeshAttributes
-        Arrays of the types that the file declares, in the order of the file. An integer in a text
-        file that its declared type cannot hold makes the property float64. `left_out` names
-        missing images, and the reason if a texture cannot be read.
+        Arrays of the types that the file declares, in the order of the file. A property of a text
+        file is float64 if the declared type cannot hold one of its integers. `left_out` names
+        missing images, and the reason why a texture cannot be read.
 
     Raises
     ------
     MeshError
         As for `read_mesh`, or if the path has another ending.
     OSError
-        If there is no such file, or it cannot be read.
+        If the file does not exist or cannot be read.
 
     Notes
     -----
-    The file is read again. This takes as much time and memory as `read_mesh`, plus memory for the
-    copies.
+    The whole file is read. Time and memory are as for `read_mesh`, plus memory for the attributes.
 
     Examples
     --------
@@ -272,24 +273,25 @@ def _read(
 
 
 def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
-    """The ending of a file to read as a mesh or a cloud; a MeshError if no reader knows it."""
+    """Return the ending of the file of a mesh or a cloud; a MeshError if there is no reader."""
     try:
         return known_ending(path, endings)
     except MeshError as error:
-        if path.suffix.lower() in CAD_FORMATS:
-            raise MeshError(f"{path}: {cad_advice(CAD_FORMATS[path.suffix.lower()])}") from None
-        advice = ": convert the file first" if path.suffix else ""
-        if path.suffix.lower() == ".json":
+        suffix = path.suffix.lower()
+        if suffix in CAD_FORMATS:
+            raise MeshError(f"{path}: {cad_advice(CAD_FORMATS[suffix])}") from None
+        if suffix in _NO_MESHES:
+            raise MeshError(f"{path}: {_NO_MESHES[suffix]}") from None
+        advice = ": convert the file first" if suffix else ""
+        if suffix == ".json":
             advice = ": tilesets are for batch, convert and segment --tiled"
-        if path.suffix.lower() in _NO_MESHES:
-            raise MeshError(f"{path}: {_NO_MESHES[path.suffix.lower()]}") from None
-        if path.suffix.lower() in CLOUD_READERS:
+        if suffix in CLOUD_READERS:
             advice = ": it holds points, use read_cloud"
         raise MeshError(f"{error}{advice}") from None
 
 
 def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
-    """Parse the mesh in a file's content; a glTF may refer to files in `folder` if there is one."""
+    """Parse the mesh in the content of a file; a glTF file may refer to files in `folder`."""
     if ending in _GLTF_ENDINGS:
         return _parse_gltf(data, folder, keep=False, placement=None)[0]
     if ending in TET_ENDINGS:
@@ -305,9 +307,9 @@ def parse_cells_and_attributes(
     keep: bool = True,
     placement: Placement | None = None,
 ) -> tuple[Cells, MeshAttributes | None]:
-    """The mesh in a file's content, or the point cloud where there are no faces.
+    """Parse the mesh in the content of a file, or the point cloud if there are no faces.
 
-    With `keep`, also the attributes, if there are any. `placement` moves a model of 3D Tiles.
+    With `keep`, the attributes are parsed, too. `placement` moves a model of 3D Tiles.
     """
     if ending in _GLTF_ENDINGS:
         return _parse_gltf(data, folder, keep=keep, placement=placement)
@@ -324,9 +326,11 @@ def _parse_gltf(
     data: Content, folder: Path | None, *, keep: bool, placement: Placement | None
 ) -> tuple[AnyMesh, MeshAttributes | None]:
     model = open_model(data, placement)
+    scene = open_scene(model.gltf, folder, model.matrix)
+    arrays = read_scene(scene)
     if not keep:
-        return _mesh_of(read_gltf(model.gltf, folder, model.matrix)), None
-    arrays, attributes = read_gltf_with_attributes(model.gltf, folder, model.matrix)
+        return _mesh_of(arrays), None
+    attributes = read_texture(scene, folder)
     if model.comments:
         attributes = replace(attributes, comments=model.comments)
     return _mesh_of(arrays), attributes
@@ -340,7 +344,7 @@ def _mesh_of(arrays: Arrays) -> AnyMesh:
 
 
 def recognized_ending(data: Content) -> str | None:
-    """Guess the ending of a file from its content; None if the format is unknown."""
+    """Return the likely ending of a file from its content; None if the format is unknown."""
     for begin, ending in _BEGINS.items():
         if data[: len(begin)] == begin:
             return ending

@@ -1,4 +1,4 @@
-"""STL, ASCII and binary: three corners per triangle, not merged into shared vertices."""
+"""STL, ASCII and binary: three vertices per triangle, which are not merged."""
 
 from __future__ import annotations
 
@@ -22,12 +22,11 @@ FACET, OUTER, VERTEX, ENDLOOP, ENDFACET, SOLID, ENDSOLID = range(7)
 
 TRIANGLE_LINES = np.array([FACET, OUTER, VERTEX, VERTEX, VERTEX, ENDLOOP, ENDFACET], dtype=np.int8)
 
-
 STEP_MAGIC = b"ISO-10303-21"
 
 
 def cad_advice(name: str) -> str:
-    """What to do with a file in this format of CAD programs."""
+    """Return the message for a file in a format of CAD programs."""
     return (
         f"{name} is CAD, not a mesh: export an STL from your CAD program, or"
         " gmsh part.step -2 -o part.stl"
@@ -35,28 +34,28 @@ def cad_advice(name: str) -> str:
 
 
 def read_stl(data: Content) -> Arrays:
-    """Vertices, three per face, and faces of an STL file; the stored normals are skipped."""
+    """Return vertices, three per face, and faces of an STL file; stored normals are skipped."""
     if data[: len(STEP_MAGIC)] == STEP_MAGIC:
         raise MeshError(cad_advice("STEP"))
-    corners = _read_binary(data) if _is_binary(data) else _read_ascii(data)
+    corners = _read_binary(data) if is_binary_stl(data) else _read_ascii(data)
     vertices = as_doubles(corners).reshape(-1, 3)
     index_type = np.int32 if len(vertices) <= MAX_CELLS else np.int64
     return vertices, np.arange(len(vertices), dtype=index_type).reshape(-1, 3)
 
 
 def _declared(data: Content) -> tuple[int, int]:
-    """Number of faces that the head of a binary file declares, and the file size it implies."""
+    """Number of faces that the header of a binary file declares, and the implied file size."""
     n_faces = int.from_bytes(data[HEADER_SIZE : HEADER_SIZE + 4], "little")
     return n_faces, HEADER_SIZE + 4 + n_faces * TRIANGLE.itemsize
 
 
 def has_binary_size(data: Content) -> bool:
-    """Whether the content has exactly the size that the head of a binary file implies."""
+    """Whether the content has exactly the size that its binary header implies."""
     return len(data) >= HEADER_SIZE + 4 and len(data) == _declared(data)[1]
 
 
-def _is_binary(data: Content) -> bool:
-    """Tell by the size first: the header of a binary file may begin with "solid" as well."""
+def is_binary_stl(data: Content) -> bool:
+    """Whether the file is binary; the size decides, as a binary header may begin with "solid"."""
     return (
         has_binary_size(data)
         or not re.match(rb"\s*solid", data, re.I)
@@ -70,7 +69,7 @@ def _read_binary(data: Content) -> Singles:
     n_faces, size = _declared(data)
     if size > len(data) or data[size:].strip(b"\0 \r\n\t"):
         raise MeshError(
-            f"not an STL file, or damaged: {counted(n_faces, 'declared triangle')} take"
+            f"not an STL file, or damaged: {counted(n_faces, 'declared triangle')} need"
             f" {size} bytes but the file has {len(data)}"
         )
     triangles = np.frombuffer(data, dtype=TRIANGLE, count=n_faces, offset=HEADER_SIZE + 4)
@@ -100,13 +99,13 @@ def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
     if keywords[-1] != ENDSOLID or not np.array_equal(borders, expected):
         number = split_lines(data).number(-1)
         raise MeshError(
-            f"line {number}: the file ends, but not each `solid` with an `endsolid`: it may be"
+            f"line {number}: the file ends, but a `solid` has no `endsolid`: the file may be"
             " truncated"
         )
 
 
 def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
-    """Raise a MeshError at the first line whose keyword cannot follow in a list of triangles."""
+    """Raise a MeshError for the first line with a wrong keyword in the list of triangles."""
     is_content = (keywords != SOLID) & (keywords != ENDSOLID)
     content = keywords[is_content]
     n_rest = len(content) % 7
@@ -124,6 +123,6 @@ def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
     if wanted == ENDLOOP and content[place] == VERTEX:
         raise MeshError(
             f"line {number}: faces[{place // 7}] has more than 3 corners;"
-            " only triangles are supported yet: triangulate the mesh first"
+            " only triangles are supported: triangulate the mesh first"
         )
     raise MeshError(f"line {number}: expected the keyword {KEYWORDS[wanted].decode()}")

@@ -1,4 +1,4 @@
-"""Reads tetrahedra from VTU, VTK, MSH and MESH files."""
+"""Tetrahedra in VTU, VTK, MSH and MESH files."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from .vtk_xml import XmlFile
 
 
 def read_tets(data: Content, ending: str) -> TriangleArrays:
-    """Vertices (V, 3) and tetrahedra (N, 4) in the order of the file; other cells are skipped.
+    """Return vertices (V, 3) and tetrahedra (N, 4) in the order of the file.
 
-    Volume cells other than tetrahedra are refused.
+    Points, lines and faces are skipped. Other volume cells are refused.
     """
     grid = _read(data, ending, "")
     return grid.vertices, grid.tets()
 
 
 def tet_labels(data: Content, name: str, *, ending: str) -> Array | None:
-    """The cell data of the tetrahedra that has this name; None if there is none."""
+    """Return the cell data `name` of the tetrahedra; None if there is none."""
     grid = _read(data, ending, name)
     if grid.values is None:
         return None
@@ -37,8 +37,8 @@ def _read(data: Content, ending: str, name: str) -> Grid:
     n_cells = len(grid.kinds)
     if len(grid.sizes) != n_cells or int(grid.sizes.sum()) != len(grid.corners):
         raise MeshError(
-            f"there are kinds of {counted(n_cells, 'cell')}, but sizes of {len(grid.sizes)} and"
-            f" {counted(len(grid.corners), 'corner')}: is the file damaged?"
+            f"there are types of {counted(n_cells, 'cell')}, but sizes of {len(grid.sizes)} and"
+            f" {counted(len(grid.corners), 'corner')}: the file may be damaged"
         )
     if grid.values is not None and len(grid.values) != n_cells:
         raise MeshError(

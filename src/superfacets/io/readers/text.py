@@ -1,7 +1,7 @@
-"""Numbers in lines of text, found and parsed by the core, on all threads.
+"""Numbers in lines of text, which the core finds and parses on all threads.
 
-The core parses decimals and integers as they are usually written. Lines that hold anything else
-are parsed by Python, which reports errors.
+The core parses decimals and integers in their usual form. Python parses lines with any other form,
+and reports errors.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ BLOCK = 1 << 23
 """Bytes of text per block of `iterate_lines`, to keep memory small."""
 
 EXACT = 2.0**53
-"""Up to this number, float64 holds every integer."""
+"""Largest number up to which float64 holds every integer."""
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.I)
 _INTEGER = re.compile(rb"[+-]?\d+")
@@ -39,7 +39,7 @@ class Lines:
     text: Bytes  # (B,) the whole text
     starts: Longs  # (L,) first byte of the first token of each line
     ends: Longs  # (L,) end of each line, before its comment and its newline
-    counts: Ints  # (L,) tokens, which are separated by blanks
+    counts: Ints  # (L,) number of tokens, which are separated by blanks
 
     def __len__(self) -> int:
         return len(self.starts)
@@ -48,23 +48,23 @@ class Lines:
         return Lines(self.text, self.starts[part], self.ends[part], self.counts[part])
 
     def content(self, line: int) -> bytes:
-        """Bytes of one line, from its first token on."""
+        """Bytes of one line, from its first token to its end."""
         return self.text[self.starts[line] : self.ends[line]].tobytes()
 
     def number(self, line: int) -> int:
-        """Line number in the file, from 1."""
+        """Line number in the file, counted from 1."""
         return 1 + int(np.count_nonzero(self.text[: self.starts[line]] == ord("\n")))
 
     def refuse(self, is_wrong: Bools, expected: str) -> None:
-        """Raise a MeshError at the first wrong line; the message ends in its number of tokens."""
+        """Raise a MeshError for the first wrong line; the message tells its number of tokens."""
         if is_wrong.any():
             line = int(np.argmax(is_wrong))
             raise MeshError(f"line {self.number(line)}: {expected}, got {self.counts[line]}")
 
     def keywords(self, words: Sequence[bytes], *, any_case: bool = False) -> npt.NDArray[np.int8]:
-        """Index of the word that is the first token of each line; ``len(words)`` if none is.
+        """Index of the first token of each line in `words`; ``len(words)`` for any other token.
 
-        With `any_case`, letter case is ignored; `words` must then be in lower case.
+        With `any_case`, letter case is ignored, and `words` must be in lower case.
         """
         names = [word.decode("ascii") for word in words]
         return _core.match_keywords(
@@ -72,40 +72,40 @@ class Lines:
         )
 
     def after_keyword(self, mask: Bools, keyword: bytes) -> Lines:
-        """The lines of `mask` without their first token, which is the keyword."""
+        """Lines of `mask`, without the keyword, which is their first token."""
         lines = self[mask]
         return Lines(self.text, lines.starts + len(keyword), lines.ends, lines.counts - 1)
 
     def parse(self, dtype: type[np.float64] | type[np.int64]) -> Array:
-        """All numbers, flat; a MeshError that names the line if a token is not a number.
+        """Parse all numbers, flat; a MeshError names the line if a token is not a number.
 
         Decimals are rounded to the nearest double. Integers are int32 if all fit, else int64;
-        integers beyond the limits of int64 become these limits.
+        integers outside the range of int64 are clipped.
         """
         if dtype is np.float64:
             return self._parse([_core.parse_doubles], _read_double)
         return self._parse([_core.parse_integers, _core.parse_long_integers], _read_integer)
 
     def parse_vertices(self) -> Floats:
-        """The first three numbers of each line, (L, 3); a weight or a color may follow them."""
+        """Parse the first three numbers of each line, (L, 3); a weight or a color may follow."""
         self.refuse(self.counts < 3, "a vertex needs 3 coordinates")
         return table(self.parse(np.float64), self.counts, 3)
 
     def parse_corners(self) -> Array:
-        """The vertex index of each corner, flat: the 7 in ``7``, ``7/2``, ``7//3`` and ``7/2/3``.
+        """Parse the vertex index of each corner: the 7 in ``7``, ``7/2``, ``7//3`` and ``7/2/3``.
 
-        Integers have the types of `parse`; a MeshError names the line if a token is something else.
+        The result is flat, with the types and errors of `parse`.
         """
         return self._parse([_core.parse_corners, _core.parse_long_corners], _read_corner)
 
     def parse_second_indices(self) -> Array:
-        """The second index of each corner, flat: the 2 in ``7/2`` and ``7/2/3``; 0 if missing."""
+        """Parse the second index of each corner: the 2 in ``7/2`` and ``7/2/3``; 0 if missing."""
         return self._parse(
             [_core.parse_second_indices, _core.parse_long_second_indices], _read_second_index
         )
 
     def parse_integers_or_floats(self) -> Array:
-        """All numbers, flat: integers if all are written as integers, else float64."""
+        """Parse all numbers, flat: integers if all are written as integers, else float64."""
         if len(self) and b"." in self.content(0):
             return self.parse(np.float64)
         try:
@@ -114,10 +114,7 @@ class Lines:
             return self.parse(np.float64)
 
     def _parse(self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]) -> Array:
-        """Parse all lines with the first kernel that can, or else with the last one.
-
-        `read_token` parses the tokens of lines that the last kernel cannot parse.
-        """
+        """Parse lines with the first kernel that can, or with the last kernel and `read_token`."""
         for kernel in kernels:
             values, left_out = kernel(
                 self.text, self.starts, self.ends, self.counts, checked_threads(None)
@@ -141,11 +138,11 @@ def _read_double(token: bytes) -> float:
 
 
 def _read_integer(token: bytes) -> int:
-    """The integer, clipped to the range of int64. int() refuses thousands of digits."""
+    """Parse an integer, clipped to the range of int64; `int` refuses more than 4,300 digits."""
     if not _INTEGER.fullmatch(token):
         raise ValueError(f"expected an integer, got {shown(token)}")
     digits = token.lstrip(b"+-").lstrip(b"0")
-    size = int(digits[:20] or b"0")  # 20 digits are beyond int64, whatever follows
+    size = int(digits[:20] or b"0")  # a number of 20 digits is outside the range of int64
     return -min(size, 2**63) if token.startswith(b"-") else min(size, 2**63 - 1)
 
 
@@ -166,35 +163,35 @@ def _read_second_index(token: bytes) -> int:
 
 
 def as_count(token: bytes | str, what: str) -> int:
-    """Parse a whole number >= 0; a MeshError if it is none, or has more than 18 digits."""
+    """Parse an integer >= 0 of at most 18 digits; a MeshError if the token is something else."""
     if not token.isdigit() or len(token) > 18 or not token.isascii():
         raise MeshError(f"{what} must be whole numbers, got {shown(token)}")
     return int(token)
 
 
 def shown(token: bytes | str) -> str:
-    """Text from a file, made safe to show in a message."""
+    """Shorten and escape text from a file for a message."""
     return reprlib.repr(token.decode("latin-1") if isinstance(token, bytes) else token)
 
 
 def split_lines(data: Content, *, begin: int = 0, comment: bytes = b"") -> Lines:
-    r"""Find the lines of `data`, from byte `begin` on, that hold a token.
+    r"""Find the lines of `data`, from byte `begin` on, that contain a token.
 
-    Lines end at ``\n``, or at ``\r`` in old files that have no ``\n``. The rest of a line after
-    `comment`, one character, is left out.
+    Lines end at ``\n``, or at ``\r`` in old files without ``\n``. The character `comment` and the
+    rest of its line are skipped.
     """
     return _scan(_as_text(data), begin, None, comment)
 
 
 def iterate_lines(data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
-    """Yield the lines of `split_lines` block by block, so that memory stays small."""
+    """Yield the lines of `split_lines` in blocks, to limit memory."""
     text = _as_text(data)
     for begin in range(0, max(1, len(text)), BLOCK):
         yield _scan(text, _next_line(text, begin), begin + BLOCK, comment)
 
 
 def _as_text(data: Content) -> Bytes:
-    """The bytes of a text, without byte order mark and padding, and with newlines as line ends."""
+    """Bytes of a text without byte order mark and padding; lines end with newlines."""
     if data[:3] == b"\xef\xbb\xbf":
         data = data[3:]
     if data[-1:] == b"\0":  # padding to the blocks of a disk, or of an archive
@@ -205,7 +202,7 @@ def _as_text(data: Content) -> Bytes:
 
 
 def _next_line(text: Bytes, place: int) -> int:
-    """Offset of the first line that begins at `place` or behind; the text's length if none does."""
+    """Offset of the first line that begins at or after `place`; the length of the text if none."""
     begin = place - 1
     while 0 <= begin < len(text):
         newlines = np.flatnonzero(text[begin : begin + 4096] == ord("\n"))
@@ -216,7 +213,7 @@ def _next_line(text: Bytes, place: int) -> int:
 
 
 def _scan(text: Bytes, begin: int, end: int | None, comment: bytes) -> Lines:
-    """The lines that begin in bytes `begin` to `end` (None: to the end); one begins at `begin`."""
+    """Lines that begin in bytes `begin` to `end`, or to the end of the text if `end` is None."""
     stop = len(text) if end is None else min(end, len(text))
     character = ord(comment) if comment else 0
     found = _core.scan_lines(text, min(begin, stop), stop, character, checked_threads(None))
@@ -224,7 +221,7 @@ def _scan(text: Bytes, begin: int, end: int | None, comment: bytes) -> Lines:
 
 
 def table(values: Array, counts: Ints, width: int) -> Array:
-    """First `width` values of each row; row i has ``counts[i] >= width`` of the flat values."""
+    """First `width` values of each row; row i consists of ``counts[i] >= width`` values."""
     if len(values) == 0:
         return values.reshape(0, width)
     if counts.min() == counts.max():
@@ -235,14 +232,14 @@ def table(values: Array, counts: Ints, width: int) -> Array:
 
 
 def runs(starts: Array, lengths: Array) -> Longs:
-    """Indices of runs of values, concatenated: start, start + 1, ... for each run."""
+    """Concatenated indices of runs: start, start + 1, ... for each run."""
     lengths = lengths.astype(np.int64, copy=False)
     before = np.cumsum(lengths) - lengths
     return np.repeat(starts - before, lengths) + np.arange(int(lengths.sum()))
 
 
 def as_integers(values: Array, what: str) -> Array:
-    """`values` as integers; a MeshError that calls them `what` if one has a fraction."""
+    """Convert values to integers; a MeshError, which calls them `what`, if one has a fraction."""
     if values.dtype.kind in "iu":
         return values
     is_whole = (values == np.floor(values)) & (np.abs(values) <= EXACT)

@@ -1,4 +1,4 @@
-"""Tilesets of 3D Tiles 1.0 and 1.1: the models of the finest level, and where they lie."""
+"""Tilesets of 3D Tiles 1.0 and 1.1: the models of the finest level, and their placements."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from ..._types import Floats
 from ...errors import MeshError
 from ..guards import named_errors, read_content
-from ..textures import file_beside
+from ..images import file_beside
 from .b3dm import UP_AXES, Placement, translation
 from .gltf import product
 from .gltf_file import items, numbers, parsed_json
@@ -21,46 +21,46 @@ from .gltf_file import items, numbers, parsed_json
 USUAL_NAME = "tileset.json"
 
 MAX_TILES = 1_000_000
-"""Tiles that are looked at: files that include each other can stand for any number."""
+"""Largest number of tiles of a tileset: files that include each other can have any number."""
 
 FAR = 100_000.0
-"""Distance of a tileset from zero from which positions are moved: there, neighbors of single
-precision are 8 mm apart."""
+"""Distance of a tileset from zero, in meters, from which an origin is subtracted from positions.
+At this distance, float32 has steps of 8 mm."""
 
-_EQUATOR, _FLATNESS = 6378137.0, 6.69437999014e-3
-"""Radius of the WGS84 ellipsoid in meters, and its squared eccentricity."""
+_EQUATOR, _ECCENTRICITY = 6378137.0, 6.69437999014e-3
+"""Radius of the WGS84 ellipsoid at the equator in meters, and its squared eccentricity."""
 
 
 class Tile(NamedTuple):
     """A model of a tileset."""
 
     path: Path
-    name: str  # path below the folder of the tileset, with slashes
+    name: str  # path relative to the folder of the tileset, with slashes
     placement: Placement
 
 
 @dataclass(frozen=True)
 class Tileset:
-    """The models of a tileset, in its order."""
+    """The models of a tileset, in the order of the tileset."""
 
     tiles: tuple[Tile, ...]
     origin: tuple[float, ...]
-    """What is subtracted from all positions: whole numbers, 0 if the tileset is near to zero."""
+    """Offset subtracted from all positions: whole numbers, 0 if the tileset is near zero."""
 
 
 class _Visit(NamedTuple):
-    """A tile that is to be looked at."""
+    """A tile on the stack of the traversal."""
 
     tile: dict[str, Any]
-    file: Path  # that describes it
-    above: Floats  # matrix of the tile above
-    refine: str  # of the tile above
-    up: str  # axis of models
-    files: tuple[Path, ...]  # that include each other, down to this tile
+    file: Path  # JSON file of the tile
+    above: Floats  # matrix of the parent tile
+    refine: str  # of the parent tile
+    up: str  # up axis of the models
+    files: tuple[Path, ...]  # chain of included files from the top to this tile
 
 
 def tileset_at(path: Path) -> Path | None:
-    """The file of a tileset, if the path is one (.json) or a folder that has one; else None."""
+    """Return the path itself if it ends in .json, or the tileset.json in a folder; else None."""
     if path.suffix.lower() == ".json":
         return path
     inside = path / USUAL_NAME
@@ -68,18 +68,18 @@ def tileset_at(path: Path) -> Path | None:
 
 
 def read_tileset(path: Path) -> Tileset:
-    """Return the models that a tileset shows at full detail; they are not read.
+    """Return the models that a tileset shows at full detail, without reading the models.
 
-    The content of a tile whose `refine` is ``"REPLACE"`` is left out if the tile has children. All
+    The content of a tile whose `refine` is ``"REPLACE"`` is skipped if the tile has children. All
     files must be in the folder of the tileset or below it.
 
     Raises
     ------
     MeshError
-        If a file is damaged, includes itself, refers to a place outside of the folder, or uses
-        implicit tiling; or if there is no model.
+        If a file is damaged, includes itself, refers to a file outside of the folder, or uses
+        implicit tiling; if there is no model, or more than `MAX_TILES` tiles.
     OSError
-        If a file of a tileset cannot be read.
+        If a file of the tileset cannot be read.
     """
     walk = _Walk(path.parent)
     found = [*walk.models(path)]
@@ -97,34 +97,34 @@ def read_tileset(path: Path) -> Tileset:
 
 @dataclass
 class _Walk:
-    """Visits the tiles of a tileset, and of the tilesets that it includes."""
+    """Traverses the tiles of a tileset and of the tilesets that it includes."""
 
     folder: Path
     documents: dict[Path, dict[str, Any]] = field(default_factory=dict)
 
     def models(self, path: Path) -> Iterator[tuple[Path, str, Floats, str]]:
-        """Path, name, matrix and upward axis of each model, depth first."""
+        """Yield path, name, matrix and up axis of each model, depth first."""
         stack = [self._root(path, np.eye(4), "REPLACE", ())]
-        n_visited = 0
+        n_tiles = 1
         while stack:
             visit = stack.pop()
-            n_visited += 1
-            if n_visited > MAX_TILES:
-                raise MeshError(f"{path}: the tileset has more than {MAX_TILES} tiles")
             with named_errors(visit.file):
-                below, models = self._looked_at(visit)
+                below, models = self._visited(visit)
+            n_tiles += len(below)
+            if n_tiles > MAX_TILES:
+                raise MeshError(f"{path}: the tileset has more than {MAX_TILES} tiles")
             stack.extend(reversed(below))
             for file, name, matrix in models:
                 yield file, name, matrix, visit.up
 
-    def _looked_at(self, visit: _Visit) -> tuple[list[_Visit], list[tuple[Path, str, Floats]]]:
-        """The tiles below a tile, and the models of its own that are shown."""
+    def _visited(self, visit: _Visit) -> tuple[list[_Visit], list[tuple[Path, str, Floats]]]:
+        """The children of a tile, and the models of the tile itself that are shown."""
         tile, file = visit.tile, visit.file
         extensions = tile.get("extensions")
         named = extensions if isinstance(extensions, dict) else {}
         if "implicitTiling" in tile or "3DTILES_implicit_tiling" in named:
             raise MeshError("implicit tiling is not supported")
-        matrix = product(visit.above, _transform(tile))
+        matrix = product(visit.above, _transform(tile)) if "transform" in tile else visit.above
         refine = str(tile.get("refine", visit.refine)).upper()
         below = [
             visit._replace(tile=child, above=matrix, refine=refine)
@@ -141,7 +141,7 @@ class _Walk:
         return below, [] if is_replaced else models
 
     def _root(self, file: Path, above: Floats, refine: str, files: tuple[Path, ...]) -> _Visit:
-        """The root of a tileset."""
+        """The root tile of a tileset."""
         if file.resolve() in files:
             raise MeshError(f"the tileset {file.name} includes itself")
         if file not in self.documents:
@@ -155,7 +155,7 @@ class _Walk:
         return _Visit(document["root"], file, above, refine, up, (*files, file.resolve()))
 
     def _file_of(self, content: dict[str, Any], file: Path) -> tuple[Path, str]:
-        """The file of a content, and its name below the folder."""
+        """The file of a content, and its path relative to the folder."""
         address = content.get("uri", content.get("url"))
         if not isinstance(address, str):
             raise MeshError("broken tileset: a content has no uri")
@@ -170,7 +170,7 @@ class _Walk:
         return path, path.relative_to(self.folder.resolve()).as_posix()
 
     def origin(self, path: Path) -> Floats:
-        """Center of the root's bounding volume in whole numbers; 0 if it is near to zero."""
+        """Center of the bounding volume of the root, rounded; 0 if it is near zero."""
         root = self.documents[path]["root"]
         matrix = _transform(root)
         center = matrix[:3, 3]
@@ -184,7 +184,7 @@ class _Walk:
                     given = numbers(shape, name, [0.0] * size)[:3]
                     center = product(matrix, translation(given))[:3, 3]
         if not np.isfinite(center).all():
-            raise MeshError(f"{path}: the root of the tileset is infinitely far away")
+            raise MeshError(f"{path}: the position of the tileset is not finite")
         rounded: Floats = np.rint(center) + 0.0  # no negative zeros
         return rounded if np.abs(center).max() >= FAR else np.zeros(3)
 
@@ -194,7 +194,7 @@ def _parsed(content: bytes) -> dict[str, Any]:
     document = parsed_json(content, "tileset")
     asset, root = document.get("asset"), document.get("root")
     if not isinstance(asset, dict) or not isinstance(root, dict):
-        raise MeshError("not a tileset: the JSON has no asset and root")
+        raise MeshError("not a tileset: the JSON has no asset or no root")
     version = asset.get("version")
     if not isinstance(version, str) or not version.startswith(("0.", "1.")):
         raise MeshError("the version of the tileset is not supported, only 1.0 and 1.1 are")
@@ -202,12 +202,12 @@ def _parsed(content: bytes) -> dict[str, Any]:
 
 
 def _transform(tile: dict[str, Any]) -> Floats:
-    """The matrix of a tile, which is stored by columns."""
+    """The matrix of a tile, which is stored column by column."""
     return numbers(tile, "transform", np.eye(4).ravel().tolist()).reshape(4, 4).T
 
 
 def _contents(tile: dict[str, Any], extension: object) -> list[dict[str, Any]]:
-    """The contents of a tile: one, or several by 3D Tiles 1.1 or the extension of 1.0."""
+    """The contents of a tile: one, or several in 3D Tiles 1.1 or with the extension of 1.0."""
     found = [tile["content"]] if isinstance(tile.get("content"), dict) else []
     found += items(tile, "contents")
     if isinstance(extension, dict):
@@ -216,12 +216,12 @@ def _contents(tile: dict[str, Any], extension: object) -> list[dict[str, Any]]:
 
 
 def _center_of_region(region: Floats) -> Floats:
-    """Center of west, south, east, north (radians) and heights, in the coordinates of the earth."""
+    """Center of west, south, east, north (radians) and heights, in earth-centered coordinates."""
     west, south, east, north, low, high = region.tolist()
     longitude, latitude, height = (west + east) / 2, (south + north) / 2, (low + high) / 2
     if west > east:  # across the date line
         longitude += np.pi
-    normal = _EQUATOR / np.sqrt(1 - _FLATNESS * np.sin(latitude) ** 2)
+    normal = _EQUATOR / np.sqrt(1 - _ECCENTRICITY * np.sin(latitude) ** 2)
     across = (normal + height) * np.cos(latitude)
-    up = (normal * (1 - _FLATNESS) + height) * np.sin(latitude)
+    up = (normal * (1 - _ECCENTRICITY) + height) * np.sin(latitude)
     return np.array([across * np.cos(longitude), across * np.sin(longitude), up])

@@ -1,4 +1,4 @@
-"""VTK: legacy files of unstructured grids, versions 3.0 to 5.1, text or binary."""
+"""VTK: legacy files of unstructured grids, versions 3.0 to 5.1, text and binary."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ _TYPES = {
     "vtkidtype": "i4",
     **{f"vtktype{word.lower()}": stored for word, stored in NUMBER_TYPES.items()},
 }  # fmt: skip
-"""numpy's type code, by VTK's name of a type. Binary files store ids (``vtkidtype``) as ``int``."""
+"""NumPy's type code by VTK's name of a type. Binary files store ids (``vtkidtype``) as ``int``."""
 
 _WIDTHS = {
     "VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1,
 }  # fmt: skip
-"""Numbers of components of the attributes that have a name and a type."""
+"""Number of components of the attributes with a name and a type."""
 
 
 def read_vtk(data: Content, name: str) -> Grid:
-    """Read the cells of a file, with the cell data called `name`."""
+    """Read the cells of a file, with the cell data `name`."""
     return _LegacyReader(data, name).read()
 
 
 class _LegacyReader(Cursor):
-    """Reads the sections of a file one after the other, to its end."""
+    """Reads all sections of a file."""
 
     def __init__(self, data: Content, name: str) -> None:
         super().__init__(data)
@@ -125,21 +125,21 @@ class _LegacyReader(Cursor):
         elif keyword in _WIDTHS:
             n *= _WIDTHS[keyword]
         else:
-            raise MeshError(f"expected a keyword of VTK's files, got {shown(words[0])}")
+            raise MeshError(f"expected a keyword of VTK, got {shown(words[0])}")
         self._keep(_word(words, 1), self._numbers(n, _word(words, place), keyword))
 
     def _count(self, words: list[str], place: int) -> int:
         return as_count(
-            _word(words, place), f"the sizes behind {shown(words[0]) if words else 'FIELD'}"
+            _word(words, place), f"the sizes of {shown(words[0]) if words else 'FIELD'}"
         )
 
     def _numbers(self, n: int, word: str, what: str) -> Array:
         if word.lower() not in _TYPES:
-            raise MeshError(f"{what} must be numbers of a type like double, got {shown(word)}")
+            raise MeshError(f"{what} must have a type such as double, got {shown(word)}")
         return self.numbers(n, _TYPES[word.lower()], what)
 
     def _keep(self, name: str, values: Array) -> None:
-        """Keep an array if it is the wanted cell data; names in files are percent-encoded."""
+        """Keep an array if it is the requested cell data; names in files are percent-encoded."""
         stored = unquote_to_bytes(name.encode("latin-1")).decode("utf-8", "replace")
         if self._owner == "CELL_DATA" and self._values is None and stored == self._name:
             self._values = values
@@ -174,5 +174,5 @@ def _split_rows(rows: Array, n_rows: int) -> tuple[Array, Array]:
             break
         place += 1 + sizes[place]
     if place != len(rows) or len(places) != n_rows:
-        raise MeshError("the numbers of CELLS do not make as many cells as it declares")
+        raise MeshError("the numbers of CELLS do not form the declared number of cells")
     return rows[places], np.delete(rows, places)

@@ -1,4 +1,4 @@
-"""VTK XML files: pieces and their arrays, inline or appended; and VTP, surfaces of polygons."""
+"""VTK XML files: pieces and their arrays, inline or appended. VTP: surfaces of polygons."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import binascii
 import lzma
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any, Literal
-from xml.parsers import expat
+from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
 
@@ -24,10 +23,12 @@ NUMBER_TYPES = {
     "Float32": "f4",
     "Float64": "f8",
 }
-"""NumPy's type code, by VTK's name of a type."""
+"""NumPy's type code by VTK's name of a type."""
 
 _NONE = np.empty(0, np.uint8)
-"""Empty array. Integers of any type stay integers when they are concatenated with it."""
+"""Empty array, which keeps the type of integers that are concatenated with it."""
+
+_UNNAMED = "without a name"
 
 _ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
 
@@ -39,7 +40,7 @@ def is_vtp(data: Content) -> bool:
 
 
 def read_vtp(data: Content) -> Arrays:
-    """Vertices and polygons of a VTP file; single points and lines are skipped."""
+    """Return vertices and polygons of a VTP file; single points and lines are skipped."""
     points, sizes, corners = _open(data).cells("Polys", "NumberOfPolys")
     if not len(sizes):
         raise MeshError("the VTP file has no polygons")
@@ -47,103 +48,60 @@ def read_vtp(data: Content) -> Arrays:
 
 
 def vtp_labels(data: Content, name: str) -> Array | None:
-    """The cell data of the polygons that has this name; None if there is none."""
+    """Return the cell data `name` of the polygons; None if there is none."""
     before = ("NumberOfVerts", "NumberOfLines")
     labels = _open(data).cell_data(name, "NumberOfPolys", before)
     if labels is not None and labels.dtype.kind not in "iu":
-        raise MeshError("labels must be integers: the VTP file holds something else")
+        raise MeshError("labels must be integers: the VTP file has another type")
     return labels
 
 
 def _open(data: Content) -> XmlFile:
     if not is_vtp(data):
-        raise MeshError("not a VTP file: it does not begin as a VTKFile of type PolyData")
+        raise MeshError("not a VTP file: it does not begin with a VTKFile of type PolyData")
     file = XmlFile(data, "PolyData")
-    if any(piece.count("NumberOfStrips") for piece in file.pieces):
+    if any(_count(piece, "NumberOfStrips") for piece in file.pieces):
         raise MeshError("the VTP file holds triangle strips: save it with polygons")
     return file
 
 
-@dataclass(frozen=True, eq=False)
-class _Array:
-    attributes: dict[str, str]
-    texts: list[str] = field(default_factory=list)
-
-    @property
-    def name(self) -> str:
-        return self.attributes.get("Name", "without a name")
-
-
-@dataclass(frozen=True, eq=False)
-class _Piece:
-    """A piece: the attributes of its tag, and its arrays by section."""
-
-    attributes: dict[str, str]
-    sections: dict[str, list[_Array]] = field(default_factory=dict)
-
-    def count(self, name: str) -> int:
-        """A count from the tag; 0 if missing."""
-        return as_count(self.attributes.get(name, "0"), name)
+def _count(piece: Element, name: str) -> int:
+    """A count from the tag of a piece; 0 if it is missing."""
+    return as_count(piece.get(name, "0"), name)
 
 
 class XmlFile:
-    """A VTK XML file of one type; arrays are decoded when asked for.
-
-    XML that VTK does not write is refused: document types, and with them entities.
-    """
+    """A VTK XML file of one type, whose arrays are decoded on demand."""
 
     def __init__(self, data: Content, kind: str) -> None:
-        self.pieces: list[_Piece] = []
-        self._path: list[str] = []
-        self._attributes: dict[str, dict[str, str]] = {}
         self._left = most_bytes_of(len(data))
         self._appended = memoryview(b"")
         begin = data.find(b"<AppendedData")
-        if begin < 0:
-            self._parse(data[:])
-        else:
+        text = data[:]
+        if begin >= 0:
             tag_end = data.find(b">", begin) + 1
             body, end = data.find(b"_", tag_end), data.rfind(b"</AppendedData")
             if not 0 < tag_end <= body < end:
-                raise MeshError("the appended data of the file does not end: it may be truncated")
-            self._parse(data[:tag_end] + data[end:])
+                raise MeshError("the appended data has no end: the file may be truncated")
+            text = data[:tag_end] + data[end:]
             self._appended = memoryview(data[body + 1 : end])
-        found = self._attributes.get("VTKFile", {})
-        if found.get("type") != kind or kind not in self._attributes:
+        root = _parsed_xml(text)
+        if root.get("type") != kind or root.find(kind) is None:
             raise MeshError(f"the VTKFile is not of type {kind}")
-        self._order = _ORDERS.get(found.get("byte_order", ""))
-        self._header = np.dtype(NUMBER_TYPES.get(found.get("header_type", "UInt32"), "u4"))
-        self._compressor = found.get("compressor", "")
-
-    def _parse(self, text: bytes) -> None:
-        parser = expat.ParserCreate()
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = lambda _: self._path.pop()
-        parser.CharacterDataHandler = self._characters
-        parser.StartDoctypeDeclHandler = _refuse_doctype
-        parse_xml(parser, text)
-
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        depth = len(self._path)
-        if depth < 2:
-            self._attributes[tag] = attributes
-        elif tag == "Piece" and depth == 2:
-            self.pieces.append(_Piece(attributes))
-        elif tag == "DataArray" and depth == 4 and self._path[2] == "Piece":
-            self.pieces[-1].sections.setdefault(self._path[3], []).append(_Array(attributes))
-        self._path.append(tag)
-
-    def _characters(self, text: str) -> None:
-        if len(self._path) == 5 and self._path[2] == "Piece" and self._path[4] == "DataArray":
-            self.pieces[-1].sections[self._path[3]][-1].texts.append(text)
+        self.pieces = root.findall(f"{kind}/Piece")
+        self._order = _ORDERS.get(root.get("byte_order", ""))
+        self._header = np.dtype(NUMBER_TYPES.get(root.get("header_type", "UInt32"), "u4"))
+        self._compressor = root.get("compressor", "")
+        appended = root.find("AppendedData")
+        self._encoding = "" if appended is None else appended.get("encoding", "")
 
     def cells(self, section: str, count: str) -> tuple[Floats, Array, Array]:
-        """Vertices (V, 3), sizes of cells, and their corners, flat, of all pieces."""
+        """Return vertices (V, 3), sizes and flat corners of the cells of all pieces."""
         parts: list[tuple[Floats, Array, Array]] = [(np.empty((0, 3)), _NONE, _NONE)]
         n_points = 0
         for piece in self.pieces:
             points = self._points(piece)
-            ends = self._integers(piece, section, "offsets", piece.count(count))
+            ends = self._integers(piece, section, "offsets", _count(piece, count))
             sizes = sizes_between(ends, section)
             corners = self._integers(piece, section, "connectivity", int(sizes.sum()))
             parts.append((points, sizes, corners + n_points if n_points else corners))
@@ -152,35 +110,35 @@ class XmlFile:
         return points, sizes, corners
 
     def kinds(self) -> Array:
-        """VTK's type of each cell of all pieces."""
+        """Return VTK's type of each cell of all pieces."""
         found = [
-            self._integers(piece, "Cells", "types", piece.count("NumberOfCells"))
+            self._integers(piece, "Cells", "types", _count(piece, "NumberOfCells"))
             for piece in self.pieces
         ]
         return np.concatenate([_NONE, *found])
 
     def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
-        """Cell data of all pieces, without cells counted by `before`; None if a piece has none."""
+        """Return cell data of all pieces, without cells of `before`; None if a piece lacks it."""
         parts = []
         for piece in self.pieces:
-            n_before = sum(map(piece.count, before))
-            n_cells = n_before + piece.count(count)
+            n_before = sum(_count(piece, name) for name in before)
+            n_cells = n_before + _count(piece, count)
             values = self._array(piece, "CellData", name, n_cells) if n_cells else _NONE
             if values is None:
                 return None
             parts.append(values[n_before:])
         return np.concatenate(parts) if parts else None
 
-    def _points(self, piece: _Piece) -> Floats:
-        n_points = piece.count("NumberOfPoints")
-        array = next(iter(piece.sections.get("Points", [])), None)
+    def _points(self, piece: Element) -> Floats:
+        n_points = _count(piece, "NumberOfPoints")
+        array = piece.find("Points/DataArray")
         if not n_points:
             return np.empty((0, 3))
-        if array is None or array.attributes.get("NumberOfComponents") != "3":
-            raise MeshError("the Points of the file need an array of 3 components")
+        if array is None or array.get("NumberOfComponents") != "3":
+            raise MeshError("the Points of the file must have 3 components")
         return as_doubles(self._values(array, 3 * n_points)).reshape(-1, 3)
 
-    def _integers(self, piece: _Piece, section: str, name: str, n: int) -> Array:
+    def _integers(self, piece: Element, section: str, name: str, n: int) -> Array:
         """An array of `n` integers; a MeshError if it is missing."""
         found = self._array(piece, section, name, n) if n else _NONE
         if found is None:
@@ -189,33 +147,34 @@ class XmlFile:
             raise MeshError(f"the array {name} must hold integers")
         return found
 
-    def _array(self, piece: _Piece, section: str, name: str, n: int) -> Array | None:
+    def _array(self, piece: Element, section: str, name: str, n: int) -> Array | None:
         """The array of this name, with `n` values; None if there is none."""
-        array = next((one for one in piece.sections.get(section, []) if one.name == name), None)
+        arrays = piece.findall(f"{section}/DataArray")
+        array = next((one for one in arrays if one.get("Name", _UNNAMED) == name), None)
         if array is None:
             return None
-        if array.attributes.get("NumberOfComponents", "1") not in ("0", "1"):
-            raise MeshError(f"the array {shown(name)} has more than one number for each cell")
+        if array.get("NumberOfComponents", "1") not in ("0", "1"):
+            raise MeshError(f"the array {shown(name)} has more than one number per cell")
         return self._values(array, n)
 
-    def _values(self, array: _Array, n: int) -> Array:
-        """The `n` numbers of an array; a MeshError with its name if it has another size."""
+    def _values(self, array: Element, n: int) -> Array:
+        """The `n` numbers of an array; a MeshError names the array if it has another size."""
         try:
             self._left -= 8 * n
             if self._left < 0:
                 raise MeshError(f"{counted(n, 'number')} are too many for a file of this size")
             return self._decoded(array, n)
         except MeshError as error:
-            raise MeshError(f"the array {shown(array.name)}: {error}") from None
+            raise MeshError(f"the array {shown(array.get('Name', _UNNAMED))}: {error}") from None
 
-    def _decoded(self, array: _Array, n: int) -> Array:
-        word = array.attributes.get("type", "")
+    def _decoded(self, array: Element, n: int) -> Array:
+        word = array.get("type", "")
         if word not in NUMBER_TYPES:
-            raise MeshError(f"expected numbers of a type like Float64, got {shown(word)}")
+            raise MeshError(f"expected a type such as Float64, got {shown(word)}")
         stored = np.dtype(NUMBER_TYPES[word])
-        form = array.attributes.get("format", "ascii")
+        form = array.get("format", "ascii")
         if form == "ascii":
-            values = parsed("".join(array.texts).encode(), stored)
+            values = _parsed((array.text or "").encode(), stored)
             if len(values) != n:
                 n_found = len(values)
                 raise MeshError(
@@ -223,12 +182,12 @@ class XmlFile:
                 )
             return values
         if form == "binary":
-            data: Any = "".join("".join(array.texts).split()).encode()
+            data: Any = "".join((array.text or "").split()).encode()
             is_base64 = True
         elif form == "appended":
-            offset = as_count(array.attributes.get("offset", ""), "offsets of appended data")
+            offset = as_count(array.get("offset", ""), "offsets of appended data")
             data = self._appended[offset:]
-            is_base64 = self._attributes.get("AppendedData", {}).get("encoding") != "raw"
+            is_base64 = self._encoding != "raw"
         else:
             raise MeshError(f"expected the format ascii, binary or appended, got {shown(form)}")
         if self._order is None:
@@ -240,19 +199,19 @@ class XmlFile:
         """The decompressed bytes of an array; a MeshError if there are not `n_bytes`."""
         assert self._order is not None
         header, size = self._header.newbyteorder(self._order), self._header.itemsize
-        first = int(np.frombuffer(first_bytes(data, size, is_base64), header)[0])
+        first = int(np.frombuffer(_first_bytes(data, size, is_base64), header)[0])
         if not self._compressor:
             _check_size(first, n_bytes)
-            return first_bytes(data, size + first, is_base64)[size:]
+            return _first_bytes(data, size + first, is_base64)[size:]
         if not first:
             _check_size(0, n_bytes)
             return b""
-        head = size * (3 + first)  # base64 encodes it apart from the blocks
-        sizes = np.frombuffer(first_bytes(data, head, is_base64), header)[1:].tolist()
+        head = size * (3 + first)  # encoded separately from the blocks
+        sizes = np.frombuffer(_first_bytes(data, head, is_base64), header)[1:].tolist()
         full, last, packed = sizes[0], sizes[1] or sizes[0], sizes[2:]
         _check_size(full * (first - 1) + last, n_bytes)
         rest = data[_stored_size(head, is_base64) :]
-        blocks = memoryview(first_bytes(rest, sum(packed), is_base64))
+        blocks = memoryview(_first_bytes(rest, sum(packed), is_base64))
         content = bytearray()
         for place, n_packed in enumerate(packed):
             block, blocks = blocks[:n_packed], blocks[n_packed:]
@@ -268,7 +227,7 @@ class XmlFile:
             else:
                 raise MeshError(
                     f"blocks are compressed by {shown(self._compressor)}:"
-                    " save them by vtkZLibDataCompressor"
+                    " save the file with vtkZLibDataCompressor"
                 )
         except (zlib.error, lzma.LZMAError, EOFError):
             raise MeshError("a compressed block is damaged") from None
@@ -276,46 +235,41 @@ class XmlFile:
         return content
 
 
-def parse_xml(parser: expat.XMLParserType, text: bytes) -> None:
-    """Parse a text with a parser whose handlers are set; a MeshError if it is no XML."""
-    parser.buffer_text = True
-    parser.buffer_size = 1 << 16
-    try:
-        parser.Parse(text, True)
-    except MeshError:
-        raise
-    except (expat.ExpatError, LookupError, ValueError) as error:  # also unknown encodings
-        raise MeshError(f"the XML is cut or damaged: {error}") from None
-
-
 def _stored_size(n: int, is_base64: bool) -> int:
     return 4 * -(-n // 3) if is_base64 else n
 
 
-def first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
+def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
     """The first `n` bytes; a MeshError, before memory is allocated, if there are fewer."""
     size = _stored_size(n, is_base64)
     if size > len(data):
         raise MeshError(
-            f"{counted(size, 'byte')} are needed, {len(data)} are left: it may be truncated"
+            f"{counted(size, 'byte')} are needed, {len(data)} follow: the file may be truncated"
         )
     if not is_base64:
         return bytes(data[:n])
-    try:  # the last group of four characters may also encode bytes behind the first n
+    try:  # the last group of four characters may encode more than n bytes
         found = binascii.a2b_base64(data[:size], strict_mode=True)[:n]
     except binascii.Error:
         found = b""
     if len(found) < n:
-        raise MeshError("it is not base64")
+        raise MeshError("the data is not base64")
     return found
 
 
-def _refuse_doctype(*_: object) -> None:
-    raise MeshError("the XML declares a document type, which files of VTK do not have")
+def _parsed_xml(text: bytes) -> Element:
+    """Parse a VTKFile; document types, which define entities, are refused."""
+    if b"<!DOCTYPE" in text:
+        raise MeshError("the XML declares a document type, which files of VTK do not have")
+    try:
+        root = fromstring(text)
+    except (ParseError, LookupError, ValueError) as error:  # also unknown encodings
+        raise MeshError(f"the XML is truncated or damaged: {error}") from None
+    return root if root.tag == "VTKFile" else Element("")
 
 
-def parsed(text: bytes, stored: np.dtype[Any]) -> Array:
-    """The numbers of a text, as numbers of this type."""
+def _parsed(text: bytes, stored: np.dtype[Any]) -> Array:
+    """Parse a text to numbers of this type."""
     lines = split_lines(text)
     if stored.kind != "f":
         return as_integers(lines.parse_integers_or_floats(), "values")
@@ -325,4 +279,6 @@ def parsed(text: bytes, stored: np.dtype[Any]) -> Array:
 
 def _check_size(found: int, n_bytes: int) -> None:
     if found != n_bytes:
-        raise MeshError(f"expected {counted(n_bytes, 'byte')}, got {found}: is the file damaged?")
+        raise MeshError(
+            f"expected {counted(n_bytes, 'byte')}, got {found}: the file may be damaged"
+        )

@@ -133,8 +133,9 @@ def view(
     """
     cells = as_cells(mesh)
     kind, n_cells = kind_of(cells), cells.n_cells
-    levels = checked_levels(labels, n_cells)
-    truth = checked_truth(ground_truth, n_cells)
+    n_vertices = getattr(cells, "n_vertices", None)
+    levels = checked_levels(labels, n_cells, n_vertices)
+    truth = checked_truth(ground_truth, n_cells, n_vertices)
     values = checked_features(features, n_cells, levels[0].n_regions if levels else None)
     if camera is not None and not isinstance(camera, View):
         raise TypeError(f"camera must be a superfacets.View, got {camera!r}")

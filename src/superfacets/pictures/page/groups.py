@@ -118,25 +118,32 @@ class Feature:
         return np.where(is_missing, np.uint16(NO_VALUE), steps)
 
 
-def checked_levels(labels: LabelsLike | None, n_cells: int) -> list[Labeling]:
+def checked_levels(
+    labels: LabelsLike | None, n_cells: int, n_vertices: int | None = None
+) -> list[Labeling]:
     """The labelings of the levels on a page; an empty list for None."""
     if labels is None:
         return []
     given: Any = labels.levels if isinstance(labels, Levels) else labels
     refuse_mask(given, "labels")
     if isinstance(given, (list, tuple)) and given and np.ndim(given[0]) == 1:
-        return [_checked_labeling(level, n_cells) for level in given]
+        return [_checked_labeling(level, n_cells, n_vertices) for level in given]
     array = np.asarray(given)
-    return [_checked_labeling(level, n_cells) for level in (array if array.ndim == 2 else [given])]
+    return [
+        _checked_labeling(level, n_cells, n_vertices)
+        for level in (array if array.ndim == 2 else [given])
+    ]
 
 
-def checked_truth(labels: npt.ArrayLike | None, n_cells: int) -> Labeling | None:
+def checked_truth(
+    labels: npt.ArrayLike | None, n_cells: int, n_vertices: int | None = None
+) -> Labeling | None:
     """The labeling of a ground truth; None for None."""
-    return None if labels is None else _checked_labeling(labels, n_cells)
+    return None if labels is None else _checked_labeling(labels, n_cells, n_vertices)
 
 
-def _checked_labeling(labels: Any, n_cells: int) -> Labeling:
-    return Labeling(*compact_partial_labels(labels, n_cells))
+def _checked_labeling(labels: Any, n_cells: int, n_vertices: int | None) -> Labeling:
+    return Labeling(*compact_partial_labels(labels, n_cells, n_vertices))
 
 
 def checked_features(

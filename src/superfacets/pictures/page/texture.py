@@ -10,8 +10,9 @@ import numpy as np
 
 from ..._types import Array
 from ...cells.texels import check_texture
+from ...io.images import TextureImage, import_pillow
 from ...io.light import srgb_of_linear
-from ...io.textures import WRAPS, Texture, TextureImage, import_pillow
+from ...io.textures import WRAPS, Texture
 from ...mesh.faces import FaceMesh, corner_triangles
 from .coding import Coding
 from .shape import STEPS

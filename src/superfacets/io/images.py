@@ -1,0 +1,191 @@
+"""Images of textures: found beside a mesh or in its file, and decoded by Pillow."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import reprlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._types import Bytes
+from ..errors import MeshError, import_extra
+from .guards import open_regular, read_content, shortened
+
+MAX_PIXELS = 1 << 28
+"""Largest number of pixels of an image: 16,384 x 16,384."""
+
+ALWAYS_ALLOWED_PIXELS = 1 << 24
+MAX_PIXELS_PER_BYTE = 1032
+"""Largest allowed number of pixels per byte of the file, for images of more than
+`ALWAYS_ALLOWED_PIXELS`: the highest compression that deflate, as in PNG, reaches."""
+
+_PLUGINS = {"png": "Png", "jpeg": "Jpeg", "webp": "WebP", "bmp": "Bmp", "tiff": "Tiff",
+            "tga": "Tga"}  # fmt: skip
+"""Names of Pillow's readers. `PIL.Image.open` would refuse more than 179 million pixels."""
+
+_MAGIC = {
+    "png": re.compile(rb"\x89PNG\r\n\x1a\n"),
+    "jpeg": re.compile(rb"\xff\xd8\xff"),
+    "webp": re.compile(rb"RIFF....WEBP", re.DOTALL),
+    "bmp": re.compile(rb"BM.{12}[\x0c-\x7f]\0\0\0", re.DOTALL),
+    "tiff": re.compile(rb"II\*\0|MM\0\*"),
+    "ktx2": re.compile(rb"\xabKTX 20\xbb\r\n\x1a\n"),
+    # TGA has no signature: no color map or one of 256 entries, and a known type of image.
+    "tga": re.compile(
+        rb".(\0[\x02\x03\x0a\x0b]\0\0\0\0\0|\x01[\x01\x09]....[\x18\x20])", re.DOTALL
+    ),
+}
+"""First bytes of each kind of image; the most distinctive kinds come first."""
+
+UNKNOWN = "has an unknown format"
+
+ENDING_OF_IMAGE = {kind: f".{kind}" for kind in _PLUGINS} | {"jpeg": ".jpg", "tiff": ".tif"}
+
+
+def kind_of_image(content: bytes) -> str | None:
+    """Return the kind of an image from its first bytes; None if the kind is unknown."""
+    return next((kind for kind, magic in _MAGIC.items() if magic.match(content)), None)
+
+
+@dataclass(frozen=True, eq=False)
+class TextureImage:
+    """An image of a texture, which is read and decoded on demand.
+
+    Parameters
+    ----------
+    name : str
+        Name of the image in messages, and name of its copies.
+    path : path-like, optional
+        The file of the image.
+    content : bytes, optional
+        The encoded image, if it is stored in the file of the mesh.
+    problem : str, optional
+        Reason why the image cannot be used, for example ``"is missing"``.
+    """
+
+    name: str
+    path: Path | None = None
+    content: bytes | None = None
+    problem: str | None = None
+
+    def encoded(self) -> bytes:
+        """Return the encoded image; a MeshError if its file or its format cannot be read."""
+        problem, content = self.problem, self.content or b""
+        if problem is None and self.path is not None:
+            try:
+                content = read_content(self.path)[:]
+            except (OSError, MeshError):
+                problem = "cannot be read"
+        if problem is not None:
+            raise MeshError(f"the image {self._shown} {problem}")
+        if kind_of_image(content) is None:
+            raise MeshError(f"the image {self._shown} {UNKNOWN}")
+        return content
+
+    def size(self) -> tuple[int, int]:
+        """Return width and height, without decoding the pixels."""
+        size: tuple[int, int] = self._open(self.encoded()).size
+        return size
+
+    def pixels(self) -> Bytes:
+        """Return red, green and blue of all pixels, uint8, shape (height, width, 3).
+
+        The first row is the top row. Transparency is ignored.
+
+        Raises
+        ------
+        MeshError
+            If the image is missing or damaged, or is not PNG, JPEG, WebP, BMP, TIFF or TGA; if it
+            has more than 2**28 pixels, or more than 2**24 pixels and more than 1,032 pixels per
+            byte of its file.
+        MissingExtraError
+            If Pillow is not installed.
+        """
+        image = self._open(self.encoded())
+        with _reading(self._shown):
+            if image.mode.startswith("I;16"):
+                gray = (np.asarray(image) >> 8).astype(np.uint8)
+                return np.repeat(gray[:, :, np.newaxis], 3, axis=2)
+            return np.asarray(image if image.mode == "RGB" else image.convert("RGB"))
+
+    @property
+    def _shown(self) -> str:
+        return reprlib.repr(self.name)
+
+    def _open(self, content: bytes) -> Any:
+        """Open the image with Pillow, which reads only the header."""
+        kind = kind_of_image(content)
+        if kind == "ktx2":
+            raise MeshError(f"the image {self._shown} is KTX2: convert it to PNG or JPEG")
+        name = _PLUGINS[kind or ""]
+        reader = getattr(import_pillow(f"{name}ImagePlugin"), f"{name}ImageFile")
+        with _reading(self._shown):
+            image = reader(io.BytesIO(content))
+        width, height = image.size
+        most = max(ALWAYS_ALLOWED_PIXELS, MAX_PIXELS_PER_BYTE * len(content))
+        if width * height > min(most, MAX_PIXELS):
+            raise MeshError(
+                f"the image {self._shown} declares {width} x {height} pixels in {len(content)}"
+                " bytes, which is too many"
+            )
+        return image
+
+
+@contextlib.contextmanager
+def _reading(name: str) -> Iterator[None]:
+    """Turn any error of Pillow into a MeshError that names the image."""
+    try:
+        yield
+    except Exception as error:
+        why = shortened(str(error)) or type(error).__name__
+        raise MeshError(f"the image {name} is damaged: {why}") from None
+
+
+def import_pillow(module: str) -> Any:
+    """Return a module of Pillow; a MissingExtraError if Pillow is not installed."""
+    return import_extra(f"PIL.{module}", "reading of textures", "texture")
+
+
+def file_beside(name: str, folder: Path | None, top: Path | None = None) -> Path | None:
+    """Return the file at a path relative to `folder`; None if it is outside of `top`.
+
+    By default `top` is the folder itself. A mesh file must not be able to refer to files elsewhere
+    on the machine: ``..`` and symbolic links are resolved before the path is compared with `top`.
+    """
+    if folder is None or re.match(r"[\w+.-]*:|[/\\]", name) or "\0" in name:
+        return None
+    path = Path(os.path.realpath(folder / name))
+    return path if path.is_relative_to(os.path.realpath(top or folder)) else None
+
+
+def image_beside(name: str, folder: Path | None) -> TextureImage:
+    """Return the image at a path relative to `folder`, with its problem if it cannot be used."""
+    try:
+        path = file_beside(name, folder)
+        problem = None if path is not None else "is not beside the mesh"
+        if path is not None:
+            problem = _problem_with(path)
+    except (OSError, ValueError):
+        path, problem = None, "is not beside the mesh"
+    return TextureImage(name, path if problem is None else None, problem=problem)
+
+
+def _problem_with(path: Path) -> str | None:
+    """Return the problem with the file of an image, from its first bytes; None if there is none."""
+    if not path.is_file():
+        return "is missing"
+    with open_regular(path) as file:
+        return None if kind_of_image(file.read(64) or b"") else UNKNOWN
+
+
+def problems_of(images: Sequence[TextureImage]) -> list[str]:
+    """Describe the images that cannot be used, each once."""
+    found = [f"image {image._shown}, which {image.problem}" for image in images if image.problem]
+    return list(dict.fromkeys(found))
