@@ -54,7 +54,7 @@ from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
 from .io.guards import counted
 from .io.readers.read import read_cells_and_attributes
 from .mesh.cells import Cells
-from .mesh.denoising import Denoise, checked_denoise, denoised
+from .mesh.denoising import Denoise, checked_denoise, denoised, slack_of
 from .mesh.faces import FaceMesh
 from .regions.connect import connect_regions
 from .regions.edit import BorderCosts
@@ -350,6 +350,11 @@ class Options:
             ConstraintOptions(given.mask, given.barriers), checked_denoise(given.denoise), sizes,
         )  # fmt: skip
 
+    def smoothed(self, n_steps: int) -> Options:
+        """Return the options for cells smoothed in `n_steps` steps."""
+        weights = replace(self.weights, slack=slack_of(n_steps))
+        return replace(self, denoise=n_steps, weights=weights)
+
     def needs_order(self, kind: Kind) -> bool:
         """Whether cells must keep their input order, even if it is bad for the cache.
 
@@ -496,7 +501,7 @@ def _denoised(source: Cells, options: Options) -> tuple[Cells, Options]:
         cast(FaceMesh, source), options.denoise, weld=options.weld,
         n_threads=options.loop.n_threads,
     )  # fmt: skip
-    return cells, replace(options, denoise=n_steps)
+    return cells, options.smoothed(n_steps)
 
 
 def _plan(work: _Work) -> _Work:

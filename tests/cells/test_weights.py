@@ -11,6 +11,7 @@ import shapes
 from superfacets import (
     CellGraph,
     Mesh,
+    PolygonMesh,
     arc_measures,
     build_face_graph,
     crease_weights,
@@ -20,8 +21,18 @@ from superfacets import (
     superfacet_weights,
 )
 from superfacets.cells import weights as weights_module
+from superfacets.cells.kinds import graph_and_surface
 from superfacets.cells.surface import Surface
-from superfacets.cells.weights import WEIGHTS, Weighed, WeightName, WeightOptions, arc_weights
+from superfacets.cells.weights import (
+    NO_NORMALS,
+    WEIGHTS,
+    EdgeFactors,
+    Weighed,
+    WeightName,
+    WeightOptions,
+    arc_weights,
+)
+from superfacets.cells.weights import weights_of as weights_of_factors
 from superfacets.cli.segment import segment_command
 
 
@@ -54,6 +65,22 @@ def diagonal_of_fold(degrees):
 def test_a_fold_weighs_what_eq_3_says(degrees, angular):
     expected = (geodesic_of_fold() + angular) / diagonal_of_fold(degrees)
     assert weights_of(shapes.fold(degrees)) == pytest.approx([expected, expected], rel=1e-13)
+
+
+@pytest.mark.parametrize("slack", [10.0, 60.0, 100.0])
+@pytest.mark.parametrize("degrees", [60, -60])
+def test_a_slack_is_subtracted_from_angles(degrees, slack):
+    mesh = shapes.fold(degrees)
+    polygons = PolygonMesh.of_faces(mesh.vertices, mesh.faces)
+    for cells in (mesh, polygons):
+        graph, surface = graph_and_surface(cells, True, 1)
+        arrays = (graph.positions, graph.measures, NO_NORMALS)
+        factors = EdgeFactors(200.0, 0.2, 0.0, slack=math.radians(slack))
+        eta = 1.0 if degrees > 0 else 0.2
+        angular = 200 * eta * 2 * max(60 - slack, 0) / 180
+        expected = (geodesic_of_fold() + angular) / diagonal_of_fold(degrees)
+        found = weights_of_factors(surface, arrays, factors)
+        assert found == pytest.approx([expected, expected], rel=1e-9)
 
 
 def test_concave_convex_and_flat_differ_by_eta_alone():

@@ -6,7 +6,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, _core, sample_mesh, segment
-from superfacets.mesh.denoising import AUTO_STEPS, denoised
+from superfacets.mesh.denoising import AUTO_STEPS, denoised, slack_of
 from superfacets.mesh.faces import vertex_graph
 
 
@@ -70,6 +70,12 @@ def test_auto_leaves_meshes_with_little_noise_alone(make, noise):
 @pytest.mark.parametrize("make", [lambda: sample_mesh(20_000), shapes.bumpy_sheet])
 def test_auto_smooths_noise(make, noise):
     assert segment(noisy(make(), noise), 6, denoise="auto").params["denoise"] == AUTO_STEPS
+
+
+def test_edges_count_as_flat_after_many_steps_only():
+    assert slack_of(0) == slack_of(AUTO_STEPS) == slack_of(9) == 0.0
+    assert slack_of(10) == slack_of(20) == pytest.approx(np.radians(2.25))
+    assert slack_of(60) == pytest.approx(np.radians(6))
 
 
 def test_with_noise_regions_keep_to_parts_and_results_belong_to_the_mesh():

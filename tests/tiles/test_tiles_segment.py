@@ -170,7 +170,7 @@ def test_sums_of_regions_are_those_of_all_cells(bear, tmp_path):
     assert np.array_equal(moments, wanted[1:].T)
 
 
-@pytest.mark.parametrize("denoise", [0, 1, 7, "auto"])
+@pytest.mark.parametrize("denoise", [0, 1, 12, "auto"])
 def test_noise_is_smoothed(bear, tmp_path, denoise):
     noise = np.random.default_rng(0).normal(0.0, 0.004, bear.vertices.shape)
     noisy = Mesh(bear.vertices + noise, bear.faces)

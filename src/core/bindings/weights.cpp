@@ -16,24 +16,26 @@ namespace {
 auto weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
                           Points normals, double alpha, double eta_convex, double crease_length,
                           double diagonal, double ridges, double evened, bool is_straight,
-                          bool all_sharp, bool wants_turn, Bytes is_counted, ThreadTeam& team) {
+                          bool all_sharp, double slack, bool wants_turn, Bytes is_counted,
+                          ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
   const NetTurn net_turn(diagonal, is_counted);
   const EdgeSums sums = triangle_weights(
       surface, {centroids, areas, normals},
-      {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight, all_sharp},
+      {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight, all_sharp, slack},
       wants_turn ? &net_turn : nullptr, team, weights.span());
   return std::tuple(std::move(weights), sums.turn, sums.n_edges, sums.n_soft, sums.n_sharp);
 }
 
 auto weights_of_surface(const Surface& surface, double alpha, double eta_convex,
                         double crease_length, double diagonal, double ridges, double evened,
-                        bool is_straight, bool all_sharp, bool wants_turn, Bytes is_counted,
-                        ThreadTeam& team) {
+                        bool is_straight, bool all_sharp, double slack, bool wants_turn,
+                        Bytes is_counted, ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
   const NetTurn net_turn(diagonal, is_counted);
   const EdgeSums sums = surface_weights(
-      surface, {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight, all_sharp},
+      surface,
+      {alpha, eta_convex, crease_length, diagonal, ridges, evened, is_straight, all_sharp, slack},
       wants_turn ? &net_turn : nullptr, team, weights.span());
   return std::tuple(std::move(weights), sums.turn, sums.n_edges, sums.n_soft, sums.n_sharp);
 }
@@ -108,11 +110,12 @@ Buffer<std::int32_t> painted_ids(std::int64_t width, std::int64_t height, int wr
 void bind_weights(nb::module_& module) {
   module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
              "areas"_a, "normals"_a, "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a,
-             "ridges"_a, "evened"_a, "is_straight"_a, "all_sharp"_a, "wants_turn"_a, "is_counted"_a,
-             "n_threads"_a);
+             "ridges"_a, "evened"_a, "is_straight"_a, "all_sharp"_a, "slack"_a, "wants_turn"_a,
+             "is_counted"_a, "n_threads"_a);
   module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "alpha"_a,
              "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "evened"_a,
-             "is_straight"_a, "all_sharp"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
+             "is_straight"_a, "all_sharp"_a, "slack"_a, "wants_turn"_a, "is_counted"_a,
+             "n_threads"_a);
   module.def("point_weights", threaded(&weights_of_points), "surface"_a, "alpha"_a, "eta_convex"_a,
              "crease_length"_a, "diagonal"_a, "ridges"_a, "n_threads"_a);
   module.def("stk02_weights", threaded(&stk02_of_triangles), "surface"_a, "centroids"_a, "alpha"_a,

@@ -41,8 +41,7 @@ class SurfaceWeigher {
     const double eta = is_ridge ? options_.ridges : options_.eta(angle, std::abs(angle));
     const double length =
         options_.crease_length > 0.0 ? options_.crease_length : surface_.border_length(cell, arc);
-    const double price = options_.alpha * eta * length;
-    const double angular = price * std::abs(angle) / std::numbers::pi;  // eq. 2
+    const double angular = options_.angular(eta, length, std::abs(angle));
     const double step = options_.is_straight ? norm(surface_.position(to) - surface_.position(cell))
                                              : surface_.step_length(cell, arc);
     return (step + angular) / options_.diagonal;

@@ -108,8 +108,8 @@ SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const ArcTurn& 
                                             const WeightOptions& options) {
   const double length =
       kFormula == Formula::kEdgeLengths ? data.edge.length() : options.crease_length;
-  const double price = options.alpha * options.eta(turned.rise, turned.theta) * length;
-  const double angular = price * turned.theta / std::numbers::pi;  // eq. 2
+  const double eta = options.eta(turned.rise, turned.theta);
+  const double angular = options.angular(eta, length, turned.theta);
   const double step = kFormula == Formula::kStraight ? norm(data.to - data.from)
                                                      : way_over(data.edge, data.from, data.to);
   return (step + angular) / options.diagonal;

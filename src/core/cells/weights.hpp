@@ -33,6 +33,7 @@ struct WeightOptions {
   // a step is the straight line from centroid to centroid, not the path over the edge
   bool is_straight = false;
   bool all_sharp = false;  // all sharp convex edges are ridges
+  double slack = 0.0;      // subtracted from each angle: edges that bend by less are free
 
   // eta of an edge that bends by theta and is not a ridge. The edge is concave if rise > 0. Smooth
   // edges bend by less than kSharpAngle.
@@ -40,6 +41,11 @@ struct WeightOptions {
     const double of_concave = theta < kSharpAngle ? 1.0 - evened : 1.0;
     const double of_convex = theta < kSharpAngle ? std::max(eta_convex, evened) : eta_convex;
     return rise > 0.0 ? of_concave : of_convex;
+  }
+
+  // The angular term of eq. 2, for an edge of this length.
+  SUPERFACETS_ALWAYS_INLINE double angular(double eta_of_edge, double length, double theta) const {
+    return alpha * eta_of_edge * length * std::max(0.0, theta - slack) / std::numbers::pi;
   }
 
   // Whether ridges cost more than other convex edges.
@@ -117,10 +123,10 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
 
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0. A positive
 // crease_length replaces |e|. If steps are straight, |c_i - c_j| replaces the distance via m, and
-// crease_length must be positive. theta is in [0, pi], and 0 if a face has no normal. An arc and
-// its reverse arc get the same bits. Ridges may cost more than other convex edges. Returns sums
-// over edges. The net turn is 0 if net_turn is null. Otherwise the sums include only the faces that
-// net_turn counts.
+// crease_length must be positive. theta is in [0, pi], and 0 if a face has no normal. The slack of
+// the options is subtracted from theta, but not below 0. An arc and its reverse arc get the same
+// bits. Ridges may cost more than other convex edges. Returns sums over edges. The net turn is 0 if
+// net_turn is null. Otherwise the sums include only the faces that net_turn counts.
 EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                           const WeightOptions& options, const NetTurn* net_turn, ThreadTeam& team,
                           std::span<double> weights);

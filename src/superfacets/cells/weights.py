@@ -92,6 +92,7 @@ class EdgeFactors(NamedTuple):
     is_straight: bool = False  # steps lead straight from centroid to centroid
     evened: float = 0.0  # cost of smooth convex edges; smooth concave edges cost 1 - evened
     all_sharp: bool = False  # all sharp convex edges are ridges
+    slack: float = 0.0  # angle subtracted from each angle: edges that bend by less are free
 
     @classmethod
     def of_radius(
@@ -361,7 +362,8 @@ def stk02_weights(
 
 
 def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
-    return EdgeFactors.of_radius(radius, params["alpha"], params["eta_convex"], params["ridges"])
+    factors = (params[name] for name in ("alpha", "eta_convex", "ridges"))
+    return EdgeFactors.of_radius(radius, *factors)._replace(slack=params.get("slack", 0.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -429,6 +431,7 @@ class WeightOptions:
     params: dict[str, Any]
     given: npt.ArrayLike | None
     usual: frozenset[str] = frozenset()  # names of parameters that have their defaults
+    slack: float = 0.0  # see `EdgeFactors`
 
     @classmethod
     def checked(
@@ -499,7 +502,8 @@ def arc_weights(
         return Weighed(options.given)
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     assert options.weight is not None
-    return options.weight.compute(surface, cells, radius, options.params)
+    params = {**options.params, "slack": options.slack}
+    return options.weight.compute(surface, cells, radius, params)
 
 
 def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weighed:
@@ -545,7 +549,7 @@ def creases_and_sums(
     `shape` holds `evened` of `EdgeFactors`, and whether the shape is a machine part.
     """
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
-    factors = _crease_factors(radius, options.params)
+    factors = _crease_factors(radius, {**options.params, "slack": options.slack})
     evened, of_machine_part = shape
     factors = factors._replace(is_straight=options.has_parts, evened=evened)
     factors = factors.of_machine_part() if of_machine_part else factors
@@ -563,14 +567,12 @@ def weights_and_sums(
     handle = surface.handle
     is_counted = ALL_COUNT if counted is None else counted
     costs = (*factors[:3], surface.diagonal, factors.ridges, factors.evened)
-    is_straight, all_sharp, n_threads = factors.is_straight, factors.all_sharp, surface.n_threads
-    turning = (counted is not None, is_counted)
+    kinds = (factors.is_straight, factors.all_sharp, factors.slack)
+    turning, n_threads = (counted is not None, is_counted), surface.n_threads
     if isinstance(handle, _core.TriangleSurface):
-        found = _core.triangle_weights(
-            handle, *cells, *costs, is_straight, all_sharp, *turning, n_threads
-        )
+        found = _core.triangle_weights(handle, *cells, *costs, *kinds, *turning, n_threads)
     else:
-        found = _core.surface_weights(handle, *costs, is_straight, all_sharp, *turning, n_threads)
+        found = _core.surface_weights(handle, *costs, *kinds, *turning, n_threads)
     return found[0], EdgeSums(*found[1:])
 
 

@@ -302,7 +302,7 @@ def _make_tiles(
     store, n_steps = make_mesh_tiles(
         *made, options.denoise, welds=options.weld, run=run, n_threads=n_threads
     )
-    return store, replace(options, denoise=n_steps)
+    return store, options.smoothed(n_steps)
 
 
 def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> Segmentation:
