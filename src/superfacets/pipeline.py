@@ -350,9 +350,9 @@ class Options:
             ConstraintOptions(given.mask, given.barriers), checked_denoise(given.denoise), sizes,
         )  # fmt: skip
 
-    def smoothed(self, n_steps: int) -> Options:
+    def smoothed(self, n_steps: int | None) -> Options:
         """Return the options for cells smoothed in `n_steps` steps."""
-        weights = replace(self.weights, slack=slack_of(n_steps))
+        weights = replace(self.weights, slack=slack_of(n_steps or 0))
         return replace(self, denoise=n_steps, weights=weights)
 
     def needs_order(self, kind: Kind) -> bool:
