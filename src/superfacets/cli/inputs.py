@@ -10,12 +10,14 @@ import click
 import numpy as np
 
 from .._types import Array, Bools, Ints
+from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.guards import Content, known_ending, named_errors, read_content
 from ..io.readers.b3dm import Placement
 from ..io.readers.labels import LABEL_ENDINGS, checked_labels, has_labels, read_labels
 from ..io.readers.npy import npy_array
+from ..io.readers.parts import PART_ENDINGS
 from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
 from ..mesh.cells import Cells
 from .options import FILE, STANDARD_STREAM, Real, option, options
@@ -64,7 +66,23 @@ def labels_for(cells: Cells, path: Path, name: str) -> Ints:
     """Labels of these cells from a file; `name` is as for `read_labels`."""
     labels = read_labels(path, name=name)
     with named_errors(path):
-        return checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+        checked = checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+    if path.suffix.lower() in PART_ENDINGS:
+        _check_same_order(cells, path)
+    return checked
+
+
+def _check_same_order(cells: Cells, path: Path) -> None:
+    """Raise a MeshError if a file of parts has other faces, or faces in another order."""
+    expected, given = (
+        kind_of(some).positions(some) for some in (cells, load_cells(str(path), None))
+    )
+    tolerance = 1e-4 * np.ptp(expected, axis=0).max()
+    if expected.shape != given.shape or np.abs(expected - given).max() > tolerance:
+        raise MeshError(
+            f"{path}: has its faces in another order than the mesh, so its labels do not fit:"
+            f" use {path.name} as the mesh, or give labels as .npy"
+        )
 
 
 def labels_beside(mesh: Path, labels: Path | None, cells: Cells, name: str) -> Ints | None:
@@ -74,7 +92,9 @@ def labels_beside(mesh: Path, labels: Path | None, cells: Cells, name: str) -> I
     """
     if labels is None and not has_labels(mesh, name=name):
         return None
-    return labels_for(cells, labels or mesh, name)
+    if labels is None:
+        return read_labels(mesh, cells.n_cells, name=name)
+    return labels_for(cells, labels, name)
 
 
 def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:

@@ -27,7 +27,7 @@ from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
 from ..regions.lines import BorderLines, border_lines
 from . import options as opts
-from .inputs import check_inputs, labels_for, load_cells
+from .inputs import check_inputs, labels_beside, load_cells, name_of
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, check_files
@@ -38,7 +38,7 @@ _Drawn = tuple[Floats, list[tuple[str, Ints]]]
 
 @click.command("regions")
 @click.argument("cells", metavar="IN", type=opts.INPUT)
-@click.argument("labels", metavar="LABELS", type=FILE)
+@click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
 @options(
     option("-o --output", click.Path(path_type=Path, allow_dash=True),
            "A .csv, .json or .parquet file for the table of regions, or - for standard output: CSV."
@@ -52,29 +52,31 @@ _Drawn = tuple[Floats, list[tuple[str, Ints]]]
     opts.json_option(),
 )  # fmt: skip
 def regions_command(
-    cells: str, labels: Path, output: Path | None, arcs: Path | None, borders: Path | None,
+    cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,
     format: str | None, labels_named: str, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 
     IN may be a point cloud, or - for standard input. The table has a row for each region: area,
-    perimeter, centroid, normal, shape, neighbors and more. Labels are read from .npy, .seg, .txt or
-    labeled .ply, .vtp, .las or .laz files.
+    perimeter, centroid, normal, shape, neighbors and more. Labels are read from a .npy, .seg, .txt
+    or labeled mesh or cloud file. Without LABELS, the labels in IN are used.
     """
     check_inputs((cells,))
     output = None if str(output) == opts.STANDARD_STREAM else output
     files = _checked_outputs(output, arcs, borders)
-    check_files([Job(cells, files)], also_read=[str(labels)])
+    check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
     checked_targets(files)
 
     def compute() -> tuple[RegionGraph, Ints, _Drawn | None]:
         whole: Any = load_cells(cells, format)
-        given = labels_for(whole, labels, labels_named)
+        given = labels_beside(Path(cells), labels, whole, labels_named)
+        if given is None:
+            raise MeshError(f"{name_of(cells)}: holds no labels: give a file of LABELS")
         if borders is not None and not kind_of(whole).has_faces:
             raise click.UsageError("--borders needs a mesh of faces")
         compact, names = ranked_labels(given)  # labels in a file may have gaps
         if not len(names):
-            raise MeshError(f"{labels}: no cell is in a region: all labels are -1")
+            raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
         drawn: _Drawn | None = None
         if borders is not None:

@@ -17,7 +17,7 @@ from ..guards import Content, counted, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .cortex import annot_labels, gifti_labels
 from .npy import npy_array, npy_header
-from .parts import has_region_parts, obj_labels, stl_labels
+from .parts import PART_ENDINGS, has_region_parts, obj_labels, stl_labels
 from .ply import has_ply_labels, read_ply_labels
 from .tets import TET_ENDINGS, tet_labels
 from .text import shown, split_lines
@@ -97,10 +97,10 @@ def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
     """Whether the file of a mesh or a cloud also holds labels with this name."""
     path = Path(path)
     ending = path.suffix.lower()
-    if ending not in _FINDERS and ending not in (".ply", ".stl", ".obj"):
+    if ending not in _FINDERS and ending not in (".ply", *PART_ENDINGS):
         return False
     data = read_content(path)
-    if ending in (".stl", ".obj"):
+    if ending in PART_ENDINGS:
         return has_region_parts(data)
     with named_errors(path):
         if ending == ".ply":  # the header suffices

@@ -13,6 +13,9 @@ from .obj import read_obj, without_continuations
 from .stl import is_binary_stl, read_stl
 from .text import iterate_lines
 
+PART_ENDINGS = (".stl", ".obj")
+"""Formats whose parts are labels. `write_mesh` sorts their faces by region."""
+
 _REGION = re.compile(rb"region_(\d{1,10})|unlabeled")
 """Names of parts that `write_mesh` writes."""
 
