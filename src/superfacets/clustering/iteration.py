@@ -122,12 +122,14 @@ class Iteration:
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
             clustering = regions_of(graph, centers, reach, n_threads, islands)
-        is_first = not self.levels
+        relocates = self.options.relocate and not self.levels
         most = self.options.max_num_iter
         if self.is_short:
             most = min(most, SHORT_ITERATIONS)
+        elif relocates:
+            most -= most // 3  # the rest is for relocation, even if the loop does not settle
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay, max_num_iter=most)
-        if is_first and self.options.relocate:
+        if relocates:
             assert isinstance(clustering, Clustering)  # tiles have coarse cells first
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
