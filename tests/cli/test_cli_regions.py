@@ -36,6 +36,30 @@ def test_the_table_is_printed_with_the_numbers_of_the_file(run, fold):
     assert notes == f"{fold / 'fold.ply'}: 2 regions, 1 pair that touch\n"
 
 
+def test_the_labels_in_the_mesh_are_used_without_labels(run, fold):
+    write_mesh(fold / "labeled.ply", FOLD, [7, 3])
+    status, printed, notes = run("regions", fold / "labeled.ply")
+    assert status == 0
+    assert [(row["region"], float(row["normal_z"]) > 0.5) for row in rows_of(printed)] == [
+        ("3", False), ("7", True),
+    ]  # fmt: skip
+    status, printed, notes = run("regions", fold / "fold.ply")
+    assert (status, printed) == (1, "")
+    assert notes.endswith("fold.ply: holds no labels: give a file of LABELS\n")
+
+
+@pytest.mark.parametrize("ending", ["stl", "obj"])
+def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending):
+    parts = fold / f"parts.{ending}"
+    write_mesh(parts, FOLD, [7, 3])  # sorted by region: the faces change places
+    status, printed, notes = run("regions", fold / "fold.ply", parts)
+    assert (status, printed) == (1, "")
+    assert notes.startswith(f"superfacets: error: {parts}: has its faces in another order")
+    assert run("regions", parts, parts)[0] == 0
+    write_mesh(parts, FOLD, [3, 7])  # the order of the mesh
+    assert run("regions", fold / "fold.ply", parts)[0] == 0
+
+
 def test_tables_and_borders_are_written(run, fold):
     regions, arcs, borders = fold / "regions.json", fold / "arcs.csv", fold / "borders.obj"
     status, printed, _ = run(

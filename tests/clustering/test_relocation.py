@@ -219,3 +219,12 @@ def test_the_halted_mode_and_other_values_are_refused():
         sf.segment(mesh, 5, relocate=True, **sf.PAPER)
     with pytest.raises(TypeError, match="relocate must be True or False, got 1"):
         sf.segment(mesh, 5, relocate=1)
+
+
+def test_a_third_of_the_iterations_is_kept_for_relocation():
+    mesh = shapes.bumpy_sheet(60)
+    options = {"weights": "creases", "max_num_iter": 6, "tol": 0.0}
+    usual, moved = (sf.segment(mesh, 40, relocate=on, **options) for on in (False, True))
+    assert (usual.n_iter, usual.stop_reason) == (6, "max_num_iter")  # it does not settle
+    assert moved.n_iter <= 6
+    assert energy(mesh, moved) < energy(mesh, usual)
