@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from ..io.readers.labels import read_labels
 from ..io.readers.read import read_cells
 from ..metrics.cuts import DEFAULT_TOLERANCE
+from .inputs import labels_for
 from .interrupts import run_in_background
 from .options import FILE, NOT_NEGATIVE, json_option, labels_named_option, option, options
 
@@ -45,9 +45,8 @@ def evaluate_command(
 
     def compute() -> dict[str, float]:
         cells = read_cells(mesh)
-        n_cells = cells.n_cells
-        regions = read_labels(labels, n_cells, name=labels_named)
-        segments = [read_labels(path, n_cells, name=labels_named) for path in (*truths, *more)]
+        regions = labels_for(cells, labels, labels_named)
+        segments = [labels_for(cells, path, labels_named) for path in (*truths, *more)]
         return evaluate(cells, regions, segments, tolerance=tolerance)
 
     values = run_in_background(compute)

@@ -23,13 +23,18 @@ from ..export.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..io.atomic import atomic_outputs, checked_targets
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted, known_ending
-from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..nesting import hierarchy
 from ..regions.hierarchy import Hierarchy
 from . import options as opts
 from .failures import print_notes
-from .inputs import check_inputs, constraint_options, constraints_of, load_cells_and_attributes
+from .inputs import (
+    check_inputs,
+    constraint_options,
+    constraints_of,
+    labels_for,
+    load_cells_and_attributes,
+)
 from .interrupts import run_in_background
 from .options import FILE, numbers, option, options
 from .outputs import (
@@ -104,7 +109,7 @@ def levels_command(
         cells, attributes = load_cells_and_attributes(input, format, keep=keeps or bool(features))
         given = None
         if labels is not None:  # a file's labels may have gaps
-            given, _ = ranked_labels(read_labels(labels, cells.n_cells, name=labels_named))
+            given, _ = ranked_labels(labels_for(cells, labels, labels_named))
         check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
         table: Any = features_of(features, cells, attributes, checked_threads(options["n_threads"]))
         constraints = constraints_of(mask, barriers, cells.n_cells, labels_named)

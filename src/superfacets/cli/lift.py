@@ -18,12 +18,11 @@ from ..interop.masks import read_masks
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.readers.cameras import read_cameras
-from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..mesh.label_images import Overlap
 from ..mesh.pinhole_camera import PinholeCamera
 from ..regions.lifting import LiftedLabels, lift
-from .inputs import load_cells_and_attributes
+from .inputs import labels_for, load_cells_and_attributes
 from .interrupts import run_in_background
 from .options import FILE, FLAG, Real, drop_attributes_option, format_option, option, options
 from .outputs import OneRun, one_output_options
@@ -71,7 +70,7 @@ def lift_command(
             str(source), format, keep=run.keeps_attributes
         )
         check_fit(cells, None, run.job.endings, run.form)
-        regions, _ = ranked_labels(read_labels(labels, cells.n_cells, name=run.labels_named))
+        regions, _ = ranked_labels(labels_for(cells, labels, run.labels_named))
         ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]
         views = read_cameras(cameras, intrinsics=intrinsics, size=size, names=ids)
