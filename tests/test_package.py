@@ -33,6 +33,12 @@ def test_examples_in_docstrings_are_true(name):
     assert doctest.testmod(module).failed == 0
 
 
+@pytest.mark.parametrize("name", MODULES)
+def test_headings_in_docstrings_have_lines_of_their_own(name):
+    source = inspect.getsource(importlib.import_module(name))
+    assert re.findall(r"^ *(?:Notes|Examples|References|See Also) -+ .*", source, re.M) == []
+
+
 def names_in_section(docstring: str, section: str) -> set[str]:
     """What a section of a numpydoc docstring describes."""
     found = re.search(

@@ -100,8 +100,10 @@ class Inwards {
     const Path path = seconds_[place];
     const Label label = nearest_[place].label;
     for (const Arc& arc : graph_.arcs_of(place)) {
+      // Other threads write the paths of other regions.
+      if (nearest_[arc.to].label != label) continue;
       const Path longer{longer_by(path.length, arc), path.label};
-      if (!both(nearest_[arc.to].label == label, longer.is_better_than(seconds_[arc.to]))) continue;
+      if (!longer.is_better_than(seconds_[arc.to])) continue;
       seconds_[arc.to] = longer;
       push(arc.to);
     }

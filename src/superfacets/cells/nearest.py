@@ -66,7 +66,9 @@ def nearest_faces(
     ValueError, TypeError
         If another parameter is out of range or of the wrong type.
 
-    Notes ----- Time O(F log F) to build a box tree, and O(log F) per point near the surface.
+    Notes
+    -----
+    Time O(F log F) to build a box tree, and O(log F) per point near the surface.
 
     Examples
     --------

@@ -200,7 +200,9 @@ def build_point_graph(
     -----
     Time O(N log N) in practice. `segment` computes arc measures only near borders, to save memory.
 
-    Examples -------- Three points on a line, and a distant point:
+    Examples
+    --------
+    Three points on a line, and a distant point:
 
     >>> graph = build_point_graph([[0, 0, 0], [1, 0, 0], [2, 0, 0], [90, 0, 0]], 2)
     >>> [graph.neighbors[a:b].tolist() for a, b in zip(graph.offsets, graph.offsets[1:])]

@@ -341,12 +341,15 @@ def region_graph(
         If labels are not integers >= -1, one per cell, or a label 0..K-1 is missing; if centers are
         not one cell of each region; or if a graph has no `ArcMeasures`.
 
-    Notes ----- Time O(N + M + B log B) for B arcs across borders. A border with cells in no region
-    counts in the perimeter but has no arc. An edge of three or more faces counts once for each pair
-    of regions at the edge, with the mean of the angles between their faces.
+    Notes
+    -----
+    Time O(N + M + B log B) for B arcs across borders. A border with cells in no region counts in
+    the perimeter but has no arc. An edge of three or more faces counts once for each pair of
+    regions at the edge, with the mean of the angles between their faces.
 
-    Examples -------- A square of two triangles, folded along its diagonal to a valley of 90
-    degrees:
+    Examples
+    --------
+    A square of two triangles, folded along its diagonal to a valley of 90 degrees:
 
     >>> from superfacets import Mesh
     >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])

@@ -165,8 +165,10 @@ def subdivide(
     Time is linear in the number of new faces. A fat triangle becomes about
     ``3 * area / max_edge**2`` faces, a thin one about ``2 * length / max_edge``.
 
-    References ---------- Rivara, "Algorithms for refining triangular grids suitable for adaptive
-    and multigrid techniques", 1984. The bound on angles is from Rosenberg and Stenger, 1975.
+    References
+    ----------
+    Rivara, "Algorithms for refining triangular grids suitable for adaptive and multigrid
+    techniques", 1984. The bound on angles is from Rosenberg and Stenger, 1975.
 
     Examples
     --------

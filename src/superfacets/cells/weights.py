@@ -345,10 +345,14 @@ def stk02_weights(
     ValueError
         If `alpha` is not in [0, 1], or the graph is of another mesh.
 
-    References ---------- Shlafman, Tal and Katz, "Metamorphosis of Polyhedral Surfaces using
-    Decomposition", 2002. The form is from Simari, Picciau and De Floriani, 2014, eq. 6.
+    References
+    ----------
+    Shlafman, Tal and Katz, "Metamorphosis of Polyhedral Surfaces using Decomposition", 2002. The
+    form is from Simari, Picciau and De Floriani, 2014, eq. 6.
 
-    Examples -------- Two faces meet at a right angle. Their centroids are 1/3 from the common edge:
+    Examples
+    --------
+    Two faces meet at a right angle. Their centroids are 1/3 from the common edge:
 
     >>> from superfacets import Mesh, build_face_graph
     >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [0.5, 1, 0], [0.5, 0, 1]], [[0, 1, 2], [1, 0, 3]])

@@ -70,8 +70,10 @@ def place_seeds(
     ndarray of int32, shape (K,)
         Distinct cells. Ties go to the lowest index.
 
-    Notes ----- One-way arcs connect components like all other arcs. Cells without a path from any
-    seed count as the farthest by path length, and ``"flood"`` visits them last in their component.
+    Notes
+    -----
+    One-way arcs connect components like all other arcs. Cells without a path from any seed count as
+    the farthest by path length, and ``"flood"`` visits them last in their component.
 
     Raises
     ------

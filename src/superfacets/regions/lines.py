@@ -96,11 +96,14 @@ def border_lines(
     ValueError, TypeError
         If the labels are not integers, not one per face, below -1 or with gaps.
 
-    Notes ----- If faces of three regions share an edge, each pair of regions has a line along the
-    edge. Time O(F + B log B) for B border edges.
+    Notes
+    -----
+    If faces of three regions share an edge, each pair of regions has a line along the edge. Time
+    O(F + B log B) for B border edges.
 
-    Examples -------- The diagonal separates two triangles of a square. Each triangle has two
-    boundary edges:
+    Examples
+    --------
+    The diagonal separates two triangles of a square. Each triangle has two boundary edges:
 
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> lines = border_lines(square, [0, 1])

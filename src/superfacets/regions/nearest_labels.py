@@ -82,8 +82,10 @@ def transfer(
     nearest_faces : indices and distances of the nearest faces.
     vertex_labels : labels of the vertices of the same mesh.
 
-    Notes ----- Time O(N log N) to build a box tree, and O(log N) per point near the surface. A mesh
-    of M faces is sampled at about N + M + 2 sqrt(N M) points.
+    Notes
+    -----
+    Time O(N log N) to build a box tree, and O(log N) per point near the surface. A mesh of M faces
+    is sampled at about N + M + 2 sqrt(N M) points.
 
     Examples
     --------

@@ -77,11 +77,15 @@ def pool(
         If the shapes of values, labels and measures do not match, a dtype is wrong, `how` is
         unknown, or both ``cells`` and ``measures`` are given.
 
-    See Also -------- unpool : the reverse: copy values of regions to cells. snap : replace noisy
-    labels by the majority in each region.
+    See Also
+    --------
+    unpool : the reverse: copy values of regions to cells.
+    snap : replace noisy labels by the majority in each region.
 
-    Notes ----- Time O(N log N) to sort the labels and O(N F) for the values. Sums have double
-    precision and a fixed order.
+    Notes
+    -----
+    Time O(N log N) to sort the labels and O(N F) for the values. Sums have double precision and a
+    fixed order.
 
     Examples
     --------

@@ -76,12 +76,14 @@ def vertex_labels(
         If labels are not integers >= -1, one per cell, or another parameter is out of range or of
         the wrong type.
 
-    Notes ----- The normal n_i of a vertex is the mean of the unit normals of its faces. The weight
-    of an edge is max(0, 1 - n_i . n_j), squared if the edge is convex: n_j . (x_j - x_i) > 0 or n_i
-    . (x_i - x_j) > 0. Edges are visited in ascending order of weight; in a tie, edges inside a
-    majority region come first. Each edge gives both ends the same label, unless both ends already
-    have a label. So borders are at the edges of highest weight, which are the concave creases. In a
-    volume all weights are equal.
+    Notes
+    -----
+    The normal n_i of a vertex is the mean of the unit normals of its faces. The weight of an edge
+    is max(0, 1 - n_i . n_j), squared if the edge is convex: n_j . (x_j - x_i) > 0 or n_i . (x_i -
+    x_j) > 0. Edges are visited in ascending order of weight; in a tie, edges inside a majority
+    region come first. Each edge gives both ends the same label, unless both ends already have a
+    label. So borders are at the edges of highest weight, which are the concave creases. In a volume
+    all weights are equal.
 
     Time is linear in the number of corners. ``"creases"`` takes less than 0.2 s per million faces
     on two cores.
