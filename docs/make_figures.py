@@ -63,7 +63,7 @@ def draw(mesh, name, labels=None, colors=None):
 
 
 def shades(values, exponent):
-    """Return colors from plain (lowest value) to dark (highest value without outliers)."""
+    """Return colors from light (lowest value) to dark (99.5th percentile and above)."""
     share = np.clip(values / np.quantile(values, 0.995), 0, 1)[:, None] ** exponent
     return np.round(PLAIN + share * (DARK - PLAIN)).astype(np.uint8)
 

@@ -1,6 +1,6 @@
 """Update the screenshots of the page: ``python docs/make_page_pictures.py DATA``.
 
-DATA is a folder with ``meshes/bunny.ply`` and ``psb``. Playwright and Chromium are needed.
+DATA is a folder with ``meshes/bunny.ply`` and ``psb``. The script requires Playwright and Chromium.
 """
 
 import sys

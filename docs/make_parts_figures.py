@@ -1,6 +1,6 @@
-"""Draw regions of ``"creases"`` beside regions of the default, features of parts, and a cup.
+"""Draw the pictures of regions with ``"creases"`` and with the default, spectral bands, and a cup.
 
-``python docs/make_parts_figures.py psb``: the folder of the Princeton benchmark.
+Usage: ``python docs/make_parts_figures.py PSB``. PSB is the folder of the Princeton benchmark.
 """
 
 import sys
@@ -48,7 +48,7 @@ def save_cup(mesh: sf.Mesh) -> None:
 
 
 def shades(values: np.ndarray) -> np.ndarray:
-    """Return labels of bands of equal width."""
+    """Divide the range of values into bands of equal width, and return the band of each value."""
     low, high = values.min(), values.max()
     bands = np.minimum((values - low) / (high - low) * N_SHADES, N_SHADES - 1).astype(np.int32)
     return np.unique(bands, return_inverse=True)[1].astype(np.int32)
@@ -57,7 +57,7 @@ def shades(values: np.ndarray) -> np.ndarray:
 def save_side_by_side(
     mesh: sf.Mesh, labels: list[np.ndarray], view: sf.View, file_name: str
 ) -> None:
-    """Render one picture for each labels, and save the pictures side by side in one file."""
+    """Render one picture per label array, and save the pictures side by side in one file."""
     picture = Image.new("RGB", (SIZE[0] * len(labels), SIZE[1]))
     with TemporaryDirectory() as folder:
         path = Path(folder, "one.png")

@@ -1,7 +1,7 @@
 """Draw the pictures of quality.md: ``python docs/make_quality_figures.py out/runs.csv meshes``.
 
-``runs.csv`` is a file of ``superfacets quality``, and ``meshes`` a folder with bunny.ply, horse.ply
-and fandisk.obj.
+``superfacets quality`` writes ``runs.csv``. ``meshes`` is a folder with bunny.ply, horse.ply and
+fandisk.obj.
 """
 
 import csv
@@ -56,7 +56,7 @@ def main(runs: Path, meshes: Path) -> None:
 
 
 def save_plain() -> None:
-    """Draw a plain on a regular grid, by ``"creases"`` and by default."""
+    """Draw regions of a plain on a regular grid, with ``"creases"`` and with the default."""
     rows, columns = np.mgrid[:160, :160].astype(float)
     mesh = gallery_meshes.grid(np.stack([rows, columns, 0 * rows], axis=2))
     variants = (VARIANTS[CREASES], VARIANTS[DEFAULT])
@@ -66,7 +66,7 @@ def save_plain() -> None:
 
 
 def save_sheet(folder: Path) -> None:
-    """Draw six shapes, each by ``"creases"`` and by default, in pairs on one sheet."""
+    """Draw regions of six shapes, each with ``"creases"`` and with the default, on one sheet."""
     width, height = SMALL
     sheet = Image.new("RGB", (4 * width, 3 * height))
     with TemporaryDirectory() as scratch:
@@ -81,7 +81,7 @@ def save_sheet(folder: Path) -> None:
 
 
 def voxel_room() -> Any:
-    """Return a floor, two walls and furniture by marching cubes of distances at voxels."""
+    """Return a floor, two walls and furniture, made by marching cubes on a grid of distances."""
     import pyvista
 
     spacing = 0.04
@@ -104,7 +104,7 @@ def voxel_room() -> Any:
 
 
 def bracket() -> sf.Mesh:
-    """Return a thin plate with a right angle, of small faces of equal size."""
+    """Return a thin plate bent by 90 degrees, with small faces of about equal size."""
     profile = [[0, 0], [4, 0], [4, 0.25], [0.25, 0.25], [0.25, 3], [0, 3]]
     ends = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 5], [3, 4, 5]])
     points = np.concatenate([np.insert(np.array(profile), 1, y, axis=1) for y in (0.0, 2.5)])

@@ -1,7 +1,7 @@
 """Update the screenshots of the studio: ``python docs/make_studio_pictures.py DATA``.
 
-DATA is a folder with ``meshes/bunny.ply``, ``psb/off`` and ``rooms``. Playwright and Chromium are
-needed.
+DATA is a folder with ``meshes/bunny.ply``, ``psb/off`` and ``rooms``. The script requires Playwright
+and Chromium.
 """
 
 import shutil
@@ -40,7 +40,7 @@ NAMES = ("ears", "head", "tail", "feet", "body")
 
 @contextmanager
 def studio(path: Path) -> Iterator[str]:
-    """Serve a path, and yield the address."""
+    """Start a studio for a path, and yield its address."""
     command = [sys.executable, "-m", "superfacets", "studio", str(path), "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -73,7 +73,7 @@ def lasso(page: Page, key: str, line: Line) -> None:
 
 
 def take(page: Page, path: Path) -> None:
-    """Save a picture with smooth lines, and wait until the lines are drawn."""
+    """Wait until smooth lines are drawn, and save a screenshot."""
     page.wait_for_timeout(1000)
     page.evaluate("studio.desk.drawing.refine(true)")
     page.screenshot(path=path, timeout=PATIENCE)
@@ -95,7 +95,7 @@ def label_bunny(page: Page) -> None:
 
 
 def label_largest(page: Page) -> None:
-    """Give a class to the largest region without a class, and to a ring around it; three times."""
+    """Three times, label the largest unlabeled region and a ring of cells around it."""
     for key in ("1", "2", "3"):
         for pressed in (key, "s", "Enter", "+", "Enter"):
             page.keyboard.press(pressed)
@@ -117,7 +117,7 @@ def label_folder(page: Page) -> None:
 
 
 def storage(data: Path, place: Path) -> Path:
-    """Return a room with ground-truth labels of all objects except a shelf, by regions."""
+    """Return a room in which regions of all objects except a shelf have their true class."""
     room = np.load(data / "rooms" / "storage_d1.npz")
     path = place / "storage.ply"
     write_mesh(path, Mesh(room["vertices"].astype(float), room["faces"]))

@@ -1,7 +1,7 @@
 """Keep the pictures of the documentation small: ``python docs/shrink_images.py``.
 
-Pictures in PNG of more than 150 KB get a palette of 256 colors; if that is not enough, they are
-halved.
+PNG pictures of more than 150 KB get a palette of 256 colors. If they are still too large, their
+width and height are halved.
 Pictures of pages, with their smooth shades and small text, are WebP files in all their colors.
 """
 

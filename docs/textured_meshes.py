@@ -1,7 +1,7 @@
 """Textured meshes made by code: ``python textured_meshes.py FOLDER`` writes the facade as OBJ.
 
 ``python docs/textured_meshes.py --picture`` also draws the picture of the page on textures. The
-facade is flat: windows and a door are there as paint only. The ball has the squares of a
+facade is flat, and its windows and door are only in the texture. The ball has the squares of a
 chessboard. Pillow is needed.
 """
 
@@ -42,7 +42,7 @@ class Textured(NamedTuple):
 
 
 def facade(folder: Path, width: float = 12.0, height: float = 9.0, edge: float = 0.1) -> Textured:
-    """Return a wall of faces of size `edge`, painted with windows, a door and a plinth."""
+    """Return a wall of faces of size `edge`, painted with windows, a door and a base."""
     pixels, parts = paint(width, height)
     path = folder / "facade.png"
     save_png(path, pixels)
@@ -134,7 +134,7 @@ def write_facade(folder: Path) -> None:
 
 
 def draw_facade(folder: Path, picture: Path) -> None:
-    """Draw, side by side, the paint, regions by shape, and regions by texture."""
+    """Draw side by side the facade, its regions without texture, and its regions with texture."""
     from PIL import Image
 
     made = facade(folder)

@@ -2,7 +2,7 @@
 Regions of equal size
 =====================
 
-Make regions of equal area, with a maximum area, or with an exact number of faces.
+Make regions of equal area, regions with a maximum area, or regions with an exact number of faces.
 """
 
 import numpy as np
@@ -17,21 +17,22 @@ titles = ["default", "balance=1"]
 sf.plot(mesh, usual.labels, compare=[equal.labels], titles=titles, size=(480, 480))
 
 # %%
-# With equal areas, borders cannot follow every crease.
+# If all areas are equal, borders cannot follow every crease.
 
 for name, result in (("default", usual), ("balance=1", equal)):
     areas = result.regions.areas
     print(f"{name}: areas vary by {areas.std() / areas.mean():.0%}")
 
 # %%
-# ``max_measure`` is an upper bound of the area of a region.
+# ``max_measure`` is an upper bound on the area of a region.
 
 most = 1.2 * equal.regions.areas.mean()
 print(sf.segment(mesh, 60, max_measure=most).regions.areas.max() <= most)
 
 # %%
-# ``cells_per_region`` gives each region the same number of faces. Networks on patches need such
-# regions. Here one region has fewer than 64 faces, because it has the remaining faces.
+# With ``cells_per_region``, all regions have the same number of faces, as required by neural
+# networks that process patches. Only one region has fewer than 64 faces: it has the faces that
+# remain.
 
 patches = sf.segment(mesh, cells_per_region=64)
 print(np.unique(np.bincount(patches.labels), return_counts=True))

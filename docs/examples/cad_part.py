@@ -2,7 +2,7 @@
 A CAD part
 ==========
 
-Segment a CAD part of long thin triangles, with borders on the ridges of the part.
+Segment a CAD part that consists of long thin triangles.
 """
 
 import numpy as np
@@ -10,8 +10,8 @@ import numpy as np
 import superfacets as sf
 
 # %%
-# CAD programs mesh a cylinder with two long triangles per angular step. This flange is a pipe
-# with a plate at its end.
+# CAD programs divide a cylinder into long thin triangles. This flange is a pipe with a plate at
+# one end.
 
 
 def flange(n_around=96):
@@ -31,8 +31,8 @@ part = flange()
 sf.mesh_info(part)
 
 # %%
-# Regions consist of whole faces, so regions of long thin faces are stripes. ``segment`` warns
-# about long thin faces. ``subdivide`` bisects long edges before segmentation.
+# Regions consist of whole faces, so long thin faces lead to regions in stripes, and ``segment``
+# gives a warning. Therefore this example bisects long edges with ``subdivide`` first.
 
 fine = sf.subdivide(part, max_edge=0.05)
 result = sf.segment(fine.mesh, 150)
@@ -46,7 +46,7 @@ rounded = sf.segment(fine.mesh, 150, eta_convex=0.2)
 print(f"compactness {sf.metrics.compactness(fine.mesh, rounded):.2f}; a square has 4")
 
 # %%
-# ``sources`` and ``labels_back`` connect the new faces with the faces of the file.
+# ``labels_back`` converts labels of the subdivided mesh to labels of the original faces.
 
 old_labels = fine.labels_back(result.labels)
-print(len(old_labels), "labels for", part.n_faces, "faces of the file")
+print(len(old_labels), "labels for", part.n_faces, "original faces")

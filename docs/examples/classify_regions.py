@@ -2,14 +2,15 @@
 
     python docs/examples/classify_regions.py FOLDER [CATEGORY ...]
 
-FOLDER is a copy of the Princeton Segmentation Benchmark, or of a part of the benchmark. The default
-categories have a trunk and limbs. People cut each model into parts without names. The part that
-touches the most other parts is the trunk, and all other parts are limbs. The class of a face is the
-class that most people give this face. The class of a region is the class of most of its area.
+FOLDER contains the Princeton Segmentation Benchmark, or some of its models. CATEGORY is a category
+of the benchmark; the shapes of the default categories have a trunk and limbs. In the ground truth,
+several people divided each model into parts without names. For each person, the part that touches
+the most other parts is the trunk, and all other parts are limbs. The class of a face is the
+majority class over all people. The class of a region is the majority class by area.
 
-Each model is left out once: a random forest learns from the regions of the other models of the
-category, and predicts the classes of the regions of this model. The baseline predicts the most
-frequent class of the regions of the other models. The program needs scikit-learn.
+The test is a leave-one-out test: for each model, a random forest is trained on the regions of the
+other models of the category, and predicts the classes of the regions of this model. The baseline
+predicts the most frequent class in the other models. The program requires scikit-learn.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def evaluate(models: list[sf.princeton.Model]) -> tuple[float, float, int]:
 
 
 def names_of(model: sf.princeton.Model, labels: np.ndarray) -> np.ndarray:
-    """Return for each region whether most people have it in a limb (1) or in the trunk (0)."""
+    """Return the class of each region: 1 for limb, 0 for trunk."""
     graph = sf.build_face_graph(model.mesh)
     votes = np.mean([is_limb(graph, truth) for truth in model.ground_truths], axis=0)
     areas = np.bincount(labels, weights=graph.measures)
@@ -68,7 +69,7 @@ def names_of(model: sf.princeton.Model, labels: np.ndarray) -> np.ndarray:
 def is_limb(graph: sf.FaceGraph, parts: np.ndarray) -> np.ndarray:
     """Return whether each face is outside the trunk, the part that touches the most other parts.
 
-    If several parts touch the same number of parts, the largest of these parts is the trunk.
+    If several parts touch the same number of parts, the trunk is the largest of them.
     """
     _, parts = np.unique(parts, return_inverse=True)
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
@@ -103,7 +104,7 @@ def features_of(regions: sf.RegionGraph) -> np.ndarray:
 
 
 def border_means(regions: sf.RegionGraph, values: np.ndarray) -> np.ndarray:
-    """Return the mean of values of arcs along the border of each region; 0 without neighbors."""
+    """Return the mean of arc values along the border of each region, or 0 without a border."""
     ends, weights = regions.edge_index.ravel(), np.tile(regions.border_lengths, 2)
     sums = np.bincount(ends, weights=weights * np.tile(values, 2), minlength=regions.n_regions)
     lengths = np.bincount(ends, weights=weights, minlength=regions.n_regions)
@@ -111,7 +112,7 @@ def border_means(regions: sf.RegionGraph, values: np.ndarray) -> np.ndarray:
 
 
 def remoteness(regions: sf.RegionGraph) -> np.ndarray:
-    """Return mean and maximum distance over the surface, and the area of near regions, (K, 3)."""
+    """Return mean and maximum distance to other regions, and area of nearby regions, (K, 3)."""
     first, second = regions.edge_index
     steps = np.linalg.norm(regions.centroids[first] - regions.centroids[second], axis=1)
     matrix = coo_array((steps, (first, second)), (regions.n_regions, regions.n_regions))

@@ -29,8 +29,8 @@ view = sf.View(up="z", azimuth=0, elevation=60)
 sf.plot(cloud, colors=np.rint(255 * cloud.colors).astype(np.uint8), view=view)
 
 # %%
-# ``features="color"`` adds the distance of colors to the price of a step. Colors may also belong
-# to faces, vertices or textures.
+# ``features="color"`` adds the difference of colors to the cost of a step. On a mesh, these are
+# the colors of faces or vertices, or the texture.
 
 by_shape = sf.segment(cloud, 300).labels
 by_color = sf.segment(cloud, 300, features="color").labels
@@ -38,8 +38,8 @@ titles = ["by shape", "by color"]
 sf.plot(cloud, by_shape, compare=[by_color], titles=titles, view=view, size=(560, 420))
 
 # %%
-# Features may be any numbers, such as the output of a network, with a row per face or point. The
-# mean color of each region shows how well borders follow the colors.
+# Features may be any array with one row per face or point, such as the output of a network. The
+# last picture shows the mean color of each region.
 
 mean = sf.pool(cloud.colors, by_color, cells=cloud)
 sf.plot(cloud, colors=np.rint(255 * mean[by_color]).astype(np.uint8), view=view)

@@ -2,7 +2,7 @@
 Creases, and noise in a scan
 ============================
 
-Choose the price of creases, and reduce the effect of a scanner's noise on the borders.
+Choose the weight of creases, and reduce the effect of noise on the borders.
 """
 
 import numpy as np
@@ -10,8 +10,8 @@ import numpy as np
 import superfacets as sf
 
 # %%
-# ``alpha`` is the price of a crease relative to distance. 0 gives the roundest regions, and with
-# 100 borders follow the faintest creases.
+# ``alpha`` is the weight of creases relative to distance. With 0, regions are roundest. With 100,
+# borders follow even faint creases.
 
 mesh = sf.sample_mesh()
 labels = [sf.segment(mesh, 80, alpha=alpha).labels for alpha in (0, 17, 100)]
@@ -19,7 +19,7 @@ titles = ["alpha 0", "alpha 17, the default", "alpha 100"]
 sf.plot(mesh, labels[0], compare=labels[1:], titles=titles, size=(420, 480))
 
 # %%
-# A scanner in front of the bear sees only one side of the bear, with noise and holes.
+# This function simulates a scan of the bear from one side, with noise and holes.
 
 
 def scan(n_faces=60_000):
@@ -40,8 +40,8 @@ def scan(n_faces=60_000):
 
 # %%
 # Noise makes many small creases. ``denoise`` measures creases on a smoothed copy of the mesh.
-# ``min_size=0.2`` joins regions below a fifth of the mean area to a neighbor, and
-# ``islands="nearest"`` joins loose specks to the nearest region.
+# ``min_size=0.2`` joins regions with less than a fifth of the mean area to a neighbor.
+# ``islands="nearest"`` joins loose fragments to the nearest region.
 
 noisy = scan()
 plain = sf.segment(noisy, 150, islands="nearest").labels

@@ -2,7 +2,7 @@
 Cut regions out and lay them flat
 =================================
 
-Turn regions into a sewing pattern: cut faces along smooth borders, then project each piece onto a
+Make a sewing pattern from regions: cut faces along smooth borders, and project each piece onto a
 plane.
 """
 
@@ -12,8 +12,8 @@ import numpy as np
 import superfacets as sf
 
 # %%
-# Borders follow edges of faces, in zigzag. ``cut_borders`` replaces the borders by smooth curves
-# and cuts the faces along the curves.
+# Borders zigzag along the edges of faces. ``cut_borders`` replaces them by smooth curves, and cuts
+# the faces along these curves.
 
 mesh = sf.sample_mesh(6_000)
 labels = sf.segment(mesh, 60).labels
@@ -22,8 +22,8 @@ print(mesh.n_faces, "faces before,", cut.mesh.n_faces, "after")
 sf.plot(cut.mesh, cut.labels, border_width=2)
 
 # %%
-# ``split_regions`` makes a mesh of each region. A region is nearly flat, so this example projects
-# the region onto the plane of its two principal axes.
+# ``split_regions`` makes one mesh per region. Regions are nearly flat, so this example projects
+# each region onto the plane of its two principal axes.
 
 pieces = list(sf.split_regions(cut.mesh, cut.labels))
 # sphinx_gallery_thumbnail_number = 2

@@ -59,8 +59,9 @@ labels = sf.segment(mesh, 300, islands="nearest").labels
 sf.plot(mesh, labels, compare=[truth], titles=["300 regions", "truth"], view=view)
 
 # %%
-# The undersegmentation error is the area that leaks over true borders; 0 is best. The
-# achievable accuracy is the share of the area that is right if each region gets its best label.
+# The undersegmentation error is the area by which regions extend across true borders; 0 is best.
+# The achievable accuracy is the fraction of the area that is correct if each region gets its
+# majority label; 1 is best.
 
 truths = sf.metrics.GroundTruths(mesh, [truth])
 counts = [25, 50, 100, 200, 400]
@@ -71,7 +72,8 @@ for k, row in zip(counts, rows, strict=True):
     print(f"achievable accuracy {row['achievable_accuracy']:.2%}")
 
 # %%
-# More regions have a lower error, so compare methods and parameters at the same number of regions.
+# The error decreases with the number of regions, so compare methods and parameters at the same
+# number of regions.
 
 figure, place = plt.subplots(figsize=(6, 3))
 place.semilogx(counts, [row["undersegmentation_error"] for row in rows], "o-")

@@ -27,13 +27,15 @@ print(labels.shape, labels.dtype, labels.min(), "to", labels.max())
 print("the smallest region has", np.bincount(labels).min(), "faces")
 
 # %%
-# ``pool`` computes values of regions from values of faces or vertices, here the mean height.
+# ``pool`` computes one value per region from values of faces or vertices. This example computes
+# the mean height.
 
 height = sf.pool(mesh.vertices[:, 1], result.labels, cells=mesh)
 sf.plot(mesh, result, color_by=height, scale_title="mean height")
 
 # %%
-# MeshLab opens the PLY with labels and colors; the ``.npy`` file has only the labels.
+# The PLY file contains the mesh with labels and colors, and can be opened in MeshLab. The ``.npy``
+# file contains only the labels.
 
 sf.write_mesh("bear.ply", mesh, result.labels)
 sf.write_labels("bear.npy", result.labels)

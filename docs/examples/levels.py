@@ -2,7 +2,7 @@
 Nested levels
 =============
 
-Merge regions step by step: every coarse region is a union of finer regions.
+Merge regions step by step. Every coarse region is a union of finer regions.
 """
 
 import numpy as np
@@ -17,20 +17,20 @@ titles = ["400 regions", "100", "25"]
 sf.plot(mesh, fine, compare=[middle, coarse], titles=titles, size=(420, 480))
 
 # %%
-# ``parents`` gives, for each region, the region of the next level that contains this region.
+# ``parents`` contains, for each region, the region of the next coarser level that contains it.
 
 of_middle = nested.parents[0][fine]
 print("nested:", np.array_equal(of_middle, middle))
 
 # %%
-# ``nested`` holds the tree of all merges, so ``cut`` returns any other number of regions in
+# ``nested`` contains the merge tree, so ``cut`` returns any other number of regions in
 # milliseconds.
 
 sf.plot(mesh, nested.cut(10))
 
 # %%
-# With ``features``, regions with similar values merge first. With the height as the feature, coarse
-# regions are layers.
+# With ``features``, regions with similar values merge first. In this example, the feature is the
+# height, so coarse regions are horizontal layers.
 
 by_height = sf.hierarchy(mesh, [400, 8], features=mesh.vertices[:, 1])
 sf.plot(mesh, by_height.levels[1])

@@ -11,7 +11,7 @@ import numpy as np
 import superfacets as sf
 
 # %%
-# The cells of this example are the pixels of an image of overlapping disks, with noise.
+# In this example, the cells are the pixels of an image of overlapping disks with noise.
 
 rows, columns = np.indices((120, 180))
 rng = np.random.default_rng(3)
@@ -22,8 +22,9 @@ for _ in range(14):
 image = np.clip(image + rng.normal(scale=0.02, size=image.shape), 0, 1)
 
 # %%
-# A graph has a position and a measure per cell, and arcs in CSR form: the neighbors of cell *i*
-# are ``neighbors[offsets[i]:offsets[i + 1]]``. Each pixel has up to four neighbors.
+# A graph has a position and a measure (area or volume) for each cell. Its arcs are in CSR form:
+# the neighbors of cell *i* are ``neighbors[offsets[i]:offsets[i + 1]]``. Each pixel has up to four
+# neighbors.
 
 cells = np.arange(rows.size).reshape(rows.shape)
 right, down = (cells[:, :-1], cells[:, 1:]), (cells[:-1], cells[1:])
@@ -36,7 +37,7 @@ steps = np.ones(len(source))
 graph = sf.CellGraph(positions, np.ones(cells.size), offsets, target[order], steps)
 
 # %%
-# The features add the distance of colors to the length of each step.
+# The features add the difference of colors to the cost of each step.
 
 result = sf.segment_graph(graph, 120, features=image.reshape(-1, 3))
 is_border = sf.find_boundaries(graph, result.labels).reshape(cells.shape)

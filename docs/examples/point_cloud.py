@@ -2,7 +2,7 @@
 A point cloud
 =============
 
-Label the points of a cloud without faces and normals.
+Label the points of a cloud that has neither faces nor normals.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ import superfacets as sf
 
 
 def points(n=60_000):
-    """Return points at random positions on the bear, in random order."""
+    """Return n random points on the surface of the bear."""
     mesh = sf.sample_mesh()
     rng = np.random.default_rng(0)
     areas = sf.build_face_graph(mesh).measures
@@ -29,7 +29,8 @@ result = sf.segment(cloud, 150, min_size=0.1)
 sf.plot(cloud, result)
 
 # %%
-# Each point has a label. ``result.regions`` has areas, neighbors and borders, as for a mesh.
+# There is one label per point. ``result.regions`` contains areas, neighbors and borders of regions,
+# as for a mesh.
 
 regions = result.regions
 print(len(result.labels), "labels;", regions.edge_index.shape[1], "pairs of regions touch")

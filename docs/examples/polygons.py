@@ -2,7 +2,7 @@
 Quads and other polygons
 ========================
 
-Label polygons without cutting the polygons into triangles.
+Label the faces of a polygon mesh without triangulation.
 """
 
 import numpy as np
@@ -35,12 +35,12 @@ result = sf.segment(mesh, 90)
 sf.plot(mesh, result, view=sf.View(up="z", elevation=55))
 
 # %%
-# There is one label per quad, and borders follow edges of quads.
+# There is one label per quad, and borders follow the edges of quads.
 
 print(mesh, len(result.labels), "labels")
 
 # %%
-# For programs that need triangles, this code makes labels of triangles:
+# If a program needs triangles, convert the mesh and the labels:
 
 triangles, sources = mesh.triangulate()
 print(triangles.n_faces, "triangles,", len(result.labels[sources]), "labels")

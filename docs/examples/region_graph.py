@@ -2,7 +2,8 @@
 From regions to a graph for learning
 ====================================
 
-Get areas, shapes, neighbors and creases of regions as a graph, and group regions into parts.
+Make a graph of regions with their areas, shapes, neighbors and creases, and group regions into
+parts.
 """
 
 import numpy as np
@@ -16,22 +17,23 @@ result = sf.segment(mesh, 150)
 regions = result.regions
 
 # %%
-# ``to_pandas`` makes a table with a row per region. ``to_networkx``, ``to_scipy`` and ``to_pyg``
+# ``to_pandas`` makes a table with one row per region. ``to_networkx``, ``to_scipy`` and ``to_pyg``
 # make graphs for other libraries.
 
 regions.to_pandas().iloc[:5, :6]
 
 # %%
-# Nodes have features; edges have the length and the mean angle of the border. The angle is
-# positive in a groove and negative on a ridge.
+# The nodes of the graph have features of regions. The edges have the length and the mean angle of
+# the border between two regions. The angle is positive at a concave crease and negative at a
+# ridge.
 
 nodes = np.column_stack([regions.areas, regions.compactness, regions.planarity])
 edges = np.column_stack([regions.border_lengths, regions.concavities])
 print("nodes", nodes.shape, "edges", regions.edge_index.shape, edges.shape)
 
 # %%
-# Grooves separate the parts of the bear. Keep the edges with an angle of less than 25 degrees: each
-# connected component of the remaining graph is a part.
+# Concave creases separate the parts of the bear. This code keeps only graph edges with an angle of
+# less than 25 degrees. Each connected component of the remaining graph is a part.
 
 first, second = regions.edge_index
 is_open = regions.concavities < np.radians(25)

@@ -2,7 +2,8 @@
 A terrain, in memory and in tiles
 =================================
 
-Divide a height field into slopes and hills, first in memory, then in tiles with little memory.
+Divide a height field into slopes and hills, first in memory, and then in tiles, which need less
+memory.
 """
 
 import numpy as np
@@ -33,8 +34,8 @@ def grid(points):
 
 
 # %%
-# Borders follow the bottoms of valleys, so a region is one slope or one hill. With a larger
-# ``alpha``, borders follow fainter valleys.
+# Borders follow the bottoms of valleys, so each region is a slope or a hill. With a larger
+# ``alpha``, borders also follow faint valleys.
 
 mesh = terrain()
 result = sf.segment(mesh, 250, alpha=60)
@@ -42,8 +43,8 @@ view = sf.View(up="z", elevation=45)
 sf.plot(mesh, result, view=view)
 
 # %%
-# ``regions.normals`` gives the slope of each region: 0 degrees is level. ``sf.pool`` computes means
-# of other values, such as the height.
+# The slope of a region follows from ``regions.normals``; a slope of 0 degrees is horizontal.
+# ``sf.pool`` computes means of other values, such as the height.
 
 slope = np.degrees(np.arccos(np.abs(result.regions.normals[:, 2])))
 height = sf.pool(mesh.vertices[:, 2], result.labels, cells=mesh)
@@ -51,9 +52,9 @@ print(f"the steepest region has {slope.max():.0f} degrees, and the highest {heig
 sf.plot(mesh, result, color_by=slope, scale_title="degrees", view=view)
 
 # %%
-# ``segment_tiled`` returns the same labels, but holds only a part of the mesh in memory. The
-# source may be a file, a folder of files, or arrays on the disk. In this example, a tile has 16,384
-# faces, and labels are written to a file.
+# ``segment_tiled`` returns the same labels, but has only a part of the mesh in memory. The input
+# may be a file, a folder of files, or memory-mapped arrays. In this example, a tile has 16,384
+# faces, and the labels are written to a file.
 
 tiled = sf.segment_tiled(mesh, 250, alpha=60, tile_size=16_384, out="terrain.npy")
 is_same = np.load("terrain.npy", mmap_mode="r") == result.labels

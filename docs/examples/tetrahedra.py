@@ -2,7 +2,7 @@
 A volume of tetrahedra
 ======================
 
-Cut a solid into compact regions that fill the volume.
+Divide the volume of a solid into compact regions.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ import superfacets as sf
 
 
 def body(n=12):
-    """Return a ball with bumps: n**3 cells of six tetrahedra each."""
+    """Return a ball with bumps, made of n**3 hexahedra with six tetrahedra each."""
     side = np.linspace(-1, 1, n + 1)
     z, y, x = np.meshgrid(side, side, side, indexing="ij")
     scale = np.maximum(np.abs(x), np.maximum(np.abs(y), np.abs(z)))  # from a cube to a ball
@@ -32,7 +32,7 @@ mesh = body()
 result = sf.segment(mesh, 60)
 
 # %%
-# ``clip`` shows the tetrahedra below the middle.
+# ``clip`` hides the tetrahedra above the middle.
 
 sf.plot(mesh, result, clip="-z", view=sf.View(up="z", elevation=40))
 
@@ -43,7 +43,8 @@ regions = result.regions
 print(f"volumes from {regions.measures.min():.3f} to {regions.measures.max():.3f}")
 
 # %%
-# ``boundary`` returns the outside as a mesh of triangles, and the tetrahedron of each triangle.
+# ``boundary`` returns the outer surface as a mesh of triangles, and the tetrahedron of each
+# triangle.
 
 surface, sources = mesh.boundary()
 sf.plot(surface, result.labels[sources], view=sf.View(up="z", elevation=40))
