@@ -1,7 +1,7 @@
 """Update the screenshots of the studio: ``python docs/make_studio_pictures.py DATA``.
 
-DATA is a folder with ``meshes/bunny.ply``, ``psb/off`` and ``rooms``. The script requires Playwright
-and Chromium.
+DATA is a folder with ``meshes/bunny.ply``, ``psb/off`` and ``rooms``. The script requires
+Playwright and Chromium.
 """
 
 import shutil

@@ -2,7 +2,7 @@
 
 PNG pictures of more than 150 KB get a palette of 256 colors. If they are still too large, their
 width and height are halved.
-Pictures of pages, with their smooth shades and small text, are WebP files in all their colors.
+Screenshots of pages are WebP files with all colors, because they have smooth shades and small text.
 """
 
 from pathlib import Path

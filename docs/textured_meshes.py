@@ -1,8 +1,8 @@
 """Textured meshes made by code: ``python textured_meshes.py FOLDER`` writes the facade as OBJ.
 
 ``python docs/textured_meshes.py --picture`` also draws the picture of the page on textures. The
-facade is flat, and its windows and door are only in the texture. The ball has the squares of a
-chessboard. Pillow is needed.
+facade is flat, and its windows and door are only in the texture. The texture of the ball is a
+chessboard. The script requires Pillow.
 """
 
 from __future__ import annotations
