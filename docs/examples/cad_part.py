@@ -17,8 +17,8 @@ import superfacets as sf
 def flange(n_around=96):
     """Return the surface that a profile sweeps around the z axis."""
     profile = [[0.3, 0], [1, 0], [1, 0.2], [0.5, 0.2], [0.5, 0.9], [0.3, 0.9], [0.3, 0]]
-    turns = 2 * np.pi * np.arange(n_around) / n_around
-    around = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    angles = 2 * np.pi * np.arange(n_around) / n_around
+    around = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     rings = [np.insert(radius * around, 2, z, axis=1) for radius, z in profile]
     step, ring = np.meshgrid(np.arange(n_around), np.arange(len(profile) - 1))
     a, b = (ring * n_around + step).ravel(), (ring * n_around + (step + 1) % n_around).ravel()

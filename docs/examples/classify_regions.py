@@ -118,9 +118,9 @@ def remoteness(regions: sf.RegionGraph) -> np.ndarray:
     matrix = coo_array((steps, (first, second)), (regions.n_regions, regions.n_regions))
     distances = dijkstra(matrix.tocsr(), directed=False)
     distances[np.isinf(distances)] = distances[np.isfinite(distances)].max()
-    share = regions.areas / regions.areas.sum()
-    mean = distances @ share
-    near = (distances < np.median(distances)) @ share
+    fractions = regions.areas / regions.areas.sum()
+    mean = distances @ fractions
+    near = (distances < np.median(distances)) @ fractions
     return np.column_stack([mean / mean.mean(), distances.max(axis=1) / mean.mean(), near])
 
 

@@ -29,14 +29,14 @@ pieces = list(sf.split_regions(cut.mesh, cut.labels))
 # sphinx_gallery_thumbnail_number = 2
 figure, axes = plt.subplots(4, 6, figsize=(9, 6))
 colors = sf.face_colors(cut.mesh, cut.labels) / 255
-for place, i in zip(axes.flat, range(24), strict=True):
+for axis, i in zip(axes.flat, range(24), strict=True):
     piece = pieces[i].mesh
     centered = piece.vertices - piece.vertices.mean(axis=0)
     flat = centered @ np.linalg.svd(centered, full_matrices=False)[2][:2].T
     color = colors[cut.labels == i][0]
-    place.tripcolor(*flat.T, piece.faces, facecolors=np.zeros(piece.n_faces), cmap="gray")
-    place.collections[0].set(array=None, facecolor=color, edgecolor="face")
-    place.set_aspect("equal")
-    place.axis("off")
+    axis.tripcolor(*flat.T, piece.faces, facecolors=np.zeros(piece.n_faces), cmap="gray")
+    axis.collections[0].set(array=None, facecolor=color, edgecolor="face")
+    axis.set_aspect("equal")
+    axis.axis("off")
 figure.suptitle("The first 24 pieces")
 figure.tight_layout()

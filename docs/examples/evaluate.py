@@ -38,11 +38,11 @@ def room():
     walls = [[0, 1, 2], [0, 2, 3], [3, 2, 5], [3, 5, 6], [0, 3, 6], [0, 6, 4]]
     floor = sf.Mesh(corners, walls)
     objects = [[floor], [box(1.5, 1.2, 0.7, 1.6, 0.9, 0.05)]]
-    places = [(x, y) for x in (1.55, 2.99) for y in (1.25, 1.99)]
-    objects[1] += [box(x, y, 0, 0.06, 0.06, 0.7) for x, y in places]
-    places = [(x, y) for x in (0, 0.41) for y in (0.7, 1.11)]
+    positions = [(x, y) for x in (1.55, 2.99) for y in (1.25, 1.99)]
+    objects[1] += [box(x, y, 0, 0.06, 0.06, 0.7) for x, y in positions]
+    positions = [(x, y) for x in (0, 0.41) for y in (0.7, 1.11)]
     for left in (1.7, 2.5):
-        legs = [box(left + x, y, 0, 0.04, 0.04, 0.42) for x, y in places]
+        legs = [box(left + x, y, 0, 0.04, 0.04, 0.42) for x, y in positions]
         seat = box(left, 0.7, 0.42, 0.45, 0.45, 0.05)
         objects.append([seat, box(left, 0.7, 0.47, 0.45, 0.05, 0.45), *legs])
     objects.append([box(2.5, 2.55, 0, 1.2, 0.4, 1.7)])
@@ -72,12 +72,12 @@ for k, row in zip(counts, rows, strict=True):
     print(f"achievable accuracy {row['achievable_accuracy']:.2%}")
 
 # %%
-# The error decreases with the number of regions, so compare methods and parameters at the same
+# With more regions, the error is usually lower. Therefore compare methods and parameters at the same
 # number of regions.
 
-figure, place = plt.subplots(figsize=(6, 3))
-place.semilogx(counts, [row["undersegmentation_error"] for row in rows], "o-")
-place.set(xlabel="regions", ylabel="undersegmentation error", ylim=0)
-place.set_xticks(counts, counts, minor=False)
-place.minorticks_off()
+figure, axis = plt.subplots(figsize=(6, 3))
+axis.semilogx(counts, [row["undersegmentation_error"] for row in rows], "o-")
+axis.set(xlabel="regions", ylabel="undersegmentation error", ylim=0)
+axis.set_xticks(counts, counts, minor=False)
+axis.minorticks_off()
 figure.tight_layout()

@@ -42,9 +42,9 @@ graph = sf.CellGraph(positions, np.ones(cells.size), offsets, target[order], ste
 result = sf.segment_graph(graph, 120, features=image.reshape(-1, 3))
 is_border = sf.find_boundaries(graph, result.labels).reshape(cells.shape)
 
-figure, places = plt.subplots(1, 2, figsize=(9, 3.2))
-places[0].imshow(image)
-places[1].imshow(np.where(is_border[..., np.newaxis], 0, image))
-for place in places:
-    place.axis("off")
+figure, axes = plt.subplots(1, 2, figsize=(9, 3.2))
+axes[0].imshow(image)
+axes[1].imshow(np.where(is_border[..., np.newaxis], 0, image))
+for axis in axes:
+    axis.axis("off")
 figure.tight_layout()
