@@ -72,8 +72,8 @@ for k, row in zip(counts, rows, strict=True):
     print(f"achievable accuracy {row['achievable_accuracy']:.2%}")
 
 # %%
-# With more regions, the error is usually lower. Therefore compare methods and parameters at the same
-# number of regions.
+# With more regions, the error is usually lower. Therefore compare methods and parameters at the
+# same number of regions.
 
 figure, axis = plt.subplots(figsize=(6, 3))
 axis.semilogx(counts, [row["undersegmentation_error"] for row in rows], "o-")
