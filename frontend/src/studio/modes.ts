@@ -1,4 +1,4 @@
-// The current tool of the left mouse button, and the toolbar that shows it.
+// The tool that the left mouse button currently uses, and the toolbar that selects the tool.
 
 import { CellCursor } from "./cellcursor";
 import { cssColor, parseColor, variant } from "./colors";
@@ -12,7 +12,7 @@ type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
 const BUTTONS: [ModeName, string, string][] = [
   ["paint", "Paint", "Paint whole regions (V)"],
   ["brush", "Brush", "Paint single cells (B)"],
-  ["lasso", "Lasso", "Paint the regions inside a drawn line (L; L again: single cells)"],
+  ["lasso", "Lasso", "Paint the regions inside a drawn outline (L; L again: single cells)"],
   ["split", "Split", "Cut a region in two (X)"],
 ];
 
@@ -52,7 +52,7 @@ export class Modes {
     this.show();
   }
 
-  /** Switch between the lassos of regions and of cells. */
+  /** Switch between the lasso for regions and the lasso for single cells. */
   nextLasso(): void {
     this.choose(this.current === "lasso" ? "lasso-cells" : "lasso");
   }
@@ -60,7 +60,7 @@ export class Modes {
   private show(): void {
     part("mode").textContent = this.tool.name;
     const nSuggested = this.desk.session.suggested.entries.length;
-    const ofSuggestions = "A accepts a suggestion, R rejects it, J goes to the next · ";
+    const ofSuggestions = "A accepts a suggestion, R rejects a suggestion, J goes to the next suggestion · ";
     part("hint").textContent = `${nSuggested ? ofSuggestions : ""}${this.tool.hint}`;
     const shown = this.current === "lasso-cells" ? "lasso" : this.current;
     for (const [name, one] of this.buttons) one.ariaPressed = String(name === shown);
