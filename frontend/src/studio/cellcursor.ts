@@ -72,7 +72,7 @@ export class CellCursor {
     this.desk.sayPainted(this.name, paint);
   }
 
-  /** A cell in the middle of the current region or, without one, the cell nearest to the middle of the canvas. */
+  /** A cell in the middle of the region selected by keyboard or, if there is none, of the canvas. */
   private start(): number {
     const { cursor, session, drawing } = this.desk;
     if (cursor >= 0) return this.middleCell(session.regions.cellsOf(cursor));

@@ -1,6 +1,6 @@
 // State shared by tools, keys and panels: open file, selection, and current class.
 
-import { part } from "../shared/dom";
+import { counted, part } from "../shared/dom";
 import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./celltable";
 import { parseColor, regionColors } from "./colors";
@@ -17,7 +17,7 @@ const MAX_NAMED = 3; // largest number of classes and objects that a message lis
 const EMPTY = "No cell is in view. Home shows the whole mesh.";
 
 interface Kinds {
-  paint: number; // class and object that strokes assign
+  paint: number; // class and object that strokes assign, as one number (see `paintOf`)
   selection: ReadonlySet<number>;
   hover: number; // cell under the pointer; -1 if there is none
 }
@@ -307,7 +307,7 @@ export class Desk {
     const painted = paints.mainPaint(regions.cellsOfAll(this.selection));
     if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), painted);
     this.select([...this.selection, ...ring], this.isPainted);
-    this.say(`Grown by ${ring.length} regions.`);
+    this.say(`Grown by ${counted(ring.length, "region")}.`);
   }
 
   shrink(): void {
@@ -319,7 +319,7 @@ export class Desk {
     if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), 0);
     const rest = [...this.selection].filter((region) => !ring.includes(region));
     this.select(rest, this.isPainted);
-    this.say(`Shrunk by ${ring.length} regions.`);
+    this.say(`Shrunk by ${counted(ring.length, "region")}.`);
   }
 
   async fillSimilar(): Promise<void> {
@@ -329,7 +329,7 @@ export class Desk {
     const { regions, paints } = session;
     const bare = like.filter((region) => paints.mainPaint(regions.cellsOf(region)) === 0);
     this.paintRegions(new Set([activeRegion, ...bare]), this.currentPaint);
-    this.say(`${bare.length + 1} similar regions: ${this.paintName(this.currentPaint)}.`);
+    this.say(`${counted(bare.length + 1, "similar region")}: ${this.paintName(this.currentPaint)}.`);
   }
 
   private isRegionHidden(region: number): boolean {

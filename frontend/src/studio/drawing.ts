@@ -50,7 +50,7 @@ export class Drawing {
   private hasSuggestions = false;
   private readonly frames: [Frame, Frame]; // framebuffers of the first pass for stride 1 and 2
   private frame: Frame | null = null; // framebuffer of the latest first pass; null before the first one
-  private stride = 1; // pixels of the first pass per canvas pixel, in x and in y
+  private stride = 1; // number of first-pass pixels per canvas pixel, in each direction
   private mesh: Mesh | null = null;
   private theme: Record<string, number[]> = {};
   private hovered = NONE;

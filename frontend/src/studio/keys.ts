@@ -187,7 +187,7 @@ export class Keys {
     const target = event.target as Element;
     if (this.help.open || !this.desk.session.paints || target.closest(FIELDS)) return;
     const isBlender = this.scheme.value === "blender";
-    if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return; // must not choose classes, because these keys change the view in Blender
+    if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return; // these keys must not choose classes, because they change the view in Blender
     const key = this.table.get((isBlender && NUMPAD[event.code]) || nameOf(event));
     if (!key || (key.onCanvas && target !== this.desk.drawing.canvas && target !== document.body)) return;
     if (target.matches("[type=range]") && /^(Arrow|Page|Home)/.test(event.key)) return;

@@ -60,7 +60,7 @@ export class Modes {
   private show(): void {
     part("mode").textContent = this.tool.name;
     const nSuggested = this.desk.session.suggested.entries.length;
-    const ofSuggestions = "A accepts a suggestion, R rejects a suggestion, J goes to the next suggestion · ";
+    const ofSuggestions = "A accepts a suggestion, R rejects it, J goes to the next · ";
     part("hint").textContent = `${nSuggested ? ofSuggestions : ""}${this.tool.hint}`;
     const shown = this.current === "lasso-cells" ? "lasso" : this.current;
     for (const [name, one] of this.buttons) one.ariaPressed = String(name === shown);

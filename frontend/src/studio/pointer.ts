@@ -12,7 +12,7 @@ type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
 interface Scheme {
   name: string;
   hint: string; // text of the toolbar: how to turn, move and zoom
-  rows: [how: string, what: string][]; // rows of the help dialog
+  rows: [how: string, what: string][]; // input and effect, for each row of the help dialog
   drag: (event: PointerEvent) => Drag;
 }
 
@@ -123,7 +123,7 @@ export class Pointer {
     if (this.drag === "pick") this.pickPaint();
     if (this.drag !== "tool") return;
     if (this.modes.tool.turnsBeside && this.desk.picker.cellAt(this.last) < 0) this.drag = "orbit";
-    else if (event.pointerType === "touch") this.started = this.last; // a second finger may follow
+    else if (event.pointerType === "touch") this.started = this.last; // painting waits, because a second finger may follow
     else this.modes.tool.begin(this.last, event.shiftKey);
   }
 

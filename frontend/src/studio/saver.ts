@@ -21,7 +21,7 @@ interface Listener {
   gone(): void;
 }
 
-// Maximum length of the text in which the browser stores unsaved strokes.
+// Largest number of characters in which unsaved strokes are stored in the browser.
 const MAX_KEPT = 4_000_000;
 
 /**

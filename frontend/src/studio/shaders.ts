@@ -47,9 +47,9 @@ uniform sampler2D class_colors;
 uniform usampler2D suggestions;  // 1-based index of the suggestion of each cell; 0 if the cell has none
 uniform sampler2D suggestion_colors;  // color of each suggestion; alpha is 1 for the chosen suggestion
 uniform bool has_suggestions;
-uniform int stride;  // pixels of the first pass per canvas pixel, in x and in y
-uniform int samples;  // pixels of the first pass that are averaged per canvas pixel, in x and in y
-uniform int line;  // width of borders, in pixels of the first pass
+uniform int stride;  // number of first-pass pixels per canvas pixel, in each direction
+uniform int samples;  // number of first-pass pixels averaged per canvas pixel, in each direction
+uniform int line;  // width of borders in first-pass pixels
 uniform uint hovered;  // region under the pointer, or NONE
 uniform uint cursor;  // region selected by keyboard, or NONE
 uniform bool has_borders;
@@ -64,7 +64,7 @@ out vec4 color;
 
 uint cellAt(ivec2 p) {
   uvec4 bytes = uvec4(round(texelFetch(ids, p, 0) * 255.0));
-  return (bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24) - 1u;  // NONE where no cell is drawn
+  return (bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24) - 1u;  // the cell at p, or NONE where no cell is drawn
 }
 uint paintOf(uvec4 state) { return state.r | state.g << 8 | state.a << 16; }
 const float VARIANTS[${VARIANTS.length}] = float[](${VARIANTS.map((shift) => shift.toFixed(2)).join()});
@@ -124,10 +124,10 @@ vec3 shade(ivec2 p, ivec2 limit) {
   if ((state.b & 16u) != 0u && (p.x + p.y) / (3 * line) % 2 == 0) result = mix(result, accent, 0.75);
   if ((state.b & 8u) != 0u) result = mix(result, accent, 0.6);
   if (!has_borders && !is_active && state.a == 0u && suggestion == 0u) return result;
-  bool is_outline = false;  // at the border of a suggestion
-  bool is_border = false;  // at the border between two regions
-  bool is_edge = false;  // at the border of a highlighted region
-  bool is_object = false;  // at the border between two objects of a class
+  bool is_outline = false;  // whether the pixel is at the border of a suggestion
+  bool is_border = false;  // whether the pixel is at the border between two regions
+  bool is_edge = false;  // whether the pixel is at the border of a highlighted region
+  bool is_object = false;  // whether the pixel is at the border between two objects of a class
   int before = line / 2;
   int after = line - before;
   for (int k = 0; k < 4; k++) {

@@ -1,5 +1,6 @@
 // Tools for the canvas. The current tool handles strokes with the paint button of the mouse.
 
+import { counted } from "../shared/dom";
 import type { Place } from "../shared/picking";
 import { NONE } from "../shared/shape";
 import { lengthOf, minus } from "../shared/vectors";
@@ -163,7 +164,7 @@ export class CellBrush extends Brush {
   end(): void {
     if (!this.touched.size) return;
     this.desk.select([], false);
-    this.desk.sayPainted(`${this.touched.size} cells`, this.paint);
+    this.desk.sayPainted(counted(this.touched.size, "cell"), this.paint);
   }
 }
 
@@ -231,7 +232,7 @@ export class Lasso extends Tool {
 
   private paintCells(inside: Map<number, number>): void {
     this.desk.session.paint(Uint32Array.from(inside.keys()).sort(), this.paint);
-    this.desk.sayPainted(`${inside.size} cells`, this.paint);
+    this.desk.sayPainted(counted(inside.size, "cell"), this.paint);
   }
 
   private paintRegions(inside: Map<number, number>): void {
@@ -266,7 +267,7 @@ function crossingsOf(places: Place[], y: number): number[] {
 export class Splitter extends Tool {
   readonly name = "Split a region";
   readonly hint =
-    "Drag: red stroke · Shift-drag: blue · Enter cuts (without strokes: across the length of the region) · Esc leaves";
+    "Drag: red stroke · Shift-drag: blue · Enter cuts (without strokes: across the region) · Esc leaves";
   private last: Place = { x: 0, y: 0 };
   private region = -1;
   private isBlue = false;
@@ -341,7 +342,7 @@ export class Splitter extends Tool {
     if (region < 0) return;
     const cells = this.desk.session.regions.cellsOf(region);
     const seen = cells.filter((cell) => this.desk.session.mesh.middleOf(cell));
-    const isInside = seen.length < 2; // no cell can be seen, so any two cells are used
+    const isInside = seen.length < 2; // no cell of the region can be seen, so any two cells are used
     const one = isInside ? cells[0] : this.farthestFrom(seen, seen[0]);
     const other = isInside ? cells[cells.length - 1] : this.farthestFrom(seen, one);
     if (one === other) return;

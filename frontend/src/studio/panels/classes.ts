@@ -11,7 +11,7 @@ const KEYS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"];
 
 export class ClassesPanel {
   private readonly box = part("classes");
-  private readonly shares = new Map<number, HTMLOutputElement>(); // fields for the area percentages, by paint; the paint with object 0 is for the whole class
+  private readonly shares = new Map<number, HTMLOutputElement>(); // elements with the area percentage of each class or object, indexed by paint
   private readonly removers = new Map<number, HTMLButtonElement>(); // delete buttons by class id
   private readonly lists = new Map<number, HTMLElement>(); // lists of objects by class id
   private shown = ""; // JSON of the objects that are listed
@@ -56,7 +56,7 @@ export class ClassesPanel {
     this.fill(this.classes);
     if (at < 0) return;
     const control = controls()[at];
-    control?.closest(".class")?.querySelector("input")?.focus(); // the buttons of a row are shown only while the row has the focus
+    control?.closest(".class")?.querySelector("input")?.focus(); // a row shows its buttons only while it has the focus
     control?.focus();
   }
 

@@ -92,7 +92,7 @@ export class Comparison {
     else desk.setCursor(best);
   }
 
-  /** Resolve the differences in the active region: keep our labels or take the other ones. */
+  /** Resolve the differences in the active region: keep the labels of this file, or take the labels of the other file. */
   settle(side: "mine" | "theirs"): void {
     const region = this.desk.activeRegion;
     const cells = this.differing.filter((cell) => this.desk.regionOf(cell) === region);

@@ -67,7 +67,7 @@ uniform usampler2D vertices;  // one texel per vertex: x, y, z and the encoded n
 uniform bool has_floats;  // whether x, y, z are the bits of floats; otherwise they are integer multiples of step_
 uniform vec3 low;
 uniform vec3 step_;
-uniform mat3 rotation;  // from mesh to eye coordinates
+uniform mat3 rotation;  // rotation from mesh to eye coordinates
 uniform vec3 target;
 uniform float distance_;
 uniform mat4 projection;
@@ -84,8 +84,8 @@ uniform float point_size;  // diameter of a point at distance 1, in pixels
 flat out uint cell;
 flat out uint triangle;
 out vec3 at;
-out vec3 normal;  // (0, 0, 0) for a vertex on a crease
-out float smoothness;  // 0 for a vertex on a crease, otherwise 1
+out vec3 normal;  // in eye coordinates; (0, 0, 0) for a vertex on a crease
+out float smoothness;  // 1 for a vertex with a normal, 0 for a vertex on a crease
 vec3 unpacked(uint bits) {
   vec2 xy = vec2(bits & 255u, bits >> 8) / 127.0 - 1.0;
   vec3 v = vec3(xy, 1.0 - abs(xy.x) - abs(xy.y));
