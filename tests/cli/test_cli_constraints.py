@@ -91,6 +91,33 @@ def test_a_mask_may_be_bools(run, sheet, halves):
     assert np.array_equal(np.load(out), segment(read_mesh(sheet), 9, mask=mask).labels)
 
 
+@pytest.mark.parametrize(("command", "name"), [("segment", "out.seg"), ("levels", "out.9.seg")])
+def test_a_mask_keeps_the_given_values(run, sheet, tmp_path, command, name):
+    mesh = read_mesh(sheet)
+    places = mesh.vertices[mesh.faces].mean(axis=1)[:, 0]
+    classes = 2 * np.searchsorted(np.quantile(places, [0.25, 0.5, 0.75]), places)  # 0, 2, 4, 6
+    write_labels(tmp_path / "classes.seg", classes)
+    options = ("-n", 9, "--mask", tmp_path / "classes.seg", "-o", tmp_path / "out.seg")
+    assert run(command, sheet, *options, "--mask-values", "0,6")[0] == 0
+    kept = (classes == 0) | (classes == 6)
+    labels = read_labels(tmp_path / name)
+    assert np.array_equal(labels >= 0, kept)
+    assert np.array_equal(labels, segment(read_mesh(sheet), 9, mask=kept).labels)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--mask-values", "6"], "--mask-values needs --mask"),
+        (["--mask", "m.npy", "--mask-values", "six"], "expected whole numbers >= 0, got 'six'"),
+    ],
+)
+def test_values_of_a_mask_that_are_wrong_are_a_usage_error(run, sheet, options, message):
+    status, _, err = run("segment", sheet, *options)
+    assert status == 2
+    assert message in err
+
+
 @pytest.mark.parametrize(
     ("mask", "message"),
     [

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 import shapes
-from command_line import files_in
+from command_line import can_render, files_in
 from numpy.testing import assert_array_equal
 
 from superfacets import read_attributes, read_labels, read_mesh, write_labels, write_mesh
@@ -52,20 +52,30 @@ def test_classes_that_lose_their_numbers_are_a_note(run, folder):
     assert run("convert", "a.ply", "classes.npy", "-o", "a.segs.json")[2] == ""
 
 
-@pytest.mark.parametrize("command", ["render", "regions", "convert"])
-def test_labels_of_vertices_are_told_apart(run, folder, command):
-    n_vertices = read_mesh("a.ply").n_vertices
-    write_labels("v.npy", np.zeros(n_vertices, int))
-    write_labels("v.segs.json", np.zeros(n_vertices, int))
-    for name in ("v.npy", "v.segs.json"):
-        labels = ("--labels", name) if command == "render" else (name,)
-        output = "b.csv" if command == "regions" else "b.png" if command == "render" else "b.ply"
-        status, _, error = run(command, "a.ply", *labels, "-o", output)
-        assert status == 1
-        assert (
-            "of vertices: give labels" if "segs" in name else "vertices, and superfacets.tr"
-        ) in error
-        assert error.startswith(f"superfacets: error: {name}: ")
+@pytest.mark.parametrize("name", ["v.npy", "v.segs.json"])
+def test_labels_of_vertices_become_labels_of_faces_by_majority(run, folder, name):
+    mesh = read_mesh("a.ply")
+    of_vertices = np.arange(mesh.n_vertices) // 20
+    write_labels(name, of_vertices)
+    assert run("convert", "a.ply", name, "-o", "b.npy")[0] == 0
+    a, b, c = of_vertices[mesh.faces].T
+    expected = np.select([(a == b) | (a == c), b == c], [a, b], np.minimum(np.minimum(a, b), c))
+    assert len(np.unique(expected)) == 3
+    assert_array_equal(read_labels("b.npy"), expected)
+    regions = run("regions", "a.ply", "b.npy")[1]
+    assert run("regions", "a.ply", name)[1] == regions
+    assert run("view", "a.ply", "--labels", name, "--html", "v.html")[0] == 0
+    if can_render():
+        for labels, picture in ((name, "v.png"), ("b.npy", "b.png")):
+            assert run("render", "a.ply", "--labels", labels, "-o", picture)[0] == 0
+        assert (folder / "v.png").read_bytes() == (folder / "b.png").read_bytes()
+
+
+def test_labels_of_vertices_of_another_mesh_are_refused(run, folder):
+    write_labels("v.segs.json", np.zeros(7, int))
+    status, _, error = run("regions", "a.ply", "v.segs.json")
+    assert status == 1
+    assert "v.segs.json: has 7 labels, but the mesh has 49 vertices" in error
 
 
 def test_labels_in_the_mesh_are_used_where_none_are_named(run, folder):

@@ -48,6 +48,26 @@ def test_the_labels_in_the_mesh_are_used_without_labels(run, fold):
     assert notes.endswith("fold.ply: holds no labels: give a file of LABELS\n")
 
 
+def test_a_column_has_the_most_frequent_value_of_each_region(run, tmp_path):
+    path = tmp_path / "cloud.csv"
+    points = np.random.default_rng(0).random((90, 3))
+    labels = np.repeat([-1, 2, 5], 30)
+    kinds = np.concatenate([np.full(30, 9), np.arange(30) % 3, np.where(np.arange(30) < 20, 6, 2)])
+    columns = np.column_stack([points, labels, kinds, 1 - kinds % 2])
+    np.savetxt(path, columns, delimiter=",", header="x,y,z,label,kind,even", comments="")
+    status, printed, _ = run("regions", path, "--majority", "kind", "--majority", "even")
+    assert status == 0
+    names = "region", "majority_kind", "majority_even"
+    rows = [tuple(row[name] for name in names) for row in rows_of(printed)]
+    assert rows == [("2", "0", "1"), ("5", "6", "1")]
+    status, _, notes = run("regions", path, "--majority", "height")
+    assert status == 1
+    assert "cloud.csv: the points have no column height" in notes
+    status, _, notes = run("regions", "-", "--majority", "kind")
+    assert status == 2
+    assert "--majority needs a file" in notes
+
+
 @pytest.mark.parametrize("ending", ["stl", "obj"])
 def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending):
     parts = fold / f"parts.{ending}"

@@ -1,7 +1,10 @@
 """Point clouds in files: what is read, what is written, what is refused."""
 
 import io
+import pickle
+import struct
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,6 +31,8 @@ POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [1, 1, 0.25], [0, 1, -3]])
 COLORS = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [51, 51, 51]], np.uint8)
 NORMALS = [[0, 0, 1.0]] * 4
 LABELS = [0, 1, 1, 0]
+GEO_KEYS = struct.pack("<16H", 1, 1, 0, 3, 1024, 0, 1, 1, 3072, 0, 1, 32632, 3076, 0, 1, 9001)
+"""GeoTIFF keys of UTM zone 32N, in meters."""
 
 
 @pytest.fixture
@@ -392,6 +397,39 @@ def test_labels_go_back_into_las_as_it_is(laspy, tmp_path, point_format):
     assert np.array_equal(made["label"], np.arange(60) // 20)
     if has_color:
         assert np.array_equal(made.red, np.arange(60))
+
+
+@pytest.mark.parametrize(
+    ("point_format", "ending", "records"),
+    [
+        (7, ".laz", {2112: b'PROJCS["WGS 84 / UTM zone 32N"]\0'}),
+        (1, ".las", {34735: GEO_KEYS, 34736: b"\0" * 16, 34737: b"UTM 32N|\0"}),
+    ],
+)
+@pytest.mark.parametrize("scale", [0.01, 1e-9])  # 1e-9 is too small to write the points
+def test_the_coordinate_reference_system_goes_back_into_las(
+    laspy, tmp_path, point_format, ending, records, scale
+):
+    header = laspy.LasHeader(point_format=point_format, version="1.4")
+    header.global_encoding.wkt = point_format == 7
+    for number, content in records.items():
+        header.vlrs.append(laspy.VLR("LASF_Projection", number, record_data=content))
+    header.vlrs.append(laspy.VLR("someone else", 5, record_data=b"?"))
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = POINTS.T
+    las.write(tmp_path / "in.las")
+    cloud, attributes = CLOUD_READERS[".las"]((tmp_path / "in.las").read_bytes())
+    frame = attributes.las._replace(scales=(scale, scale, scale))
+    attributes = pickle.loads(pickle.dumps(replace(attributes, las=frame)))
+    moved = PointCloud(cloud.points * 100)
+    write_mesh(tmp_path / f"out{ending}", moved, LABELS, attributes=attributes)
+    made = laspy.read(tmp_path / f"out{ending}").header
+    found = {
+        vlr.record_id: vlr.record_data_bytes() for vlr in made.vlrs.get_by_id("LASF_Projection")
+    }
+    assert found == records
+    assert made.global_encoding.wkt == (point_format == 7)
+    assert not made.vlrs.get_by_id("someone else")
 
 
 def test_a_frame_that_does_not_hold_the_points_is_replaced(laspy, tmp_path):

@@ -1,4 +1,4 @@
-// Labels of each level and of the ground truth, and features to color cells by.
+// Data of the page: labels of each level, ground truth, and features by which cells can be colored.
 
 import type { Arrays, Entry, Numbers } from "../shared/arrays";
 import { NONE, type ShapeFacts } from "../shared/shape";
@@ -6,8 +6,8 @@ import { NONE, type ShapeFacts } from "../shared/shape";
 const NO_VALUE = 65535;
 
 interface LabelingFacts {
-  ids: number[] | null; // labels of regions in the input; null: regions are labeled 0, 1, ...
-  n_left_out: number;
+  ids: number[] | null; // label of each region in the input; null if the labels are 0, 1, 2, ...
+  n_left_out: number; // number of cells that are in no region
   mean_area: number;
 }
 
@@ -19,7 +19,7 @@ interface Feature {
   n_missing: number;
 }
 
-/** JSON that superfacets.pictures.page.document writes beside the arrays. */
+/** JSON that superfacets.pictures.page.document writes in addition to the arrays. */
 export interface Facts extends ShapeFacts {
   noun: string;
   n_cells: number;
@@ -33,7 +33,7 @@ export interface Facts extends ShapeFacts {
 export interface Labeling extends LabelingFacts {
   name: string;
   colors: Numbers;
-  counts: Numbers; // number of cells of each region
+  counts: Numbers; // number of cells in each region
   sizes: Numbers; // area or volume of each region
 }
 
@@ -68,7 +68,7 @@ export class Content {
     return this.arrays.level_0_labels!;
   }
 
-  /** The label of each cell. Nested levels are stored as parents of the regions of the first level. */
+  /** The label of each cell. Coarser levels are stored as the parent of each region of the first level. */
   labelsOf({ name }: Labeling): Numbers {
     const given = this.arrays[`${name}_labels`];
     if (given) return given;
@@ -79,14 +79,14 @@ export class Content {
     return labels;
   }
 
-  /** The group of each cell: its value, quantized to 256 steps. */
+  /** The color group of each cell: its value quantized to 256 steps, or NONE if the cell has no value. */
   groupsOf(feature: Feature, values: Numbers): Numbers {
     const steps = Uint32Array.from(values, (value) => (value === NO_VALUE ? NONE : value >> 8));
     if (feature.of === "cell") return steps;
     return this.base.map((region) => (region === NONE ? NONE : steps[region]));
   }
 
-  /** The value of a cell; null where it has none. */
+  /** The value of a cell, or null if the cell has no value. */
   valueOf(feature: Feature, values: Numbers, cell: number): number | null {
     const place = feature.of === "cell" ? cell : this.base[cell];
     const value = place === NONE ? NO_VALUE : values[place];

@@ -1,15 +1,15 @@
-// Mouse, touch and keys on the canvas of the page.
+// Mouse, touch and keyboard input on the canvas of the page.
 
 import { type Place, placeOf, zoomByWheel } from "../shared/picking";
 import { NONE } from "../shared/shape";
 import type { Panel } from "./panel";
 
-const TURN = Math.PI / 24;
+const TURN = Math.PI / 24; // rotation by one press of an arrow key, in radians
 
 export class Controls {
   private readonly canvas: HTMLCanvasElement;
   private readonly pressed = new Map<number, PointerEvent>();
-  private pointer: Place | null = null; // latest place of the mouse, until a frame has used it
+  private pointer: Place | null = null; // latest pointer position that is not processed yet; null if there is none
 
   constructor(private readonly panel: Panel) {
     const { canvas, camera } = panel.drawing;
@@ -44,7 +44,7 @@ export class Controls {
     }
   }
 
-  /** Events come faster than frames: only the latest event before each frame counts. */
+  /** Pointer events can arrive faster than frames; only the latest event before each frame is processed. */
   private hoverSoon(place: Place): void {
     if (!this.pointer) {
       requestAnimationFrame(() => {

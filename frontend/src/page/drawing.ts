@@ -1,5 +1,6 @@
-// Draws the page: one call for the surface, one for borders. A frame sends only a few uniforms. The
-// picture of cell numbers, for picking, is drawn once per view, when the pointer first needs it.
+// Draws the page with one draw call for the surface and one for the borders. Each frame uploads only
+// a few uniforms. For picking, the cell number of each pixel is drawn to a framebuffer. This is done
+// only once per view, when the pointer is first moved over the canvas.
 
 import type { Arrays, Numbers } from "../shared/arrays";
 import { Camera } from "../shared/camera";
@@ -12,16 +13,16 @@ import { TexturePaint, type TextureFacts } from "../shared/texture";
 import { BORDER, CELLS, INK, SHADE } from "./shaders";
 
 const SAMPLES = 4; // samples per pixel, for antialiasing
-const SLOW_MS = 40; // frame time from which a moving view is drawn coarsely
-const COARSE = 0.5; // resolution of a coarse view, relative to the screen
-const REST_MS = 150; // pause after which the view is drawn finely again
+const SLOW_MS = 40; // frame time in milliseconds above which a moving view is drawn at low resolution
+const COARSE = 0.5; // low resolution, relative to the resolution of the screen
+const REST_MS = 150; // time in milliseconds after the last movement until the view is drawn at full resolution
 
 export type Rgb = readonly [number, number, number];
 
 interface Size {
   width: number;
   height: number;
-  ratio: number; // device pixels per CSS pixel
+  ratio: number; // canvas pixels per CSS pixel
 }
 
 export class Drawing {
@@ -30,10 +31,13 @@ export class Drawing {
   readonly stats = { frames: 0, picks: 0, calls: 0, sentBytes: 0, scriptMs: 0 };
   marked = NONE;
   borders = true;
-  shareOfTexture: () => number = () => 0;
+  opacityOfTexture: () => number = () => 0;
   readonly texture: TexturePaint;
   readonly nEdges: number;
-  /** Width of borders in CSS pixels; `pixels` is the number of CSS pixels per unit of length. */
+  /**
+   * Returns the width of borders in CSS pixels. `pixels` is the number of CSS pixels per unit of length,
+   * `height` the height of the canvas in CSS pixels.
+   */
   lineWidth: (pixels: number, height: number) => number = () => 1;
   isCoarse = false;
   frameMs: number | undefined;
@@ -68,7 +72,7 @@ export class Drawing {
     this.camera.show(shape.facts, shape.positions);
   }
 
-  /** Bytes of buffers and textures, without framebuffers. */
+  /** Size of all buffers and textures in bytes; framebuffers are not included. */
   get gpuBytes(): number {
     const tables = [this.surface, this.texture, this.groups, this.regions, this.colors, this.edges];
     return tables.reduce((sum, { bytes }) => sum + bytes, 0);
@@ -78,19 +82,19 @@ export class Drawing {
     return this.surface.nCorners;
   }
 
-  /** Add a texture. */
+  /** Upload a texture and draw it. */
   async setTexture(shape: Shape, facts: TextureFacts, arrays: Arrays): Promise<void> {
     await this.texture.show(shape, facts, arrays);
     this.request();
   }
 
-  /** Set the region of each cell; borders are drawn between regions. */
+  /** Set the region of each cell. Borders are drawn between cells of different regions. */
   setRegions(labels: Numbers): void {
     this.stats.sentBytes += this.regions.fill("r32", labels);
     this.request();
   }
 
-  /** Set the group of each cell, the color of each group (three bytes), and of ungrouped cells. */
+  /** Set the color group of each cell, the color of each group (three bytes), and the color of cells without a group. */
   setGroups(groups: Numbers, colors: Numbers, missing: Rgb): void {
     const texels = new Uint8Array((colors.length / 3) * 4).fill(255);
     for (let i = 0; i < colors.length / 3; i++) texels.set(colors.subarray(3 * i, 3 * i + 3), 4 * i);
@@ -117,13 +121,16 @@ export class Drawing {
     });
   }
 
-  /** Average a fine frame with the average so far; the first frame compiles shaders and counts 0. */
+  /**
+   * Update the moving average of the time of full-resolution frames. The average starts at 0, because
+   * the first frame also compiles the shaders.
+   */
   private noteFrame(ms: number): void {
     if (this.isCoarse) return;
     this.frameMs = this.frameMs === undefined ? 0 : (this.frameMs + ms) / 2;
   }
 
-  /** Draw a changed view; coarsely while it moves, if fine frames are slow. */
+  /** Draw a changed view. While the view moves, slow frames are drawn at low resolution. */
   move(): void {
     this.isCoarse ||= (this.frameMs ?? 0) > SLOW_MS;
     clearTimeout(this.resting);
@@ -156,7 +163,7 @@ export class Drawing {
     const { camera, groups, regions, colors, marked } = this;
     this.stats.calls++;
     this.surface.draw(program, camera.eye, camera.pixelsOf(height), {
-      ...this.texture.values, blend: this.shareOfTexture(),
+      ...this.texture.values, blend: this.opacityOfTexture(),
       groups, regions, colors, marked, missing: this.missing.map((value) => value / 255),
     });
   }
@@ -172,7 +179,7 @@ export class Drawing {
     this.gpu.drawNumbers(6 * this.nEdges);
   }
 
-  /** Draw the cell number at each pixel, unless the last picture is of the same view. */
+  /** Draw the cell number of each pixel to `cellsFrame`, unless `cellsFrame` already shows this view. */
   private drawCells(size: Size): void {
     const view = [size.width, size.height, ...Object.values(this.camera.eye)].join();
     if (view === this.cellsView) return;
@@ -182,7 +189,7 @@ export class Drawing {
     this.cellsView = view;
   }
 
-  /** The cell at a place of the canvas, or NONE. */
+  /** The cell drawn at a position of the canvas, or NONE. */
   cellAt({ x, y }: Place): number {
     if (this.isCoarse) {
       this.isCoarse = false;
@@ -207,7 +214,7 @@ class Samples {
     this.buffers = [gl.createRenderbuffer(), gl.createRenderbuffer()];
   }
 
-  /** Make this framebuffer the target of drawing. */
+  /** Make this framebuffer the target of draw calls, with the given size in pixels. */
   begin(width: number, height: number): void {
     const { gl } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
@@ -222,7 +229,7 @@ class Samples {
     });
   }
 
-  /** Resolve the samples to the canvas. */
+  /** Average the samples of each pixel, and copy the result to the canvas. */
   show(): void {
     const { gl, width, height } = this;
     gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.target);

@@ -1,4 +1,4 @@
-// Viewer of a page that superfacets.view has written: one file that works offline.
+// Entry point of the self-contained HTML page that superfacets.view writes.
 
 import { decodeArrays, fromBase64 } from "../shared/arrays";
 import { part } from "../shared/dom";
@@ -8,7 +8,7 @@ import { Panel } from "./panel";
 
 declare global {
   interface Window {
-    superfacets: Panel; // for tests and measurements
+    superfacets: Panel; // used by tests and benchmarks
   }
 }
 
@@ -21,7 +21,7 @@ async function open(): Promise<Panel> {
   const facts = JSON.parse(part("facts").textContent) as Facts;
   const element = part("payload");
   const buffer = await inflate(fromBase64(element.textContent.trim()));
-  element.remove(); // frees the text of the element, which is as large as the mesh
+  element.remove(); // frees the memory of the base64 text
   const panel = new Panel(facts, decodeArrays(buffer, 0, facts.arrays));
   new Controls(panel);
   await panel.textured;
@@ -35,7 +35,7 @@ function fail(message: string): void {
 
 window.addEventListener("load", async () => {
   const { dataset } = document.documentElement;
-  part("canvas").addEventListener("webglcontextlost", () => fail("the graphics card does not answer; reload the page"));
+  part("canvas").addEventListener("webglcontextlost", () => fail("the graphics card stopped responding; reload the page"));
   try {
     window.superfacets = await open();
     dataset.state = "ready";

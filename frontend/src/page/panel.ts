@@ -1,4 +1,4 @@
-// Controls of the page, its legend, and the tip beside the pointer.
+// Controls, legend and tooltip of the page.
 
 import type { Arrays, Numbers } from "../shared/arrays";
 import { counted, onClick, part } from "../shared/dom";
@@ -22,7 +22,7 @@ const cssColor = (colors: Numbers, i: number): string => `rgb(${colors.subarray(
 export class Panel {
   readonly content: Content;
   readonly drawing: Drawing;
-  readonly textured: Promise<void>; // resolves when the texture is shown
+  readonly textured: Promise<void>; // resolves when the texture has been uploaded
   private coloring: Coloring;
   level = 0;
   private readonly list = part<HTMLSelectElement>("coloring");
@@ -37,7 +37,7 @@ export class Panel {
     const shape = shapeOf(facts, arrays);
     this.drawing = new Drawing(canvas, shape, arrays.edges);
     this.textured = facts.texture ? this.drawing.setTexture(shape, facts.texture, arrays) : Promise.resolve();
-    for (const name of ["triangles", "edges", "normals", "pairs", "tile_of", "atlas"]) delete arrays[name]; // copies are on the graphics card
+    for (const name of ["triangles", "edges", "normals", "pairs", "tile_of", "atlas"]) delete arrays[name]; // frees memory: these arrays have been uploaded to the GPU
     this.drawing.lineWidth = (pixels, height) => this.lineWidth(pixels, height);
     this.coloring = this.content.colorings[0];
     this.fillControls();
@@ -45,13 +45,13 @@ export class Panel {
     this.show();
   }
 
-  /** Labels whose borders are drawn and that the tip names; null if there are none. */
+  /** The labels that the borders and the tooltip show; null if there are no labels. */
   private get labeling(): Labeling | null {
     if (this.coloring.kind === "truth") return this.content.truth;
     return this.content.levels[this.level] ?? this.content.truth;
   }
 
-  /** Width of borders in CSS pixels: 2 % of the diameter of a mean region, within limits. */
+  /** Width of borders in CSS pixels: 2 % of the diameter of an average region, clamped to a range. */
   private lineWidth(pixels: number, height: number): number {
     const area = this.labeling?.mean_area ?? 0;
     const diameter = Math.sqrt((4 * area) / Math.PI) * pixels;
@@ -68,7 +68,7 @@ export class Panel {
     part("level-row").hidden = content.levels.length < 2;
     part("borders-row").hidden = !this.drawing.nEdges;
     checkbox.addEventListener("change", () => this.setBorders(checkbox.checked));
-    this.drawing.shareOfTexture = () => this.blend.share;
+    this.drawing.opacityOfTexture = () => this.blend.opacity;
     this.blend.begin(!!this.facts.texture, content.levels.length ? 0.5 : 1);
     onClick("reset", () => this.drawing.camera.home());
     onClick("theme", () => {
@@ -100,7 +100,7 @@ export class Panel {
     this.drawing.request();
   }
 
-  /** Draw the chosen coloring and level, and update the legend. */
+  /** Draw the selected coloring and level, and update the legend. */
   private show(): void {
     const { content, coloring, labeling, drawing } = this;
     const none = new Uint32Array(labeling ? 0 : this.facts.n_cells).fill(NONE);
@@ -155,7 +155,7 @@ export class Panel {
     return stops.join();
   }
 
-  /** Lines of the tip for a cell. */
+  /** Lines of the tooltip for a cell. */
   private factsOf(cell: number): string[] {
     const { labeling, content, coloring, facts } = this;
     const lines: string[] = [];
@@ -176,7 +176,7 @@ export class Panel {
     return lines;
   }
 
-  /** Show the tip for a cell, and highlight its region; NONE hides both. */
+  /** Show the tooltip for a cell and highlight its region; NONE removes the tooltip and the highlight. */
   tell(cell: number, place: Place = { x: 0, y: 0 }): string[] {
     const { tip, labeling, drawing } = this;
     const lines = cell === NONE ? [] : this.factsOf(cell);
@@ -195,7 +195,7 @@ export class Panel {
     return this.tell(this.drawing.cellAt(place), place);
   }
 
-  /** Announce the cell in the middle of the canvas, for keyboard users and screen readers. */
+  /** Announce the cell in the middle of the canvas to keyboard users and screen readers. */
   tellMiddle(): void {
     const { clientWidth, clientHeight } = this.drawing.canvas;
     const lines = this.tellAt({ x: clientWidth / 2, y: clientHeight / 2 });

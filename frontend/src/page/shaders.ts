@@ -1,16 +1,16 @@
-// GLSL of the page: a cell has a group, a group has a color.
+// GLSL of the page. Each cell belongs to a color group, and each group has a color.
 
 import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
 import { TEXTURE } from "../shared/texture";
 
 export const SHADE = `${HEAD}${LIGHT}${EYE}${TEXTURE}
 flat in uint triangle;
-uniform float blend;  // share of the texture, 0 to 1
-uniform usampler2D groups;  // the group of each cell
-uniform sampler2D colors;  // the color of each group
-uniform usampler2D regions;  // the region of each cell
+uniform float blend;  // opacity of the texture, 0 to 1
+uniform usampler2D groups;  // color group of each cell, or NONE
+uniform sampler2D colors;  // color of each group
+uniform usampler2D regions;  // region of each cell, or NONE
 uniform vec3 missing;  // color of cells without a group
-uniform uint marked;  // region under the pointer
+uniform uint marked;  // region under the pointer, or NONE
 out vec4 color;
 void main() {
   uint group = texelFetch(groups, place(cell), 0).r;
@@ -25,15 +25,16 @@ flat in uint cell;
 out vec4 found;
 void main() { found = codeOf(cell); }`;
 
-// Borders are rectangles on the screen, or degenerate triangles if both sides are in one region.
+// Draws each edge between two regions as a rectangle on the screen. Other edges become degenerate
+// triangles, which are not drawn.
 export const BORDER = `${HEAD}${EYE}
-uniform usampler2D edges;  // two vertices, two adjacent cells
+uniform usampler2D edges;  // one texel per edge: two vertices and two adjacent cells
 uniform usampler2D regions;
-uniform vec2 frame;  // pixels
-uniform float line_width;  // pixels
+uniform vec2 frame;  // width and height of the canvas in pixels
+uniform float line_width;  // width of borders in pixels
 void main() {
   uvec4 edge = texelFetch(edges, place(uint(gl_VertexID / 6)), 0);
-  int corner = gl_VertexID % 6;  // of two triangles: 0 1 2, 2 1 3
+  int corner = gl_VertexID % 6;  // the rectangle consists of the triangles 0 1 2 and 2 1 3
   corner = corner < 3 ? corner : corner == 3 ? 2 : corner == 4 ? 1 : 3;
   uint left = texelFetch(regions, place(edge.z), 0).r;
   uint right = texelFetch(regions, place(edge.w), 0).r;
@@ -41,7 +42,7 @@ void main() {
   if (left == right) return;
   vec3 a = seen(texelFetch(vertices, place(edge.x), 0));
   vec3 b = seen(texelFetch(vertices, place(edge.y), 0));
-  float pixel = 2.0 / (projection[1][1] * frame.y);  // at distance 1
+  float pixel = 2.0 / (projection[1][1] * frame.y);  // size of a pixel at distance 1
   a *= 1.0 - 1.2 * line_width * pixel;
   b *= 1.0 - 1.2 * line_width * pixel;
   vec4 from = projection * vec4(a, 1.0);

@@ -1,9 +1,10 @@
-// Named arrays in one block of bytes, as superfacets.pictures.page.coding writes them; base64.
+// Decodes the named arrays that superfacets.pictures.page.coding packs into one buffer, and converts
+// arrays to and from base64.
 
 const TYPES = {
   uint8: Uint8Array, uint16: Uint16Array, uint32: Uint32Array, int32: Int32Array, float32: Float32Array,
 };
-const WORDS = [Uint8Array, Uint8Array, Uint16Array, Uint16Array, Uint32Array]; // type of a word, by its number of bytes
+const WORDS = [Uint8Array, Uint8Array, Uint16Array, Uint16Array, Uint32Array]; // unsigned array type, indexed by its element size in bytes
 
 export type Numbers = InstanceType<(typeof TYPES)[keyof typeof TYPES]>;
 
@@ -17,7 +18,10 @@ export interface Entry {
   coding: "plain" | "planes" | "difference" | "newest";
 }
 
-/** The arrays by name, row by row. Offsets begin at `start`; plain arrays are views of `buffer`. */
+/**
+ * Returns the decoded arrays by name, in row-major order. Offsets of entries are relative to `start`.
+ * Arrays with plain coding are views of `buffer`.
+ */
 export function decodeArrays(buffer: ArrayBuffer, start: number, entries: Entry[]): Arrays {
   const arrays: Arrays = {};
   for (const entry of entries) {
@@ -37,7 +41,11 @@ export function decodeArrays(buffer: ArrayBuffer, start: number, entries: Entry[
   return arrays;
 }
 
-/** Columns are stored one after the other, each as byte planes: all lowest bytes first. */
+/**
+ * Decodes byte planes: first the lowest byte of every element, then the second byte, and so on.
+ * Elements are stored column by column. With `isDifference`, each element is stored as its
+ * difference from the previous element of the column.
+ */
 function joinPlanes(
   words: Uint8Array | Uint16Array | Uint32Array, bytes: Uint8Array, rows: number, isDifference: boolean,
 ): void {
@@ -52,12 +60,15 @@ function joinPlanes(
         word |= bytes[plane * count + from] << (8 * plane);
       }
       last = isDifference ? (last + word) | 0 : word;
-      words[row * columns + column] = last; // wraps around
+      words[row * columns + column] = last; // the typed array keeps only the low bits, as the encoder did
     }
   }
 }
 
-/** Code 0 means the lowest number not used before; code k means the number k below it. */
+/**
+ * Decodes numbers in place. Code 0 means the lowest number that has not occurred yet, and code k
+ * means that number minus k.
+ */
 function numbersOfCodes(words: Uint8Array | Uint16Array | Uint32Array): void {
   let next = 0;
   for (let i = 0; i < words.length; i++) {
@@ -67,10 +78,10 @@ function numbersOfCodes(words: Uint8Array | Uint16Array | Uint32Array): void {
   }
 }
 
-const CHUNK = 0x8000; // bytes per call: the number of arguments is limited
+const CHUNK = 0x8000; // bytes per call of String.fromCharCode, whose number of arguments is limited
 
 interface Decoder {
-  fromBase64?: (text: string) => Uint8Array<ArrayBuffer>; // not in all browsers yet
+  fromBase64?: (text: string) => Uint8Array<ArrayBuffer>; // static method that older browsers lack
 }
 
 export function toBase64(numbers: Uint32Array | Uint8Array): string {

@@ -1,26 +1,27 @@
-// Orbit camera: target, distance, azimuth and elevation about the axes of the mesh.
+// Orbit camera, given by a target point, a distance from the target, and an azimuth and elevation
+// relative to the axes of the mesh.
 
 import type { Positions, ShapeFacts } from "./shape";
 import { dot, lengthOf, minus, normalized, plus, type Vector } from "./vectors";
 
-const SLOPE = Math.tan((10 * Math.PI) / 180); // half the picture's height at distance 1
-const MARGIN = 0.94; // share of the picture that a mesh may fill at first
-const NEAREST = 1e-3; // distance of the eye from its target, in sizes of the mesh
-const FARTHEST = 50;
-const LEAST_NEAR = 0.02; // least distance of the near plane, as a fraction of the target's distance
-const STEEP = 1.2; // largest elevation after a flight, in radians
-const FLIGHT_MS = 300;
+const SLOPE = Math.tan((10 * Math.PI) / 180); // half the visible height at distance 1 (vertical field of view: 20 degrees)
+const MARGIN = 0.94; // fraction of the canvas that the mesh fills at zoom 1
+const NEAREST = 1e-3; // smallest distance from the eye to the target, relative to the size of the mesh
+const FARTHEST = 50; // largest distance from the eye to the target, relative to the size of the mesh
+const LEAST_NEAR = 0.02; // smallest distance of the near plane, relative to the distance of the target
+const STEEP = 1.2; // largest elevation that a camera animation ends with, in radians
+const FLIGHT_MS = 300; // duration of a camera animation in milliseconds
 
-/** Angles in degrees; zoom 1 shows the whole mesh. */
+/** Camera angles in degrees, and a zoom factor; zoom 1 shows the whole mesh. */
 export interface View {
   azimuth: number;
   elevation: number;
   zoom: number;
 }
 
-/** Uniforms of a camera, by their names in shaders. */
+/** Camera uniforms; each field has the name of its uniform in the shaders. */
 export interface Eye {
-  turn: number[]; // matrix from the mesh to the eye, column by column
+  rotation: number[]; // 3 x 3 rotation matrix from mesh to eye coordinates, column-major
   target: Vector;
   distance_: number;
   projection: number[];
@@ -29,19 +30,19 @@ export interface Eye {
 
 export class Camera {
   target: Vector = [0, 0, 0];
-  size = 1; // largest distance of a point from the origin
+  size = 1; // largest distance of a vertex from the origin
   zoom = 1;
   private aspect = 1;
   private azimuth = 0;
   private elevation = 0;
   private facts: ShapeFacts | null = null;
   private positions: Positions | null = null;
-  private fitted = 0; // distance at zoom 1; 0: unknown until the picture has a size
-  private flight = 0; // number of the latest flight
+  private fitted = 0; // distance from the eye to the target at zoom 1; 0 until `fit` has computed it
+  private flight = 0; // incremented by each camera movement, which stops a running animation
 
   constructor(private readonly changed: () => void) {}
 
-  /** Look at a whole mesh, centered at the origin. */
+  /** Set the mesh, which must be centered at the origin, and show all of it. */
   show(facts: ShapeFacts, positions: Positions): void {
     this.facts = facts;
     this.positions = positions;
@@ -64,20 +65,20 @@ export class Camera {
     this.changed();
   }
 
-  /** Look from these angles in radians; (0, 0) is the front. */
+  /** Set azimuth and elevation in radians; at (0, 0) the camera looks at the front of the mesh. */
   turnTo(azimuth: number, elevation: number): void {
     this.flight++;
     [this.azimuth, this.elevation] = [azimuth, elevation];
     this.changed();
   }
 
-  /** Distance from the eye to its target. */
+  /** Distance from the eye to the target. */
   get distance(): number {
     if (!this.fitted && this.positions) this.fit(this.positions);
     return this.fitted / this.zoom;
   }
 
-  /** Find the distance that fits all positions into the picture. */
+  /** Compute the smallest distance at which all vertices are in view. */
   private fit({ values, low, step }: Positions): void {
     const directions = this.directions();
     const [right, up, toward] = directions.map((row) => row.map((value, k) => value * step[k]));
@@ -98,7 +99,7 @@ export class Camera {
     this.size = Math.sqrt(size);
   }
 
-  /** Axes of the view: right, up and toward the viewer. */
+  /** Unit vectors that point right, up, and toward the viewer, in mesh coordinates. */
   directions(): [Vector, Vector, Vector] {
     const [right, up, front] = this.facts!.axes;
     const [s, c] = [Math.sin(this.azimuth), Math.cos(this.azimuth)];
@@ -117,7 +118,7 @@ export class Camera {
     const shift = (2 * far * near) / (near - far);
     const [right, up, toward] = this.directions();
     return {
-      turn: [0, 1, 2].flatMap((k) => [right[k], up[k], toward[k]]),
+      rotation: [0, 1, 2].flatMap((k) => [right[k], up[k], toward[k]]),
       target,
       distance_: distance,
       projection: [1 / (SLOPE * aspect), 0, 0, 0, 0, 1 / SLOPE, 0, 0, 0, 0, depth, -1, 0, 0, shift, 0],
@@ -132,7 +133,7 @@ export class Camera {
     this.changed();
   }
 
-  /** Pan by fractions of the picture's height. */
+  /** Move the target parallel to the screen, by fractions of the visible height. */
   pan(x: number, y: number): void {
     this.flight++;
     const [right, up] = this.directions();
@@ -141,7 +142,10 @@ export class Camera {
     this.changed();
   }
 
-  /** Zoom in (factor > 1) around the fixed point (x, y), in picture heights from the middle. */
+  /**
+   * Zoom in (factor > 1) or out. The screen position (x, y) stays fixed; it is relative to the middle
+   * of the canvas and in units of the canvas height.
+   */
   zoomBy(factor: number, x = 0, y = 0): void {
     this.pan(-x, -y);
     this.setDistance(this.distance / factor);
@@ -153,17 +157,20 @@ export class Camera {
     this.zoom = (zoom * distance) / Math.max(NEAREST * size, Math.min(FARTHEST * size, wanted));
   }
 
-  /** Pixels of a length of 1 at distance 1, in a picture of this height. */
+  /** Size in pixels of a segment of length 1 at distance 1, if the canvas has this height. */
   pixelsOf(height: number): number {
     return height / (2 * SLOPE);
   }
 
-  /** Distance of a place from the eye. */
+  /** Distance from a point to the eye. */
   distanceTo(place: Vector): number {
     return lengthOf(minus(place, plus(this.target, this.directions()[2], this.distance)));
   }
 
-  /** Position in the picture, right and down, 0 to 1; null if outside. */
+  /**
+   * Position of a point on the canvas, as fractions of the canvas width (from the left) and height
+   * (from the top); null if the point is outside the view.
+   */
   placeOf(place: Vector): [number, number] | null {
     const [right, up, toward] = this.directions();
     const from = minus(place, this.target);
@@ -173,7 +180,10 @@ export class Camera {
     return depth > 0 && x >= 0 && x <= 1 && y >= 0 && y <= 1 ? [x, y] : null;
   }
 
-  /** Fly in front of a place with a normal, `distance` away; without a normal the angles stay. */
+  /**
+   * Animate the camera until it faces a surface point with this normal from the given distance. If the
+   * normal is zero, azimuth and elevation do not change.
+   */
   fly(place: Vector, normal: Vector, distance: number): void {
     const from = [this.azimuth, this.elevation, this.distance, ...this.target];
     const [azimuth, elevation] = this.anglesToward(normal);
@@ -195,7 +205,7 @@ export class Camera {
     move(start);
   }
 
-  /** Azimuth and elevation from which the eye faces this normal; elevation is limited to STEEP. */
+  /** Azimuth and elevation from which the camera faces a surface with this normal. */
   private anglesToward(normal: Vector): [number, number] {
     if (lengthOf(normal) === 0) return [this.azimuth, this.elevation];
     const [right, up, front] = this.facts!.axes;

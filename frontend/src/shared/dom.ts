@@ -1,12 +1,12 @@
-// Look up elements of the page by their ids, and create elements.
+// Finds elements of the document by id, and creates elements.
 
 export function part<T extends Element = HTMLElement>(id: string): T {
   const found = document.getElementById(id);
-  if (!found) throw new Error(`the page has no part "${id}"`);
+  if (!found) throw new Error(`the page has no element with id "${id}"`);
   return found as unknown as T;
 }
 
-/** A new element with text and attributes. */
+/** A new element with attributes and children. */
 export function make<K extends keyof HTMLElementTagNameMap>(
   tag: K, attributes: Record<string, string> = {}, ...children: (Node | string)[]
 ): HTMLElementTagNameMap[K] {
@@ -16,7 +16,7 @@ export function make<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
-/** A new button with a tooltip. */
+/** A new button with a tooltip and a click handler. */
 export function button(text: string, title: string, run: () => void): HTMLButtonElement {
   const made = make("button", { type: "button", title }, text);
   made.addEventListener("click", run);
@@ -25,14 +25,14 @@ export function button(text: string, title: string, run: () => void): HTMLButton
 
 export const onClick = (id: string, run: () => void): void => part(id).addEventListener("click", run);
 
-/** Enable or disable a control; its tooltip says what it does, or why it is disabled. */
+/** Enable a control and set its tooltip to `tip`, or disable the control and set the tooltip to `reason`. */
 export function allow(control: HTMLButtonElement | HTMLInputElement, isAllowed: boolean, tip: string, reason: string): void {
   control.disabled = !isAllowed;
   control.title = isAllowed ? tip : reason;
 }
 
-/** A number with its noun, in the plural if needed. */
+/** A number and its noun in singular or plural, for example "2 regions". */
 export const counted = (n: number, noun: string, nouns = `${noun}s`): string =>
   `${n.toLocaleString("en")} ${n === 1 ? noun : nouns}`;
 
-export const percent = (share: number): string => `${(100 * share).toFixed(share < 0.1 ? 1 : 0)} %`;
+export const percent = (fraction: number): string => `${(100 * fraction).toFixed(fraction < 0.1 ? 1 : 0)} %`;

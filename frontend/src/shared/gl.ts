@@ -1,8 +1,8 @@
-// WebGL 2: programs, lookup tables as textures, framebuffers.
+// WebGL 2 resources: shader programs, lookup tables stored in textures, images and framebuffers.
 
-export const WIDTH = 2048; // width of tables: every WebGL 2 supports it
+export const WIDTH = 2048; // width of lookup tables in texels; every WebGL 2 implementation supports it
 
-/** A texture bound to a texture unit of its own. */
+/** A texture that is bound to a reserved texture unit. */
 export interface Lookup {
   readonly unit: number;
 }
@@ -11,30 +11,30 @@ export type Value = number | boolean | readonly number[] | Lookup;
 
 export type Values = Record<string, Value>;
 
-/** A resource on the graphics card, which can be lost. */
+/** A GPU resource that must be created again after the WebGL context was lost. */
 interface Held {
   make(): void;
 }
 
 export class Gpu {
   readonly gl: WebGL2RenderingContext;
-  readonly tellsFirst: boolean; // flat varyings come from the first vertex of a triangle, else from the last
+  readonly isFirstProvoking: boolean; // whether flat varyings use the first vertex of a triangle instead of the last
   private nUnits = 0;
   private noBuffers: WebGLVertexArrayObject | null = null;
   private readonly held: Held[] = [];
 
-  /** `isKept`: tables keep a copy, so that `restore` can upload it again. */
+  /** If `isKept`, tables and images keep a copy in memory, so that `restore` can upload them again. */
   constructor(canvas: HTMLCanvasElement, readonly isKept: boolean) {
     const gl = canvas.getContext("webgl2", { antialias: false, powerPreference: "high-performance" });
     if (!gl) throw new Error("this browser has no WebGL 2");
     this.gl = gl;
-    this.tellsFirst = this.begin();
+    this.isFirstProvoking = this.begin();
   }
 
   private begin(): boolean {
     const { gl } = this;
     gl.enable(gl.DEPTH_TEST);
-    gl.disable(gl.DITHER); // pixels hold numbers, which dithering would change
+    gl.disable(gl.DITHER); // colors encode cell numbers, which dithering would change
     gl.clearColor(0, 0, 0, 0);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     this.noBuffers = gl.createVertexArray();
@@ -48,7 +48,7 @@ export class Gpu {
     thing.make();
   }
 
-  /** Create all resources again after the context was lost. */
+  /** Create all resources again after the WebGL context was lost. */
   restore(): void {
     this.begin();
     for (const thing of this.held) thing.make();
@@ -58,7 +58,7 @@ export class Gpu {
     return this.nUnits++;
   }
 
-  /** Create a texture without filtering, bound to a texture unit of its own. */
+  /** Create a texture without filtering, and bind it to a texture unit. */
   texture(unit: number): WebGLTexture {
     const { gl } = this;
     const texture = gl.createTexture();
@@ -70,13 +70,13 @@ export class Gpu {
     return texture;
   }
 
-  /** Draw triangles without attributes: shaders use gl_VertexID. */
+  /** Draw `count` vertices as triangles without attributes; the vertex shader uses only gl_VertexID. */
   drawNumbers(count: number): void {
     this.gl.bindVertexArray(this.noBuffers);
     this.gl.drawArrays(this.gl.TRIANGLES, 0, count);
   }
 
-  /** Read the pixels of a rectangle; (x, y) is its lower left corner. */
+  /** Read RGBA pixels of the bound framebuffer from a rectangle whose lower left corner is (x, y). */
   read(x: number, y: number, width: number, height: number): Uint8Array<ArrayBuffer> {
     const { gl } = this;
     const bytes = new Uint8Array(4 * width * height);
@@ -101,7 +101,7 @@ export class Program implements Held {
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
       const logs = [...shaders.map((shader) => gl.getShaderInfoLog(shader)), gl.getProgramInfoLog(program)];
-      throw new Error(`a program cannot be built: ${logs.filter(Boolean).join(" ")}`);
+      throw new Error(`a shader program cannot be built: ${logs.filter(Boolean).join(" ")}`);
     }
     const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS) as number;
     for (let i = 0; i < count; i++) {
@@ -135,7 +135,7 @@ export class Program implements Held {
     return (setters[type] ?? lookUp) as (value: Value) => void;
   }
 
-  /** Make this program current, and set the uniforms that it has. */
+  /** Make this program current and set its uniforms. Names that the program does not use are ignored. */
   use(values: Values): void {
     this.gpu.gl.useProgram(this.program);
     for (const [name, value] of Object.entries(values)) this.setters.get(name)?.(value);
@@ -146,14 +146,14 @@ type Texels = Uint8Array | Uint16Array | Uint32Array;
 
 export type Format = "r32" | "rgba8" | "rgba8ui" | "rgba16" | "rgba32";
 
-/** Lookup table for shaders: one or four numbers per index. */
+/** Lookup table for shaders: a texture with one or four numbers per index. */
 export class Table implements Lookup, Held {
   readonly unit: number;
   bytes = 0;
-  texels: Texels = new Uint8Array(0); // empty unless tables are kept
+  texels: Texels = new Uint8Array(0); // copy of the uploaded numbers; empty if the Gpu keeps no copies
   private format: Format = "r32";
-  private first = Infinity; // first changed row
-  private last = -1; // last changed row
+  private first = Infinity; // first row changed since the last upload; Infinity if there is none
+  private last = -1; // last row changed since the last upload; -1 if there is none
 
   constructor(private readonly gpu: Gpu) {
     this.unit = gpu.nextUnit();
@@ -177,7 +177,7 @@ export class Table implements Lookup, Held {
     return layouts[this.format];
   }
 
-  /** Upload numbers for all indices; returns the bytes. Negative numbers wrap around. */
+  /** Upload the numbers of all indices, as unsigned integers, and return the texture's size in bytes. */
   fill(format: Format, values: ArrayLike<number>): number {
     this.format = format;
     const [, , , channels, Type] = this.layout;
@@ -202,14 +202,14 @@ export class Table implements Lookup, Held {
     this.last = -1;
   }
 
-  /** Mark the texel of an index as changed, for `send`. */
+  /** Mark the row of an index as changed, so that `send` uploads it. */
   touch(index: number): void {
     const row = Math.floor(index / WIDTH);
     this.first = Math.min(this.first, row);
     this.last = Math.max(this.last, row);
   }
 
-  /** Upload all rows from the first to the last changed one. */
+  /** Upload the range of rows that contains all changed rows. */
   send(): void {
     if (this.last < 0) return;
     const { gl } = this.gpu;
@@ -224,11 +224,11 @@ export class Table implements Lookup, Held {
   }
 }
 
-/** An image that shaders read, row 0 at the top, with mipmaps. */
+/** A texture with an image and its mipmaps; row 0 is the top row of the image. */
 export class Picture implements Lookup, Held {
   readonly unit: number;
   bytes = 0;
-  private image: ImageBitmap | null = null; // kept, for `restore`
+  private image: ImageBitmap | null = null; // copy of the image for `restore`; null if the Gpu keeps no copies
 
   constructor(private readonly gpu: Gpu) {
     this.unit = gpu.nextUnit();
@@ -253,7 +253,7 @@ export class Picture implements Lookup, Held {
   }
 }
 
-/** A framebuffer with a texture that shaders read. */
+/** A framebuffer whose colors and depth are textures that shaders can read. */
 export class Frame implements Held {
   readonly colors: Lookup[];
   readonly depth: Lookup;
@@ -290,7 +290,7 @@ export class Frame implements Held {
     Object.assign(this, { width, height });
   }
 
-  /** Clear the framebuffer, and make it the target of drawing. */
+  /** Resize the framebuffer if necessary, make it the target of draw calls, and clear it. */
   begin(width: number, height: number): void {
     const { gl } = this.gpu;
     if (this.width !== width || this.height !== height) this.resize(width, height);
@@ -299,7 +299,7 @@ export class Frame implements Held {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   }
 
-  /** Make the framebuffer the target of drawing and reading. */
+  /** Make the framebuffer the target of draw and read calls. */
   bind(): void {
     this.gpu.gl.bindFramebuffer(this.gpu.gl.FRAMEBUFFER, this.target);
   }

@@ -1,10 +1,10 @@
-// Normals of vertices, packed in two bytes each.
+// Vertex normals, encoded in two bytes each.
 
 import type { Positions } from "./shape";
 
-export const NO_NORMAL = 0; // code of a vertex in a crease: triangles use their own normals
-const DOWNWARD = 0xfefe; // second code of the direction whose first code is 0
-const SMOOTH = 0.9; // least cosine between the normals of a vertex and of its triangles
+export const NO_NORMAL = 0; // code of a vertex on a crease, where each triangle is shaded with the triangle's normal
+const DOWNWARD = 0xfefe; // code of the downward direction, used instead of 0 because 0 means NO_NORMAL
+const SMOOTH = 0.9; // smallest cosine of the angle between a vertex normal and its triangles' normals; below it, the vertex is on a crease
 
 /** Octahedral encoding of a direction in two bytes. */
 function packDirection(x: number, y: number, z: number): number {
@@ -17,7 +17,7 @@ function packDirection(x: number, y: number, z: number): number {
   return Math.round((a + 1) * 127) | (Math.round((b + 1) * 127) << 8) || DOWNWARD;
 }
 
-/** Packed mean normal of the triangles at each vertex; `NO_NORMAL` if their normals differ much. */
+/** Encoded mean normal of the triangles around each vertex, or `NO_NORMAL` for a vertex on a crease. */
 export function vertexNormals(positions: Positions, triangles: Uint32Array): Uint16Array {
   const sums = new Float32Array(positions.values.length);
   const normal = new Float32Array(3);
@@ -43,7 +43,7 @@ export function vertexNormals(positions: Positions, triangles: Uint32Array): Uin
   return packed;
 }
 
-/** Writes the normal of the triangle whose corners begin at `i`; returns its length. */
+/** Writes the normal of the triangle at `triangles[i..i + 2]` to `into`, and returns its length. */
 function triangleNormal(
   { values, step }: Positions, triangles: Uint32Array, i: number, into: Float32Array,
 ): number {

@@ -1,4 +1,4 @@
-// GLSL of both viewers: positions of vertices, lighting, cell numbers as colors.
+// GLSL code shared by the studio and the page: vertex positions, lighting, and cell numbers encoded as colors.
 
 import { WIDTH } from "./gl";
 import { NO_NORMAL } from "./normals";
@@ -14,32 +14,32 @@ ivec2 place(uint i) { return ivec2(int(i % ${WIDTH}u), int(i / ${WIDTH}u)); }
 `;
 
 export const EYE = `
-uniform usampler2D vertices;  // per vertex: x, y, z, packed normal
-uniform bool has_floats;  // x, y, z are bits of floats, not steps
+uniform usampler2D vertices;  // one texel per vertex: x, y, z and the encoded normal
+uniform bool has_floats;  // whether x, y, z are the bits of floats; otherwise they are integer multiples of step_
 uniform vec3 low;
 uniform vec3 step_;
-uniform mat3 turn;  // from the mesh to the eye
+uniform mat3 rotation;  // rotation from mesh to eye coordinates
 uniform vec3 target;
 uniform float distance_;
 uniform mat4 projection;
 vec3 seen(uvec4 texel) {
   vec3 steps = has_floats ? uintBitsToFloat(texel.xyz) : vec3(texel.xyz);
-  return turn * (low + step_ * steps - target) - vec3(0.0, 0.0, distance_);
+  return rotation * (low + step_ * steps - target) - vec3(0.0, 0.0, distance_);
 }
 `;
 
-/** Vertex shader of the surface, or of points. */
+/** Vertex shader for triangles and for points. */
 export const SURFACE = `${HEAD}${EYE}
-in uvec2 vertex;  // index of the vertex; triangle whose first corner it is
-uniform usampler2D sources;  // cell of each triangle, if triangles are not the cells
+in uvec2 vertex;  // x: index of the vertex; y: triangle that has this vertex as first corner
+uniform usampler2D sources;  // cell of each triangle, if has_sources; otherwise triangle i is cell i
 uniform bool has_sources;
 uniform bool is_cloud;
-uniform float point_size;  // size of a point at distance 1, in pixels
+uniform float point_size;  // diameter of a point at distance 1, in pixels
 flat out uint cell;
 flat out uint triangle;
 out vec3 at;
-out vec3 normal;  // (0, 0, 0) in a crease
-out float smoothness;  // 0 in a crease
+out vec3 normal;  // in eye coordinates; (0, 0, 0) for a vertex on a crease
+out float smoothness;  // 1 for a vertex with a normal, 0 for a vertex on a crease
 vec3 unpacked(uint bits) {
   vec2 xy = vec2(bits & 255u, bits >> 8) / 127.0 - 1.0;
   vec3 v = vec3(xy, 1.0 - abs(xy.x) - abs(xy.y));
@@ -53,13 +53,13 @@ void main() {
   uvec4 texel = texelFetch(vertices, place(vertex.x), 0);
   at = seen(texel);
   bool has_normal = texel.w != ${NO_NORMAL}u;
-  normal = has_normal ? turn * unpacked(texel.w) : vec3(0.0);
+  normal = has_normal ? rotation * unpacked(texel.w) : vec3(0.0);
   smoothness = has_normal ? 1.0 : 0.0;
   gl_Position = projection * vec4(at, 1.0);
   gl_PointSize = max(1.0, point_size / -at.z);
 }`;
 
-/** Brightness of the surface, 0 to 1.06. */
+/** Function `light()`: brightness of the current pixel, 0.42 to 1.06. */
 export const LIGHT = `
 uniform bool is_cloud;
 flat in uint cell;
@@ -78,7 +78,7 @@ float light() {
 }
 `;
 
-/** Cell number as a color, for `cellsIn`. */
+/** Function `codeOf()`: encodes a cell number as a color, which `cellsIn` decodes. */
 export const CODE = `
 vec4 codeOf(uint cell) {
   uint number = cell + 1u;

@@ -1,20 +1,20 @@
-// Geometry to draw: triangles or points.
+// Geometry that is drawn: triangles or points.
 
 import type { Arrays } from "./arrays";
 import type { View } from "./camera";
 import type { TextureFacts } from "./texture";
 import type { Vector } from "./vectors";
 
-export const NONE = 0xffffffff; // no cell, no region, no value
+export const NONE = 0xffffffff; // marks a missing cell, region or value
 
-/** Three numbers per point: coordinates in steps from the low corner of the box. */
+/** Coordinates of points, three values per point: coordinate = low + step * value. */
 export interface Positions {
   values: Uint16Array | Float32Array;
   low: Vector;
   step: Vector;
 }
 
-/** Description of a shape, written by superfacets.pictures.page.shape. */
+/** JSON description of the geometry, written by superfacets.pictures.page.shape. */
 export interface ShapeFacts {
   low: Vector;
   step: Vector;
@@ -27,9 +27,9 @@ export interface ShapeFacts {
 export interface Shape {
   facts: ShapeFacts;
   positions: Positions;
-  triangles: Uint32Array | null; // vertex indices, three each; null: the points are the cells
-  sources: Uint32Array | null; // cell of each triangle; null: triangle i is cell i
-  normals: Uint16Array | null; // packed normal of each point
+  triangles: Uint32Array | null; // three vertex indices per triangle; null for a point cloud, whose points are the cells
+  sources: Uint32Array | null; // cell of each triangle; null if triangle i is cell i
+  normals: Uint16Array | null; // encoded normal of each point of a cloud; null for a mesh
 }
 
 export function shapeOf(facts: ShapeFacts, arrays: Arrays): Shape {

@@ -1,4 +1,4 @@
-// Buffers and textures of the surface, or of points.
+// GPU buffers and textures of a mesh surface or a point cloud.
 
 import type { Eye } from "./camera";
 import { type Gpu, type Program, Table, type Values } from "./gl";
@@ -22,7 +22,7 @@ export class Surface {
     this.sources = new Table(gpu);
   }
 
-  /** Upload a shape; called again after the context was lost. */
+  /** Upload the geometry; called again after the WebGL context was lost. */
   show({ facts, positions, triangles, sources, normals }: Shape): void {
     this.facts = facts;
     this.isCloud = triangles === null;
@@ -35,9 +35,9 @@ export class Surface {
   }
 
   private sendCorners(triangles: Uint32Array | null, nVertices: number): void {
-    const { gl, tellsFirst } = this.gpu;
+    const { gl, isFirstProvoking } = this.gpu;
     const { vertices, corners } = triangles ? sharedCorners(triangles, nVertices) : points(nVertices);
-    for (let i = 0; !tellsFirst && i < corners.length; i += 3) {
+    for (let i = 0; !isFirstProvoking && i < corners.length; i += 3) {
       corners.set([corners[i + 1], corners[i + 2], corners[i]], i);
     }
     this.nCorners = triangles ? corners.length : nVertices;
@@ -60,13 +60,16 @@ export class Surface {
     gl.bufferData(kind, values, gl.STATIC_DRAW);
   }
 
-  /** Uniforms from which shaders compute positions. */
+  /** Uniforms from which the shaders compute vertex positions. */
   placing(eye: Eye): Values {
     const { facts, vertices, hasFloats } = this;
     return { ...eye, vertices, has_floats: hasFloats, low: facts.low, step_: facts.step };
   }
 
-  /** Draw the whole mesh; `pixels` is the size in pixels of a length of 1 at distance 1. */
+  /**
+   * Draw all triangles or points. `pixels` is the size in pixels of a segment of length 1 at distance 1;
+   * `others` are additional uniforms of the program.
+   */
   draw(program: Program, eye: Eye, pixels: number, others: Values): void {
     const { gl } = this.gpu;
     program.use({
@@ -84,8 +87,8 @@ export class Surface {
 }
 
 interface Corners {
-  vertices: Uint32Array; // per vertex: its number, and the triangle whose first corner it is
-  corners: Uint32Array; // indices into `vertices`, three per triangle
+  vertices: Uint32Array; // two numbers per vertex: its index, and the triangle that has the vertex as first corner
+  corners: Uint32Array; // index in `vertices` of each corner, three per triangle
 }
 
 function points(nVertices: number): Corners {
@@ -95,15 +98,16 @@ function points(nVertices: number): Corners {
 }
 
 /**
- * Reorders corners so that the first corner of each triangle is the first corner of no other
- * triangle, and identifies the cell. All other corners share vertices, so that a vertex is computed
- * once for several triangles. A vertex is duplicated if a triangle has no free corner.
+ * Rotates the corners of each triangle so that no two triangles have the same first corner. The
+ * first corner therefore identifies the triangle. Vertices are still shared between triangles, so the
+ * vertex shader runs only once per vertex. If each corner of a triangle is already the first corner
+ * of another triangle, a vertex is duplicated.
  */
 function sharedCorners(triangles: Uint32Array, nVertices: number): Corners {
   const n = triangles.length / 3;
   const corners = new Uint32Array(triangles.length);
-  const pieces = new Uint32Array(nVertices + n).fill(NONE); // triangle whose first corner each vertex is
-  const copies = new Uint32Array(n); // originals of the duplicates, which are numbered from nVertices on
+  const pieces = new Uint32Array(nVertices + n).fill(NONE); // triangle whose first corner is this vertex, or NONE
+  const copies = new Uint32Array(n); // original vertex of each duplicate; duplicate i has the index nVertices + i
   let nCopies = 0;
   for (let i = 0; i < n; i++) {
     let first = 0;
@@ -125,7 +129,7 @@ function sharedCorners(triangles: Uint32Array, nVertices: number): Corners {
   return { vertices, corners };
 }
 
-/** Texels of vertices: x, y, z (or bits of floats), packed normal. */
+/** Texels of the vertex table: x, y, z (as integers, or as the bits of floats) and the encoded normal. */
 function vertexTexels({ values }: Positions, normals: Uint16Array): Uint16Array | Uint32Array {
   const isFloat = values instanceof Float32Array;
   const numbers = isFloat ? new Uint32Array(values.buffer, values.byteOffset, values.length) : values;

@@ -1,27 +1,30 @@
-// The texture of a mesh: an image, and the coordinates of the corners of triangles in it.
+// The texture of a mesh: an image, and texture coordinates of the corners of each triangle.
 
 import type { Arrays } from "./arrays";
 import { type Gpu, Picture, Table, type Values } from "./gl";
 import type { Shape } from "./shape";
 
-/** Left, top, width and height in the image (width 0: no image), ways to repeat, and color. */
+/**
+ * An image of the texture atlas: left, top, width and height in pixels (width 0: no image), wrap modes
+ * in x and y, and the red, green and blue factors of its color.
+ */
 type Tile = [number, number, number, number, number, number, number, number, number];
 
-/** Description of a texture, written by superfacets.pictures.page.texture. */
+/** JSON description of a texture, written by superfacets.pictures.page.texture. */
 export interface TextureFacts {
   low: [number, number];
   step: [number, number];
   tiles: Tile[];
 }
 
-/** Color of the texture at a place of a triangle. For fragment shaders, after EYE. */
+/** Function `textureColor()`: texture color at a point of a triangle. A shader must include EYE before TEXTURE. */
 export const TEXTURE = `
 uniform bool has_texture;
-uniform usampler2D texture_corners;  // per triangle: vertices, tile
-uniform usampler2D texture_pairs;  // per triangle: two texels with bits of u, v of the corners
-uniform usampler2D texture_tiles;  // per tile: rectangle; ways to repeat; color
+uniform usampler2D texture_corners;  // one texel per triangle: three vertex indices and the tile index
+uniform usampler2D texture_pairs;  // two texels per triangle: u and v of its three corners, as the bits of floats
+uniform usampler2D texture_tiles;  // three texels per tile: rectangle, wrap modes, color factors
 uniform sampler2D texture_image;
-const float LEVELS = 5.0;  // mipmap levels at which images of an atlas stay separate
+const float LEVELS = 5.0;  // highest mipmap level at which adjacent images of the atlas do not blend
 int along(int i, int size, uint wrap) {
   if (wrap == 1u) return clamp(i, 0, size - 1);
   int period = wrap == 0u ? size : 2 * size;
@@ -32,7 +35,7 @@ vec3 smoothed(uvec4 box, uvec4 wraps, vec2 uv, int level) {
   ivec2 size = max(ivec2(box.zw >> level), 1);
   vec2 texel = vec2(uv.x, 1.0 - uv.y) * vec2(size) - 0.5;
   ivec2 corner = ivec2(floor(texel));
-  vec2 share = texel - floor(texel);
+  vec2 fraction = texel - floor(texel);
   vec3 rows[2];
   for (int y = 0; y < 2; y++) {
     vec3 pixels[2];
@@ -40,9 +43,9 @@ vec3 smoothed(uvec4 box, uvec4 wraps, vec2 uv, int level) {
       ivec2 inside = ivec2(along(corner.x + x, size.x, wraps.x), along(corner.y + y, size.y, wraps.y));
       pixels[x] = texelFetch(texture_image, ivec2(box.xy >> level) + inside, level).rgb;
     }
-    rows[y] = mix(pixels[0], pixels[1], share.x);
+    rows[y] = mix(pixels[0], pixels[1], fraction.x);
   }
-  return mix(rows[0], rows[1], share.y);
+  return mix(rows[0], rows[1], fraction.y);
 }
 vec3 textureColor(uint piece, vec3 at) {
   vec3 right = dFdx(at);
@@ -57,15 +60,16 @@ vec3 textureColor(uint piece, vec3 at) {
   vec3 c = seen(texelFetch(vertices, place(corners.z), 0)) - a;
   vec3 across = cross(b, c);
   float scale = max(dot(across, across), 1e-30);
-  mat3x2 shares = transpose(mat2x3(cross(c, across), cross(across, b))) / scale;  // maps a vector in the plane to its coefficients in b and c
+  // Maps a vector v in the plane of the triangle to the coefficients (s, t) in v = s * b + t * c.
+  mat3x2 coefficients = transpose(mat2x3(cross(c, across), cross(across, b))) / scale;
   uvec4 first = texelFetch(texture_pairs, place(2u * piece), 0);
   uvec4 second = texelFetch(texture_pairs, place(2u * piece + 1u), 0);
   vec2 origin = uintBitsToFloat(first.xy);
   mat2 sides = mat2(uintBitsToFloat(first.zw) - origin, uintBitsToFloat(second.xy) - origin);
-  vec2 uv = origin + sides * (shares * (at - a));
+  vec2 uv = origin + sides * (coefficients * (at - a));
   vec2 size = vec2(box.zw);
-  float reach = max(length(size * (sides * (shares * right))), length(size * (sides * (shares * up))));  // texels per pixel
-  float level = clamp(log2(max(reach, 1.0)), 0.0, min(LEVELS, floor(log2(min(size.x, size.y)))));
+  float texels_per_pixel = max(length(size * (sides * (coefficients * right))), length(size * (sides * (coefficients * up))));
+  float level = clamp(log2(max(texels_per_pixel, 1.0)), 0.0, min(LEVELS, floor(log2(min(size.x, size.y)))));
   int whole = int(level);
   vec3 paint = smoothed(box, wraps, uv, whole);
   if (level > float(whole)) paint = mix(paint, smoothed(box, wraps, uv, whole + 1), level - float(whole));
@@ -73,29 +77,29 @@ vec3 textureColor(uint piece, vec3 at) {
 }
 `;
 
-/** The slider that blends the texture with other colors. */
+/** Slider for the opacity of the texture. */
 export class Blend {
-  share = 0; // of the texture, 0 to 1
+  opacity = 0; // opacity of the texture: 0 hides the texture, 1 hides all other colors
 
   constructor(private readonly row: HTMLElement, private readonly slider: HTMLInputElement, private readonly changed: () => void) {
     slider.addEventListener("input", () => this.set(Number(slider.value)));
   }
 
-  set(share: number): void {
-    this.share = share;
-    this.slider.value = String(share);
+  set(opacity: number): void {
+    this.opacity = opacity;
+    this.slider.value = String(opacity);
     this.changed();
   }
 
-  /** Show the slider if there is a texture. */
-  begin(hasTexture: boolean, share: number): void {
+  /** Show the slider and set the opacity if the mesh has a texture; otherwise hide the slider. */
+  begin(hasTexture: boolean, opacity: number): void {
     this.row.hidden = !hasTexture;
-    this.set(hasTexture ? share : 0);
+    this.set(hasTexture ? opacity : 0);
   }
 
-  /** Show the texture alone or, if it is shown alone, no texture. */
+  /** Make the texture fully opaque or, if it already is, hide the texture. */
   toggle(): void {
-    if (!this.row.hidden) this.set(this.share === 1 ? 0 : 1);
+    if (!this.row.hidden) this.set(this.opacity === 1 ? 0 : 1);
   }
 }
 
@@ -116,12 +120,12 @@ export class TexturePaint {
     return this.corners.bytes + this.pairs.bytes + this.tiles.bytes + this.image.bytes;
   }
 
-  /** Remove the texture of the previous mesh. */
+  /** Stop drawing the texture of the previous mesh. */
   clear(): void {
     this.isShown = false;
   }
 
-  /** Upload the texture of a shape of triangles. */
+  /** Decode the image, and upload the texture of a triangle mesh. */
   async show({ triangles }: Shape, facts: TextureFacts, arrays: Arrays): Promise<void> {
     const [tileOf, steps, bytes] = [arrays.tile_of!, arrays.pairs!, arrays.atlas as Uint8Array<ArrayBuffer>];
     const image = await createImageBitmap(new Blob([bytes], { type: "image/jpeg" }), { colorSpaceConversion: "none" });
@@ -141,7 +145,7 @@ export class TexturePaint {
     this.isShown = true;
   }
 
-  /** Uniforms of TEXTURE. */
+  /** Values of the uniforms that TEXTURE declares. */
   get values(): Values {
     const { corners, pairs, tiles, image, isShown } = this;
     return {

@@ -1,4 +1,4 @@
-// 3-vectors.
+// Vectors with three components.
 
 export type Vector = [x: number, y: number, z: number];
 
@@ -19,5 +19,5 @@ export const cross = (a: Vector, b: Vector): Vector => [
   a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0],
 ];
 
-/** A vector of length 1; (0, 0, 0) stays. */
+/** The vector scaled to length 1; a zero vector is returned unchanged. */
 export const normalized = (a: Vector): Vector => scaled(a, 1 / (lengthOf(a) || 1));

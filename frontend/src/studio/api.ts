@@ -1,15 +1,15 @@
-// Requests to the server, and its binary answers.
+// Requests to the studio server, and decoding of its binary responses.
 
 import { type Arrays, decodeArrays, type Entry } from "../shared/arrays";
 
-/** The server refused a request; has the message and HTTP status of its answer. */
+/** The server rejected a request. The error has the message and the HTTP status of the response. */
 export class ServerError extends Error {
   constructor(message: string, readonly status: number) {
     super(message);
   }
 }
 
-/** The server does not answer. */
+/** The server does not respond. */
 export class ServerGone extends Error {
   constructor() {
     super("the server does not answer");
@@ -25,7 +25,7 @@ async function refusal(response: Response): Promise<ServerError> {
 export class Api {
   constructor(private readonly token: string) {}
 
-  /** An address that the browser itself opens, with the token in it. */
+  /** URL for links and images. The browser requests them without our headers, so the query has the token. */
   address(path: string, query: Record<string, string> = {}): string {
     return `${path}?${new URLSearchParams({ ...query, token: this.token })}`;
   }
@@ -58,11 +58,11 @@ export class Api {
     try {
       return await response.arrayBuffer();
     } catch {
-      throw new ServerGone(); // the connection broke in the middle of the answer
+      throw new ServerGone(); // the connection broke in the middle of the response
     }
   }
 
-  /** Lines of a streamed answer, parsed from JSON. */
+  /** Values of a streamed response that has one JSON value per line. */
   async *lines<T>(path: string, body: unknown, signal: AbortSignal): AsyncGenerator<T> {
     const options = { method: "POST", body: JSON.stringify(body), signal };
     const response = await this.request(path, options);
@@ -83,11 +83,11 @@ export class Api {
 
 const MAGIC = "SFSTUDIO";
 
-/** Binary answer: a magic word, the length of the header, the header in JSON, and arrays. */
+/** Decodes a binary response: magic word, length of the header, header in JSON, and arrays. */
 export function readPacket<Header>(buffer: ArrayBuffer): { header: Header; arrays: Arrays } {
   const textOf = (start: number, length: number): string =>
     new TextDecoder().decode(new Uint8Array(buffer, start, length));
-  if (textOf(0, MAGIC.length) !== MAGIC) throw new Error("the server sent an answer of another format");
+  if (textOf(0, MAGIC.length) !== MAGIC) throw new Error("the server sent a response in an unknown format");
   const start = MAGIC.length + 4;
   const length = new DataView(buffer).getUint32(MAGIC.length, true);
   const header = JSON.parse(textOf(start, length)) as Header & { arrays: Entry[] };

@@ -1,4 +1,4 @@
-// The keyboard's cursor on single cells: arrow keys go from cell to cell.
+// Keyboard cursor on a single cell. The arrow keys move the cursor to an adjacent cell.
 
 import { NONE } from "../shared/shape";
 import { dot, lengthOf, minus, normalized, plus, scaled, type Vector } from "../shared/vectors";
@@ -7,10 +7,10 @@ import type { Desk } from "./desk";
 import type { Mesh } from "./mesh";
 import { putCircle } from "./picker";
 
-const LEAST_COSINE = 0.25; // least cosine between an arrow key's direction and a neighbor's
-const MARGIN = 0.1; // margin of the picture that the cursor must not enter
-const LEAST_FACING = 0.35; // least cosine between the cell's normal and the direction to the eye
-const STAND_OFF = 60; // distance of the eye from a cell, in radii of the cell
+const LEAST_COSINE = 0.25; // smallest cosine of the angle between the direction of an arrow key and the direction to the next cell
+const MARGIN = 0.1; // width of the border of the canvas that the cursor must not enter, relative to the canvas size
+const LEAST_FACING = 0.35; // smallest cosine of the angle between the cell's normal and the direction to the eye
+const STAND_OFF = 60; // distance from the eye to a cell, in multiples of the cell's radius
 
 const capital = (word: string): string => word[0].toUpperCase() + word.slice(1);
 
@@ -37,7 +37,10 @@ export class CellCursor {
     this.desk.drawing.redraw();
   }
 
-  /** Go to the neighbor at the right (x = 1), left, top (y = 1) or bottom; at first, to a start cell. */
+  /**
+   * Move the cursor to the neighbor in a direction: x is 1 for right and -1 for left, y is 1 for up and
+   * -1 for down. If the cursor is on no visible cell, it moves to a start cell.
+   */
   move(x: number, y: number): void {
     const isFirst = this.cell < 0 || this.desk.isHidden(this.cell);
     const next = isFirst ? this.start() : this.next(x, y);
@@ -63,13 +66,13 @@ export class CellCursor {
     return `${capital(this.mesh.oneCell)} ${this.cell}`;
   }
 
-  /** Paint the cell; 0 removes its paint. */
+  /** Give the cell at the cursor the class and object encoded by `paint`; 0 removes class and object. */
   paint(paint: number): void {
     this.desk.session.paint(Uint32Array.of(this.cell), paint);
     this.desk.sayPainted(this.name, paint);
   }
 
-  /** A cell in the region of the keyboard's cursor, or else the cell nearest to the center. */
+  /** A cell in the middle of the region selected by keyboard or, if there is none, of the canvas. */
   private start(): number {
     const { cursor, session, drawing } = this.desk;
     if (cursor >= 0) return this.middleCell(session.regions.cellsOf(cursor));
@@ -130,7 +133,7 @@ export class CellCursor {
     return lengthOf(normal) === 0 || dot(normal, toward) > LEAST_FACING;
   }
 
-  /** Fly near the cell. The direction of view stays if the cell is visible. */
+  /** Move the camera close to the cell. If the cell is visible, the viewing direction does not change. */
   private fly(cell: number): void {
     const { mesh } = this;
     const middle = mesh.middleOf(cell)!;

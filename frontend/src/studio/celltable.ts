@@ -1,16 +1,15 @@
-// Class, object and marks of each cell, as a texture.
+// Texture with the class, object and marks of each cell.
 
 import { type Gpu, Table } from "../shared/gl";
 import { classOf, objectOf } from "./labeling";
 
-export const MARK_RED = 1; // cells of the red stroke in split mode
-export const MARK_BLUE = 2;
-export const MARK_HIDDEN = 4;
-export const MARK_CURSOR = 8; // the cell of the keyboard's cursor
+export const MARK_RED = 1; // the cell is in the red stroke of split mode
+export const MARK_BLUE = 2; // the cell is in the blue stroke of split mode
+export const MARK_HIDDEN = 4; // the cell is hidden
+export const MARK_CURSOR = 8; // the keyboard cursor is on the cell
+export const MARK_DIFFERS = 16; // the cell is labeled differently in the two compared files
 
-export const MARK_DIFFERS = 16; // two works differ here
-
-/** A texture with four bytes per cell: two of its class, the bits of its marks, one of its object. */
+/** A texture with four bytes per cell: class (two bytes), mark bits, and object. */
 export class CellTable {
   readonly table: Table;
   hasHidden = false;
@@ -20,21 +19,24 @@ export class CellTable {
     this.table = new Table(gpu);
   }
 
-  /** Reset: no cell has paint or a mark. */
+  /** Set the number of cells, and clear class, object and marks of all cells. */
   reset(nCells: number): void {
     this.nCells = nCells;
     this.hasHidden = false;
     this.table.fill("rgba8ui", new Uint8Array(4 * nCells));
   }
 
-  /** Set the paint of the given cells, or of all; classes that are stuff show no objects. */
+  /**
+   * Copy class and object of the given cells to the table, or of all cells if `cells` is null. Objects
+   * are omitted for the classes in `stuff`, which have no separate objects.
+   */
   setPaint(paint: Uint32Array, cells: Uint32Array | null, stuff: ReadonlySet<number>): void {
     const { texels } = this.table;
     const set = (cell: number): void => {
       texels[4 * cell] = paint[cell] & 255;
       texels[4 * cell + 1] = (paint[cell] >> 8) & 255;
       const object = stuff.has(classOf(paint[cell])) ? 0 : objectOf(paint[cell]);
-      texels[4 * cell + 3] = object && 1 + ((object - 1) % 255); // enough to tell neighbors apart
+      texels[4 * cell + 3] = object && 1 + ((object - 1) % 255); // values repeat after 255 objects, which suffices to distinguish neighbors
       this.table.touch(cell);
     };
     if (cells) cells.forEach(set);
@@ -54,7 +56,7 @@ export class CellTable {
     return true;
   }
 
-  /** Set or clear bits of the given cells. */
+  /** Set or clear mark bits of the given cells. */
   mark(cells: Iterable<number>, bits: number, on: boolean): void {
     if (bits & MARK_HIDDEN && on) this.hasHidden = true;
     for (const cell of cells) {
@@ -64,7 +66,7 @@ export class CellTable {
     }
   }
 
-  /** Clear bits of all cells. */
+  /** Clear mark bits of all cells. */
   unmarkAll(bits: number): void {
     if (bits & MARK_HIDDEN) this.hasHidden = false;
     for (let cell = 0; cell < this.nCells; cell++) if (this.marksOf(cell) & bits) this.mark([cell], bits, false);

@@ -1,4 +1,4 @@
-// The clip box: sections along the axes, and handles on its faces.
+// The clip box: only the part of the mesh inside the box is drawn. Handles and keys move its sides.
 
 import { onClick, part } from "../shared/dom";
 import { placeOf } from "../shared/picking";
@@ -8,10 +8,10 @@ import type { Box } from "./drawing";
 import { putCircle } from "./picker";
 
 const NAMES = ["x", "y", "z"];
-const LEAST = 0.02; // least thickness of the box, relative to the mesh
-const STEP = 0.02; // step of a face by keys, relative to the mesh
+const LEAST = 0.02; // smallest thickness of the box, relative to the size of the mesh
+const STEP = 0.02; // distance by which a key moves a side of the box, relative to the size of the mesh
 
-/** A face of the box: an axis, and whether it is the low or the high side. */
+/** A side of the box: its axis, and whether it is the lower or the upper side on this axis. */
 interface Face {
   axis: number;
   side: keyof Box;
@@ -64,11 +64,14 @@ export class ClipBox {
   toggle(): void {
     this.hasHandles = !this.hasHandles;
     this.set(this.hasHandles ? this.box : null);
-    const told = this.hasHandles ? "Drag the round handles to cut; , and . move the last one; C ends." : "Nothing is cut off.";
+    const told = this.hasHandles ? "Drag the round handles to cut. The keys , and . move the last side; C removes the box." : "The clip box is removed.";
     this.desk.say(told);
   }
 
-  /** Cut at the middle along an axis; again: show the other half; again: all. */
+  /**
+   * Cut the mesh in the middle of an axis and show one half. The second call shows the other half, and
+   * the third call shows the whole mesh again.
+   */
   cycle(axis: number): void {
     const [low, high] = [this.whole.low[axis], this.whole.high[axis]];
     const middle = (low + high) / 2;
@@ -82,12 +85,12 @@ export class ClipBox {
     this.hasHandles = isCut;
     this.set(isCut ? box : null);
     const name = NAMES[axis];
-    this.desk.say(isHigh ? `No section along ${name}.` : `Section along ${name}; , and . move it.`);
+    this.desk.say(isHigh ? `The section along ${name} is removed.` : `Section along ${name}. The keys , and . move it.`);
   }
 
-  /** Move the last face by a step along its axis. */
+  /** Move the side that was moved last by a number of steps along its axis. */
   nudge(steps: number): void {
-    if (!this.desk.drawing.clip) return this.desk.say("Nothing is cut: Shift+X, Shift+Y and Shift+Z cut, C shows a box.");
+    if (!this.desk.drawing.clip) return this.desk.say("There is no section to move. Shift+X, Shift+Y and Shift+Z cut the mesh; C shows a clip box.");
     const { axis, side } = this.last;
     this.move(this.last, this.box[side][axis] + steps * STEP * this.extent(axis));
   }
@@ -127,7 +130,7 @@ export class ClipBox {
     });
   }
 
-  /** Move a face along its axis to the place nearest to the pointer in the picture. */
+  /** Move a side along its axis, so that its handle comes as close to the pointer as possible. */
   private drag(face: Face, event: PointerEvent): void {
     const { drawing, picker } = this.desk;
     const from = this.middleOf(face);
@@ -138,7 +141,7 @@ export class ClipBox {
     if (!a || !b) return;
     const way = { x: b.x - a.x, y: b.y - a.y };
     const length = way.x * way.x + way.y * way.y;
-    if (length < 1e-6) return; // the axis points at the eye
+    if (length < 1e-6) return; // the axis is parallel to the viewing direction
     const place = placeOf(drawing.canvas, event);
     const steps = ((place.x - a.x) * way.x + (place.y - a.y) * way.y) / length;
     this.move(face, from[face.axis] + steps * unit);

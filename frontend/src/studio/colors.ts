@@ -1,4 +1,4 @@
-// Colors of regions (neighbors get different colors), and colors of classes.
+// Colors of regions, where neighbors get different colors, and colors of classes and objects.
 
 import type { Neighbors } from "./labeling";
 
@@ -11,10 +11,13 @@ export function parseColor(text: string): Rgb {
 
 export const cssColor = (color: Rgb): string => `rgb(${color.join()})`;
 
-/** For successive objects of a class: share of white (above 0) or black (below 0) in their color. */
+/**
+ * Variations of the class color for successive objects of a class: the fraction of white (positive) or
+ * black (negative) that is mixed into the color.
+ */
 export const VARIANTS = [0, 0.5, -0.4, 0.28, -0.22];
 
-/** Color of an object: the color of its class, lighter or darker, as in shaders.ts. */
+/** Color of an object: a lighter or darker variation of the class color. shaders.ts has the same function. */
 export function variant(color: Rgb, object: number): Rgb {
   if (object < 2) return color;
   const shift = VARIANTS[(object - 1) % VARIANTS.length];
@@ -24,9 +27,12 @@ export function variant(color: Rgb, object: number): Rgb {
   return [red, green, blue];
 }
 
-/** Gives each region the least used color of the palette that no neighbor has, if there is any. */
-// Greedy in the order of labels: after a split, whose new region comes last, nearly all colors stay.
-// Python's region_colors chooses better distinguished colors, but a split can change most of them.
+/**
+ * Assigns to each region the least used color of the palette that none of its neighbors has. Colors of
+ * neighbors are the same only if the palette is too small. Regions are colored in the order of their
+ * labels. A split appends its new region, so almost all regions keep their color. Python's
+ * region_colors finds colors that are easier to distinguish, but after a split most colors can change.
+ */
 export function regionColors(neighbors: Neighbors, count: number, palette: Rgb[]): Rgb[] {
   const chosen = new Int8Array(count).fill(-1);
   const uses = new Uint32Array(palette.length);

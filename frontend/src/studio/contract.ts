@@ -1,4 +1,4 @@
-// Types of requests to the server and of its answers.
+// Types of the requests to the studio server and of its responses.
 
 export interface Parameters {
   n_segments: number;
@@ -15,7 +15,7 @@ export interface ClassEntry {
   name: string;
   color: string;
   key: string;
-  stuff?: boolean; // has no objects
+  stuff?: boolean; // whether the class has no separate objects, for example "wall"
 }
 
 export interface ObjectName {
@@ -31,7 +31,7 @@ export interface Progress {
   can_redo: boolean;
   object_names: ObjectName[];
   is_reviewed: boolean;
-  is_changed: boolean; // since the review
+  is_changed: boolean; // whether labels have changed since the review
   n_suggestions: number;
 }
 
@@ -43,9 +43,9 @@ export interface State extends Progress {
   classes: ClassEntry[];
   levels: number[];
   input: { name: string; n_cells: number; sha256?: string };
-  work: string; // path of the work file
+  work: string; // path of the file that stores the labels
   notes: string[];
-  exports?: Record<string, Record<string, string>>; // names of files, by what is exported and by format
+  exports?: Record<string, Record<string, string>>; // file names, indexed by exported data and format
 }
 
 export interface FileEntry {
@@ -58,32 +58,32 @@ export interface FileEntry {
   error?: string;
 }
 
-/** An object that a file suggests. */
+/** An object suggested by an imported file. */
 export interface SuggestionEntry {
   id: number;
-  class: number; // 0: the user chooses it
-  score: number | null; // 0 to 1; null: the file has none
+  class: number; // class id; 0 if the user must choose a class
+  score: number | null; // 0 to 1; null if the file contains no score
   n_cells: number;
 }
 
-/** Effect of an undo, a redo or a settled suggestion, and the state after it. */
+/** Changes made by undo, by redo, or by accepting or rejecting suggestions, and the state after the change. */
 export interface Effect extends Progress {
   kind: string;
-  cells: string;
-  paint: string;
+  cells: string; // indices of the changed cells, as base64 of uint32 numbers
+  paint: string; // new paint of each changed cell, as base64 of uint32 numbers
 }
 
-/** How far two works agree. */
+/** Agreement of the labels in two work files. */
 export interface Agreement {
   name: string;
-  share: number;
+  share: number; // fraction of the area labeled in both files that has the same labels
   classes: { class: number; name: string; iou: number; objects: { object: number; iou: number }[] }[];
 }
 
 export interface CompareReply extends Progress {
-  agreement: Agreement | null; // null: nothing is compared
-  differs: string; // cells
-  bare: string; // cells that only the other work has labeled
+  agreement: Agreement | null; // null if no file is compared
+  differs: string; // cells labeled differently in the two files, as base64 of uint32 numbers
+  bare: string; // cells labeled only in the other file, as base64 of uint32 numbers
 }
 
 export interface SplitReply extends Progress {
@@ -91,7 +91,7 @@ export interface SplitReply extends Progress {
   n_regions: number;
 }
 
-/** A line of the streamed answer of `segment`. */
+/** A line of the streamed response to a `segment` request. */
 export interface SegmentLine {
   stage?: string;
   iteration?: number;

@@ -1,6 +1,6 @@
-// State that tools, keys and panels share: open file, selection, current class.
+// State shared by tools, keys and panels: open file, selection, and current class.
 
-import { part } from "../shared/dom";
+import { counted, part } from "../shared/dom";
 import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./celltable";
 import { parseColor, regionColors } from "./colors";
@@ -12,14 +12,14 @@ import { classNameIn, paintNameIn } from "./names";
 import { Picker } from "./picker";
 import type { Session } from "./session";
 
-const MAX_OBJECT = 999;
-const MAX_NAMED = 3; // classes and objects that a message names
-const EMPTY = "Nothing is in view: Home shows all.";
+const MAX_OBJECT = 999; // highest object number of a class
+const MAX_NAMED = 3; // largest number of classes and objects that a message lists by name
+const EMPTY = "No cell is in view. Home shows the whole mesh.";
 
 interface Kinds {
-  paint: number; // class and object that strokes give
+  paint: number; // class and object that strokes assign, as one number (see `paintOf`)
   selection: ReadonlySet<number>;
-  hover: number; // cell under the pointer; -1 for none
+  hover: number; // cell under the pointer; -1 if there is none
 }
 
 const nameOf = (regions: readonly number[]): string =>
@@ -29,21 +29,21 @@ export class Desk {
   readonly events = new Events<Kinds>();
   picker!: Picker;
   currentPaint = 0;
-  private stuff: ReadonlySet<number> = new Set(); // classes without objects
-  cursor = -1; // region of the keyboard's cursor; -1 for none
+  private stuff: ReadonlySet<number> = new Set(); // ids of classes without separate objects
+  cursor = -1; // region selected by keyboard; -1 if there is none
   hoveredCell = -1;
-  tolerance = 0.15; // tolerance of the operation "similar", 0 to 1
+  tolerance = 0.15; // largest difference between the shapes of regions that `fillSimilar` paints, 0 to 1
   readonly selection = new Set<number>();
-  private readonly lastObjects = new Map<number, number>(); // object chosen last, by class
-  private isPainted = false; // the last stroke painted the selection
-  private order: number[] = []; // order of regions for next and previous
+  private readonly lastObjects = new Map<number, number>(); // last chosen object of each class
+  private isPainted = false; // whether the selected regions were selected by painting them
+  private order: number[] = []; // order in which `moveCursor` visits the regions
 
   constructor(readonly session: Session, readonly drawing: Drawing) {
     const { events } = session;
     events.on("file", () => this.takeFile());
     events.on("regions", () => this.takeRegions());
     events.on("classes", (classes) => this.takeClasses(classes));
-    drawing.onView.push(() => this.hoveredCell >= 0 && this.hover(-1)); // another cell may be there now
+    drawing.onView.push(() => this.hoveredCell >= 0 && this.hover(-1)); // another cell may be under the pointer now
     drawing.afterView.push(() => this.sayIfEmpty());
     events.on("cells", (cells) => {
       drawing.cells.setPaint(session.paints.of, cells, this.stuff);
@@ -77,7 +77,7 @@ export class Desk {
     this.choose(entry?.id ?? 0);
   }
 
-  /** Choose the class, and the object, that strokes give: by default the object chosen last. */
+  /** Choose the class and object that strokes assign. By default, the last chosen object of the class is used. */
   choose(id: number, object = this.usualObject(id)): void {
     this.currentPaint = paintOf(id, this.isStuff(id) ? 0 : object);
     this.lastObjects.set(id, object);
@@ -92,36 +92,36 @@ export class Desk {
     return this.lastObjects.get(id) ?? this.session.paints.objectsOf(id).pop() ?? 1;
   }
 
-  /** Begin a new object of the current class. */
+  /** Choose a new object of the current class, which later strokes paint. */
   newObject(): void {
     const id = classOf(this.currentPaint);
     if (this.isStuff(id)) return this.say(id ? `${this.className(id)} has no objects.` : "Choose a class first.");
     const object = (this.session.paints.objectsOf(id).pop() ?? 0) + 1;
     if (object > MAX_OBJECT) return this.say(`A class has at most ${MAX_OBJECT} objects.`);
     this.choose(id, object);
-    this.say(`${this.paintName(this.currentPaint)} is new: strokes paint it.`);
+    this.say(`${this.paintName(this.currentPaint)} is a new object. Strokes now paint this object.`);
   }
 
-  /** Give all cells of an object the current object. */
+  /** Merge an object into the current object. */
   mergeObject(paint: number): void {
     const { session, currentPaint } = this;
     if (!paint || paint === currentPaint) return this.say("No other object is under the pointer.");
     if (classOf(paint) !== classOf(currentPaint)) return this.say("Only objects of the same class can be merged.");
     const name = this.paintName(paint);
     session.paint(session.paints.cellsOf(classOf(paint), objectOf(paint)), currentPaint);
-    this.say(`${name} is a part of ${this.paintName(currentPaint)} now.`);
+    this.say(`${name} is now part of ${this.paintName(currentPaint)}.`);
   }
 
   className(id: number): string {
     return classNameIn(this.session.state, id);
   }
 
-  /** Name of a paint: of its object or, if it has none, of its class. */
+  /** Name of the object of a paint or, if the paint has no object, of its class. */
   paintName(paint: number): string {
     return paintNameIn(this.session.state, paint);
   }
 
-  /** Remove the paint of all cells of an object. */
+  /** Remove class and object from all cells of an object. */
   deleteObject(paint: number): void {
     const { mesh, paints } = this.session;
     const [name, cells] = [this.paintName(paint), paints.cellsOf(classOf(paint), objectOf(paint))];
@@ -129,7 +129,7 @@ export class Desk {
     this.say(`${name} deleted: ${cells.length.toLocaleString("en")} ${mesh.cellName} have no object now (Ctrl+Z undoes).`);
   }
 
-  /** Make each piece of an object, except the largest, a new object. */
+  /** Make each connected piece of an object, except the largest piece, a new object. */
   async splitObject(paint: number): Promise<void> {
     const { session } = this;
     const [id, object] = [classOf(paint), objectOf(paint)];
@@ -146,7 +146,7 @@ export class Desk {
     this.session.events.emit("message", line);
   }
 
-  /** Say that nothing is in view, unless all cells are hidden: another message has said that. */
+  /** Show a message if no cell is in view. If the user has hidden all cells, another message already says so. */
   private sayIfEmpty(): void {
     const { drawing, session } = this;
     if (!session.paints) return;
@@ -155,7 +155,7 @@ export class Desk {
     else if (part("status").textContent === EMPTY) this.say("");
   }
 
-  /** Move the focus to the mesh, where a key has chosen something, unless a button or field has it. */
+  /** Move the keyboard focus to the canvas, unless a link, button, list or text field has the focus. */
   takeFocus(): void {
     if (!document.activeElement?.matches("a, button, select, [type=text]")) this.drawing.canvas.focus();
   }
@@ -170,7 +170,7 @@ export class Desk {
     this.events.emit("hover", cell);
   }
 
-  /** The region that keys act on: under the pointer, or else under the cursor. */
+  /** The region that keys act on: the region under the pointer or, if there is none, the region selected by keyboard. */
   get activeRegion(): number {
     const hovered = this.regionOf(this.hoveredCell);
     return hovered >= 0 ? hovered : this.cursor;
@@ -185,14 +185,14 @@ export class Desk {
     this.events.emit("selection", this.selection);
   }
 
-  /** Clear the selection made by keys. */
+  /** Clear the selection and the region selected by keyboard. */
   clearSelection(): void {
     this.cursor = -1;
     this.drawing.mark({ cursor: -1 });
     this.select([], false);
   }
 
-  /** Paint regions, and select them for growing and shrinking. */
+  /** Paint regions and select them, so that `grow` and `shrink` can change the painted area. */
   paintRegions(regions: Iterable<number>, paint: number): void {
     const list = [...regions];
     if (!list.length) return;
@@ -224,7 +224,10 @@ export class Desk {
     this.say(`Region ${region}${where}: ${share.toPrecision(2)} % of the ${mesh.measure}, ${name}.`);
   }
 
-  /** Fly to cells; false if they are hidden inside the body. */
+  /**
+   * Move the camera to cells. Unless `keepsAngles` is set, the camera also turns to face the cells.
+   * Returns false if all cells are inside the body, where they cannot be seen.
+   */
   fly(cells: Uint32Array, keepsAngles = false): boolean {
     const { mesh } = this.session;
     let [sum, normal]: [Vector, Vector] = [[0, 0, 0], [0, 0, 0]];
@@ -245,12 +248,12 @@ export class Desk {
     return true;
   }
 
-  /** Paint the selection or, without one, the region under the pointer or the keyboard's cursor. */
+  /** Paint the selected regions or, if none is selected, the active region. */
   paintActive(paint: number): void {
     const { activeRegion } = this;
     const list = this.selection.size && !this.isPainted ? [...this.selection] : [activeRegion];
     if (list[0] < 0) {
-      this.say("No region is chosen: N goes to the next one.");
+      this.say("No region is chosen. N goes to the next region.");
       return;
     }
     const replaced = new Map<number, number>();
@@ -259,7 +262,7 @@ export class Desk {
     this.sayPainted(list, paint, replaced);
   }
 
-  /** Count regions that lose their main class or object to another paint, by the lost paint. */
+  /** Count the regions whose main class or object is replaced by `paint`, for each replaced paint. */
   noteReplaced(regions: Iterable<number>, paint: number, replaced: Map<number, number>): void {
     const { session: { paints, regions: all, isLocked } } = this;
     if (isLocked || !paint) return;
@@ -269,7 +272,7 @@ export class Desk {
     }
   }
 
-  /** Announce the new class and object of regions or cells, and those that they had before. */
+  /** Announce the new class and object of regions or cells, and the classes and objects that are replaced. */
   sayPainted(what: readonly number[] | string, paint: number, replaced: ReadonlyMap<number, number> = new Map()): void {
     const name = typeof what === "string" ? what : nameOf(what);
     if (!paint) return this.say(`${name}: class removed.`);
@@ -280,7 +283,7 @@ export class Desk {
     this.say(`${name}: ${this.paintName(paint)}.${count ? ` ${which} ${names}; K: paint only unlabeled cells.` : ""}`);
   }
 
-  /** Go to the largest region that is mostly unlabeled. */
+  /** Go to the region with the largest unlabeled area. Regions that are mostly labeled are skipped. */
   showLargestBare(): void {
     const { regions, paints } = this.session;
     let best = -1;
@@ -304,7 +307,7 @@ export class Desk {
     const painted = paints.mainPaint(regions.cellsOfAll(this.selection));
     if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), painted);
     this.select([...this.selection, ...ring], this.isPainted);
-    this.say(`Grown by ${ring.length} regions.`);
+    this.say(`Grown by ${counted(ring.length, "region")}.`);
   }
 
   shrink(): void {
@@ -316,7 +319,7 @@ export class Desk {
     if (this.isPainted) this.session.paint(regions.cellsOfAll(ring), 0);
     const rest = [...this.selection].filter((region) => !ring.includes(region));
     this.select(rest, this.isPainted);
-    this.say(`Shrunk by ${ring.length} regions.`);
+    this.say(`Shrunk by ${counted(ring.length, "region")}.`);
   }
 
   async fillSimilar(): Promise<void> {
@@ -326,7 +329,7 @@ export class Desk {
     const { regions, paints } = session;
     const bare = like.filter((region) => paints.mainPaint(regions.cellsOf(region)) === 0);
     this.paintRegions(new Set([activeRegion, ...bare]), this.currentPaint);
-    this.say(`${bare.length + 1} similar regions: ${this.paintName(this.currentPaint)}.`);
+    this.say(`${counted(bare.length + 1, "similar region")}: ${this.paintName(this.currentPaint)}.`);
   }
 
   private isRegionHidden(region: number): boolean {
@@ -337,7 +340,7 @@ export class Desk {
     return this.drawing.cells.isHidden(cell);
   }
 
-  /** Turn the view so that the active region, or the current object, fills it. */
+  /** Move the camera to the active region or the current object, without changing the viewing direction. */
   frameActive(): void {
     const { activeRegion, session, currentPaint } = this;
     const cells = activeRegion >= 0 ? session.regions.cellsOf(activeRegion)
@@ -360,33 +363,33 @@ export class Desk {
     this.afterHiding(`${name} is hidden; U shows all.`);
   }
 
-  /** Hide all cells but these. */
+  /** Hide all cells except the given ones. */
   isolate(cells: Uint32Array, name: string): void {
     if (!cells.length) return this.say(`${name} has no cells.`);
     this.drawing.cells.mark(Array(this.session.mesh.nCells).keys(), MARK_HIDDEN, true);
     this.drawing.cells.mark(cells, MARK_HIDDEN, false);
-    this.afterHiding(`${name} alone is shown; U shows all.`);
+    this.afterHiding(`Only ${name} is shown; U shows all.`);
   }
 
-  /** Isolate an object or, for a paint without one, the cells of its class in no object. */
+  /** Show only the cells with the class and object encoded by `paint`. */
   isolatePaint(paint: number): void {
     if (!paint) return this.say("Nothing painted is under the pointer.");
     this.isolate(this.session.paints.cellsOf(classOf(paint), objectOf(paint)), this.paintName(paint));
   }
 
-  /** Hide all cells of a class; class 0 means cells without a class. */
+  /** Hide all cells of a class; id 0 hides the cells without a class. */
   hideClass(id: number): void {
     this.hide(this.session.paints.cellsOf(id), id ? this.className(id) : "Everything unlabeled");
   }
 
-  /** Protect cells that have a class from strokes, or not. */
+  /** Choose whether strokes leave cells that already have a class unchanged. */
   lock(isLocked = !this.session.isLocked): void {
     this.session.isLocked = isLocked;
     part<HTMLInputElement>("lock").checked = isLocked;
-    this.say(isLocked ? "Strokes paint unlabeled cells only." : "Strokes paint everything.");
+    this.say(isLocked ? "Strokes paint unlabeled cells only." : "Strokes paint all cells.");
   }
 
-  /** Paint under the pointer; 0 for none. */
+  /** Class and object of the cell under the pointer, encoded as one number; 0 if there is no cell or no class. */
   get hoveredPaint(): number {
     return this.hoveredCell < 0 ? 0 : this.session.paints.of[this.hoveredCell];
   }
@@ -394,7 +397,7 @@ export class Desk {
   showAll(): void {
     if (!this.drawing.cells.hasHidden) return this.say("Nothing is hidden.");
     this.drawing.cells.unmarkAll(MARK_HIDDEN);
-    this.afterHiding("All is shown.");
+    this.afterHiding("All cells are shown.");
   }
 
   private afterHiding(line: string): void {

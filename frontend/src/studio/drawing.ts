@@ -1,4 +1,4 @@
-// Draws the canvas in two passes; see shaders.ts.
+// Draws the canvas in two passes, which shaders.ts describes.
 
 import { Camera } from "../shared/camera";
 import { Frame, Gpu, Program, Table } from "../shared/gl";
@@ -14,52 +14,53 @@ import { parseColor, type Rgb } from "./colors";
 import type { Mesh } from "./mesh";
 import { CELLS, IMAGE, WHOLE } from "./shaders";
 
-/** A box along the axes of the mesh. */
+/** A box with sides parallel to the coordinate axes. */
 export interface Box {
   low: Vector;
   high: Vector;
 }
 
-const REFINE_MS = 160; // pause after which the picture is drawn antialiased
-const MAX_FINE_PIXELS = 9_000_000;
-// Views that take longer than this are not antialiased: antialiasing takes four times as long.
+const REFINE_MS = 160; // time in milliseconds after the last change until the canvas is drawn antialiased
+const MAX_FINE_PIXELS = 9_000_000; // largest size of an antialiased framebuffer in pixels
+// If the first pass of a view takes longer than this many milliseconds, the view is not antialiased,
+// because an antialiased first pass takes four times as long.
 const SLOW_MS = 80;
 const MAX_CLASSES = 65536;
-const BANDS = 16; // number of bands of the picture in which cells are searched
+const BANDS = 16; // number of horizontal bands in which the framebuffer is searched for cells
 
 export class Drawing {
   readonly camera = new Camera(() => this.changeView());
   readonly cells: CellTable;
-  readonly afterDraw: (() => void)[] = [];
-  readonly onView: (() => void)[] = []; // run when the view changes
-  readonly afterView: (() => void)[] = []; // run when a changed view has stayed the same for a while
-  clip: Box | null = null; // nothing outside this box is drawn
-  hidesBacks = false; // triangles seen from behind are not drawn
+  readonly afterDraw: (() => void)[] = []; // callbacks that run after each draw
+  readonly onView: (() => void)[] = []; // callbacks that run when the view changes
+  readonly afterView: (() => void)[] = []; // callbacks that run after the view has stopped changing
+  clip: Box | null = null; // box outside of which nothing is drawn; null for no clipping
+  hidesBacks = false; // whether triangles seen from behind are hidden
   readonly blend = new Blend(part("texture-row"), part<HTMLInputElement>("texture"), () => this.redraw());
   private readonly gpu: Gpu;
   private readonly texture: TexturePaint;
   private readonly surface: Surface;
   private readonly cellsProgram: Program;
   private readonly imageProgram: Program;
-  private readonly regions: Table; // the region of each cell
-  private readonly regionColors: Table; // color of each region; alpha is 255 if it is selected
+  private readonly regions: Table; // region of each cell
+  private readonly regionColors: Table; // color of each region; alpha is 255 if the region is selected
   private readonly classColors: Table;
-  private readonly suggestions: Table; // place in the list of the suggestion of each cell, from 1; 0: none
-  private readonly suggestionColors: Table; // color of each suggestion; alpha is 255 if it is chosen
+  private readonly suggestions: Table; // 1-based index of the suggestion of each cell; 0 if the cell has none
+  private readonly suggestionColors: Table; // color of each suggestion; alpha is 255 for the chosen suggestion
   private hasSuggestions = false;
-  private readonly frames: [Frame, Frame]; // framebuffers of the first pass, by stride
-  private frame: Frame | null = null; // frame of the latest first pass
-  private stride = 1; // pixels of the first pass per pixel of the canvas, along each side
+  private readonly frames: [Frame, Frame]; // framebuffers of the first pass for stride 1 and 2
+  private frame: Frame | null = null; // framebuffer of the latest first pass; null before the first one
+  private stride = 1; // number of first-pass pixels per canvas pixel, in each direction
   private mesh: Mesh | null = null;
   private theme: Record<string, number[]> = {};
   private hovered = NONE;
   private cursor = NONE;
   private hasBorders = true;
-  private isStale = false; // the first pass is out of date
-  private isViewNew = false; // `afterView` must still run
+  private isStale = false; // whether the first pass must be drawn again
+  private isViewNew = false; // whether the `afterView` callbacks must still run
   private scheduled = 0;
   private refining = 0;
-  private viewMs = 0; // milliseconds of a first pass for this mesh; 0: not measured
+  private viewMs = 0; // duration of a first pass for this mesh in milliseconds; 0 if not measured yet
 
   constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
     const gpu = (this.gpu = new Gpu(canvas, true));
@@ -73,7 +74,7 @@ export class Drawing {
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault(); // otherwise the browser never restores the context
-      failed("The graphics card does not answer.");
+      failed("The graphics card stopped responding.");
     });
     canvas.addEventListener("webglcontextrestored", () => this.restore());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
@@ -111,7 +112,7 @@ export class Drawing {
     this.changeView();
   }
 
-  /** Show the texture of a mesh, once its image is decoded. */
+  /** Show the texture of a mesh when its image has been decoded. */
   private async showTexture(mesh: Mesh): Promise<void> {
     const { texture, shape, textureArrays } = mesh;
     this.texture.clear();
@@ -120,7 +121,7 @@ export class Drawing {
     if (this.mesh === mesh) this.changeView();
   }
 
-  /** Show another mesh, without regions yet. */
+  /** Show another mesh. Its cells have no regions until `setLabels` is called. */
   setMesh(mesh: Mesh): void {
     this.mesh = mesh;
     this.viewMs = 0;
@@ -147,7 +148,7 @@ export class Drawing {
     this.redraw();
   }
 
-  /** Classes without a color are gray. */
+  /** Set the color of each class id. Classes that are not in the map are gray. */
   setClassColors(colors: ReadonlyMap<number, Rgb>): void {
     const highest = Math.min(MAX_CLASSES - 1, Math.max(0, ...colors.keys()));
     const texels = new Uint8Array(4 * (highest + 1)).fill(128);
@@ -156,7 +157,10 @@ export class Drawing {
     this.redraw();
   }
 
-  /** Set the suggested objects, which are hatched where nothing is painted; empty for none. */
+  /**
+   * Set the suggestion of each cell, as a 1-based index or 0 for none. Suggested objects are hatched where no
+   * class is painted. An empty array removes all suggestions.
+   */
   setSuggestions(owners: Uint32Array): void {
     this.hasSuggestions = owners.length > 0;
     this.suggestions.fill("r32", owners);
@@ -169,7 +173,7 @@ export class Drawing {
     this.redraw();
   }
 
-  /** Mark the regions under the pointer and under the keyboard's cursor; -1 for none. */
+  /** Highlight the region under the pointer and the region selected by keyboard; -1 means none. */
   mark({ hovered, cursor }: { hovered?: number; cursor?: number }): void {
     const before = [this.hovered, this.cursor];
     if (hovered !== undefined) this.hovered = hovered >>> 0; // -1 becomes NONE
@@ -177,7 +181,7 @@ export class Drawing {
     if (before[0] !== this.hovered || before[1] !== this.cursor) this.redraw();
   }
 
-  /** Whether the clip box cuts off a place. */
+  /** Whether a point is outside the clip box. */
   isCut(place: Vector): boolean {
     const { clip } = this;
     return clip !== null && place.some((value, k) => value < clip.low[k] || value > clip.high[k]);
@@ -188,7 +192,7 @@ export class Drawing {
     this.redraw();
   }
 
-  /** Draw another view: fast at first, smooth after a while. */
+  /** Draw a changed view: immediately without antialiasing, and antialiased when the view stops changing. */
   changeView(): void {
     this.isStale = true;
     this.isViewNew = true;
@@ -198,7 +202,7 @@ export class Drawing {
     this.refineSoon();
   }
 
-  /** Draw other colors in the same view. */
+  /** Draw the same view with changed colors. */
   redraw(): void {
     this.schedule();
     if (this.stride > 1) this.refineSoon();
@@ -222,11 +226,11 @@ export class Drawing {
     this.refine();
   }
 
-  /** Whether no cell is in view. Reads bands of the picture, from the middle, until one has a cell. */
+  /** Whether no cell is in view. Searches bands of the framebuffer from the middle until one contains a cell. */
   get isEmpty(): boolean {
     if (this.isStale || !this.frame) this.draw(1);
     const { frame, gpu } = this;
-    if (this.isStale || !frame) return false; // there is no picture yet
+    if (this.isStale || !frame) return false; // nothing has been drawn yet
     const rows = Math.ceil(frame.height / BANDS);
     const isBare = (band: number): boolean => {
       const height = Math.min(rows, frame.height - band * rows);
@@ -236,7 +240,10 @@ export class Drawing {
     return bands.sort((a, b) => Math.abs(a - BANDS / 2) - Math.abs(b - BANDS / 2)).every(isBare);
   }
 
-  /** Draw antialiased, unless the canvas is very large, or the view is slow and not `always`. */
+  /**
+   * Draw the current view antialiased. Very large canvases are never antialiased, and slow views only if
+   * `always` is set.
+   */
   refine(always = false): void {
     const { width, height } = this.canvas;
     if (!this.hasSize || !this.mesh || !this.frame) return;
@@ -247,17 +254,17 @@ export class Drawing {
     this.draw(2);
   }
 
-  /** Milliseconds that the first pass takes. Its tables must have been uploaded. */
+  /** Measure the duration of the first pass in milliseconds. All tables must have been uploaded before. */
   private timeView(): number {
     this.stride = 1;
-    this.gpu.read(0, 0, 1, 1); // waits until drawing has finished
+    this.gpu.read(0, 0, 1, 1); // waits until the GPU has finished drawing
     const start = performance.now();
     this.drawCells();
     this.gpu.read(0, 0, 1, 1);
     return performance.now() - start;
   }
 
-  /** Draw now, with `samples` x `samples` samples per pixel, but at most `stride` x `stride`. */
+  /** Draw immediately, with `samples` x `samples` samples per pixel, but at most `stride` x `stride`. */
   draw(samples: number): void {
     if (!this.hasSize || !this.mesh || !this.classColors.bytes) return;
     const { gl } = this.gpu;
@@ -272,7 +279,7 @@ export class Drawing {
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
       stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
-      blend: this.texture.isShown ? this.blend.share : 0,
+      blend: this.texture.isShown ? this.blend.opacity : 0,
       is_cloud: this.mesh.isCloud, height: this.canvas.height,
     });
     gl.disable(gl.DEPTH_TEST);
@@ -294,7 +301,10 @@ export class Drawing {
     return frame;
   }
 
-  /** Cells seen in a rectangle (in CSS pixels; by default the canvas), rows from below, or NONE. */
+  /**
+   * Returns the cell drawn at each pixel of a rectangle of the canvas, or NONE where no cell is drawn.
+   * The rectangle is in CSS pixels and is the whole canvas by default. Rows run from bottom to top.
+   */
   cellsSeen(
     left = 0, top = 0, width = this.canvas.clientWidth, height = this.canvas.clientHeight,
   ): Seen {
@@ -306,7 +316,7 @@ export class Drawing {
     return { cells, width: w, height: h, scale };
   }
 
-  /** Red, green and blue on the canvas, at a place in the page's pixels. */
+  /** Color of the canvas at a position in CSS pixels: red, green and blue from 0 to 255. */
   pixel(x: number, y: number): Rgb {
     const { gl } = this.gpu;
     const scale = this.canvas.width / this.canvas.clientWidth;
@@ -321,5 +331,5 @@ export interface Seen {
   cells: Uint32Array;
   width: number;
   height: number;
-  scale: number; // pixels of this picture per pixel of the page
+  scale: number; // framebuffer pixels per CSS pixel
 }

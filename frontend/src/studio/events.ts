@@ -1,4 +1,4 @@
-// Listeners by kind of event; `Kinds` gives the type of the value that each kind carries.
+// Event listeners, grouped by kind of event. `Kinds` maps each kind of event to the type of its value.
 
 export class Events<Kinds> {
   private readonly listeners = new Map<keyof Kinds, Set<(value: never) => void>>();

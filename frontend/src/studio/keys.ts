@@ -1,4 +1,4 @@
-// Keyboard: one table of keys, which also fills the help.
+// Keyboard commands. The table of keys is also the content of the help dialog.
 
 import type { Desk } from "./desk";
 import type { ClipBox } from "./clip";
@@ -12,17 +12,17 @@ import { make, onClick, part } from "../shared/dom";
 
 interface Key {
   names: string[]; // names of keys, as returned by `nameOf`
-  shown?: string;
-  what: string;
+  shown?: string; // key name in the help dialog; by default names[0], empty to omit the key
+  what: string; // description in the help dialog
   run: () => void;
-  onCanvas?: boolean; // works only while the mesh, or nothing, has the focus
-  paints?: boolean; // paints the chosen region or cell of the mesh
+  onCanvas?: boolean; // whether the key works only while the canvas or no element has the focus
+  paints?: boolean; // whether the key changes the class of the active region or cell
 }
 
 const ARROWS: [string, number, number][] = [["Left", -1, 0], ["Right", 1, 0], ["Up", 0, -1], ["Down", 0, 1]];
 const FIELDS = "input:not([type=radio]):not([type=checkbox]):not([type=range]), select, textarea";
 
-// Keys of the number pad, in the scheme of Blender.
+// Keys of the number pad in the Blender scheme, and the names of keys with the same function.
 const NUMPAD: Record<string, string> = { Numpad1: "Alt+1", Numpad3: "Alt+2", Numpad7: "Alt+3", NumpadDecimal: "g" };
 
 interface Parts {
@@ -53,18 +53,18 @@ export class Keys {
       Sections: this.sections(clip),
       Suggestions: [
         { names: ["a"], what: "accept the suggestion under the pointer, or the chosen one", run: () => suggestions.accept() },
-        { names: ["Shift+a"], what: "accept it as an object of the chosen class", run: () => suggestions.accept(true) },
-        { names: ["r"], what: "reject it", run: () => suggestions.reject() },
-        { names: ["j"], what: "next suggestion, the highest score first", run: () => suggestions.next() },
+        { names: ["Shift+a"], what: "accept the suggestion as an object of the chosen class", run: () => suggestions.accept(true) },
+        { names: ["r"], what: "reject the suggestion", run: () => suggestions.reject() },
+        { names: ["j"], what: "next suggestion, in order of decreasing score", run: () => suggestions.next() },
       ],
       "Comparison of two works": [
         { names: ["d"], what: "next difference", run: () => comparison.next() },
-        { names: [], shown: "T", what: "take theirs in the region", run: () => undefined },
-        { names: ["y"], what: "keep mine in the region", run: () => comparison.settle("mine") },
+        { names: [], shown: "T", what: "in the region: take the labels of the other file", run: () => undefined },
+        { names: ["y"], what: "in the region: keep your labels", run: () => comparison.settle("mine") },
       ],
       Files: [
-        { names: ["Ctrl+s"], what: "show when the work was saved", run: () => this.saySaved() },
-        { names: [], shown: "Reviewed", what: "the box below “Labeled” marks the work as reviewed, and tells later changes", run: () => undefined },
+        { names: ["Ctrl+s"], what: "show when the labels were saved", run: () => this.saySaved() },
+        { names: [], shown: "Reviewed", what: "the box below “Labeled” marks the labels as reviewed, and shows later changes", run: () => undefined },
         { names: ["PageDown"], what: "next file", run: () => goToFile(1) },
         { names: ["PageUp"], what: "previous file", run: () => goToFile(-1) },
       ],
@@ -81,10 +81,10 @@ export class Keys {
     const { desk, modes } = this;
     return [
       ...Array.from({ length: 9 }, (_, i) => this.classKey(String(i + 1))),
-      { names: ["0"], what: "no class: strokes erase", run: () => desk.choose(0) },
-      { names: ["Enter"], paints: true, what: "paint the chosen region; in split mode: cut", run: () => modes.tool.confirm() },
-      { names: ["Delete", "Backspace"], paints: true, shown: "Delete", what: "remove its class", run: () => modes.tool.erase() },
-      { names: ["f"], paints: true, what: "paint similar regions too", run: () => void desk.fillSimilar() },
+      { names: ["0"], what: "choose no class, so that strokes erase", run: () => desk.choose(0) },
+      { names: ["Enter"], paints: true, what: "paint the chosen region; in split mode: cut the region", run: () => modes.tool.confirm() },
+      { names: ["Delete", "Backspace"], paints: true, shown: "Delete", what: "remove the class of the region", run: () => modes.tool.erase() },
+      { names: ["f"], paints: true, what: "also paint similar unlabeled regions", run: () => void desk.fillSimilar() },
       { names: ["Ctrl+z"], what: "undo", run: () => void desk.session.undo() },
       { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: "redo", run: () => void desk.session.redo() },
     ];
@@ -94,25 +94,25 @@ export class Keys {
     const { desk } = this;
     return [
       { names: ["o"], what: "new object of the chosen class", run: () => desk.newObject() },
-      { names: ["m"], what: "merge the object under the pointer into the chosen one", run: () => desk.mergeObject(desk.hoveredPaint) },
-      { names: ["Shift+o"], what: "show the object under the pointer alone", run: () => desk.isolatePaint(desk.hoveredPaint || desk.currentPaint) },
-      { names: ["k"], what: "paint unlabeled cells only; again: all cells", run: () => desk.lock() },
+      { names: ["m"], what: "merge the object under the pointer into the chosen object", run: () => desk.mergeObject(desk.hoveredPaint) },
+      { names: ["Shift+o"], what: "show only the object under the pointer", run: () => desk.isolatePaint(desk.hoveredPaint || desk.currentPaint) },
+      { names: ["k"], what: "paint only unlabeled cells; again: paint all cells", run: () => desk.lock() },
     ];
   }
 
   private saySaved(): void {
     const { session } = this.desk;
-    this.desk.say(`${savedText(session)}, in ${session.state.work}. Each stroke is saved at once.`);
+    this.desk.say(`${savedText(session)}, in ${session.state.work}. Each stroke is saved immediately.`);
   }
 
   private sections(clip: ClipBox): Key[] {
     return [
       ...["x", "y", "z"].map((name, axis) => ({
-        names: [`Shift+${name}`], shown: axis ? "" : "Shift+X, Y, Z", what: "cut at the middle; again: the other half; again: whole",
+        names: [`Shift+${name}`], shown: axis ? "" : "Shift+X, Y, Z", what: "show one half of the mesh; again: the other half; again: the whole mesh",
         run: () => clip.cycle(axis),
       })),
-      { names: ["c"], what: "clip box with sides to drag", run: () => clip.toggle() },
-      { names: [".", ">"], shown: ". and ,", what: "move the last section", run: () => clip.nudge(1) },
+      { names: ["c"], what: "show or remove the clip box", run: () => clip.toggle() },
+      { names: [".", ">"], shown: ". and ,", what: "move the side that was moved last", run: () => clip.nudge(1) },
       { names: [",", "<"], shown: "", what: "", run: () => clip.nudge(-1) },
     ];
   }
@@ -136,12 +136,12 @@ export class Keys {
     return [
       { names: ["n"], what: "next region", run: () => desk.moveCursor(1) },
       { names: ["p"], what: "previous region", run: () => desk.moveCursor(-1) },
-      { names: ["s"], what: "next unlabeled region, the largest first", run: () => desk.showLargestBare() },
-      { names: ["+", "=", "]"], shown: "+ or ]", what: "grow by a ring; with the brush: wider", run: () => modes.tool.resize(true) },
-      { names: ["-", "["], shown: "- or [", what: "shrink by a ring; with the brush: narrower", run: () => modes.tool.resize(false) },
+      { names: ["s"], what: "next unlabeled region, in order of decreasing area", run: () => desk.showLargestBare() },
+      { names: ["+", "=", "]"], shown: "+ or ]", what: "grow the selected or painted area by a ring of regions; with the brush: larger radius", run: () => modes.tool.resize(true) },
+      { names: ["-", "["], shown: "- or [", what: "shrink the selected or painted area by a ring of regions; with the brush: smaller radius", run: () => modes.tool.resize(false) },
       { names: ["h"], what: "hide the region", run: () => desk.hideActive() },
-      { names: ["Shift+h"], what: "hide all others", run: () => desk.isolateActive() },
-      { names: ["u", "Alt+h"], shown: "U", what: "show all", run: () => desk.showAll() },
+      { names: ["Shift+h"], what: "hide all other regions", run: () => desk.isolateActive() },
+      { names: ["u", "Alt+h"], shown: "U", what: "show all cells", run: () => desk.showAll() },
     ];
   }
 
@@ -151,7 +151,7 @@ export class Keys {
       { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions; clear the selection", run: () => this.leave() },
       { names: ["b"], what: "brush single cells", run: () => modes.choose("brush") },
       { names: [], shown: "B, then arrows", what: "go from cell to cell; Enter paints the cell, Delete removes its class", run: () => undefined },
-      { names: ["l"], what: "lasso; again: lasso of single cells", run: () => modes.nextLasso() },
+      { names: ["l"], what: "lasso for regions; again: lasso for single cells", run: () => modes.nextLasso() },
       { names: ["x"], what: "split a region by strokes", run: () => modes.choose("split") },
       { names: ["?"], what: "this help", run: () => this.openHelp() },
     ];
@@ -165,17 +165,17 @@ export class Keys {
         names: [`${prefix}Arrow${name}`], shown: i ? "" : `${prefix}Arrows`, what, onCanvas: true, run: () => go(x, y),
       }));
     return [
-      ...arrows("", "turn; with the brush: next cell", (x, y) => modes.tool.arrow(x, -y)),
-      ...arrows("Shift+", "move", (x, y) => camera.pan(0.05 * x, 0.05 * y)),
-      { names: ["i"], what: "nearer", run: () => camera.zoomBy(1.25) },
-      { names: ["Shift+i"], what: "farther", run: () => camera.zoomBy(0.8) },
+      ...arrows("", "turn the view; with the brush: go to the next cell", (x, y) => modes.tool.arrow(x, -y)),
+      ...arrows("Shift+", "move the view", (x, y) => camera.pan(0.05 * x, 0.05 * y)),
+      { names: ["i"], what: "zoom in", run: () => camera.zoomBy(1.25) },
+      { names: ["Shift+i"], what: "zoom out", run: () => camera.zoomBy(0.8) },
       ...views.keys(),
     ];
   }
 
   private textureKey(comparison: Comparison): Key {
     const run = (): void => (comparison.isOpen ? comparison.settle("theirs") : this.desk.drawing.blend.toggle());
-    return { names: ["t"], what: "the texture alone; again: no texture", run };
+    return { names: ["t"], what: "show only the texture; again: hide the texture", run };
   }
 
   private leave(): void {
@@ -187,7 +187,7 @@ export class Keys {
     const target = event.target as Element;
     if (this.help.open || !this.desk.session.paints || target.closest(FIELDS)) return;
     const isBlender = this.scheme.value === "blender";
-    if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return; // views in Blender, not classes
+    if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return; // these keys must not choose classes, because they change the view in Blender
     const key = this.table.get((isBlender && NUMPAD[event.code]) || nameOf(event));
     if (!key || (key.onCanvas && target !== this.desk.drawing.canvas && target !== document.body)) return;
     if (target.matches("[type=range]") && /^(Arrow|Page|Home)/.test(event.key)) return;
@@ -196,12 +196,12 @@ export class Keys {
     key.run();
   }
 
-  /** Whether the mesh has the focus or, except for Enter, the pointer is over it. */
+  /** Whether the canvas has the focus or, for keys other than Enter, the pointer is over the mesh. */
   private isOnMesh({ target, key }: KeyboardEvent): boolean {
     return target === this.desk.drawing.canvas || (key !== "Enter" && this.desk.hoveredCell >= 0);
   }
 
-  /** Explain why a key does not paint, unless it is Enter on a button or link. */
+  /** Explain why a key did not paint. Enter on a button or link activates that element, so nothing is said. */
   private refuse({ target, key }: KeyboardEvent): void {
     if (key === "Enter" && (target as Element).matches("a, button")) return;
     this.desk.say("Nothing was painted: click on the mesh or press N first.");
@@ -213,7 +213,7 @@ export class Keys {
       const text = shown.length === 1 ? shown.toUpperCase() : shown.replace(/\+([a-z])$/, (_, letter: string) => `+${letter.toUpperCase()}`);
       return [[text, what] as const];
     }));
-    const mouse = [...SCHEMES[this.scheme.value].rows, ["Wheel", "zoom"], ["Two fingers", "turn and zoom; three: move"]];
+    const mouse = [...SCHEMES[this.scheme.value].rows, ["Wheel", "zoom"], ["Two fingers", "turn and zoom"], ["Three fingers", "move"]];
     const titles = ["Mouse", ...Object.keys(this.groups)];
     const sections = [mouse, ...rows].map((list, i) => make("section", {},
       make("h3", {}, titles[i]),
@@ -224,7 +224,7 @@ export class Keys {
   }
 }
 
-/** Move the focus to the mesh after the pointer has opened a list, and an entry is chosen. */
+/** Move the focus to the canvas after the user has chosen an entry of a list with the pointer. */
 function returnFocus(canvas: HTMLCanvasElement): void {
   let pressed: EventTarget | null = null;
   window.addEventListener("pointerdown", ({ target }) => (pressed = target));
@@ -233,14 +233,14 @@ function returnFocus(canvas: HTMLCanvasElement): void {
   });
 }
 
-/** Name of a key with its modifiers; Shift counts only where it produces no other character. */
+/** Name of a key with its modifiers. Shift is omitted for signs such as "?", which already depend on Shift. */
 function nameOf(event: KeyboardEvent): string {
   const isSign = event.key.length === 1 && !/[a-z]/i.test(event.key);
   const parts: string[] = [];
   if (event.ctrlKey || event.metaKey) parts.push("Ctrl");
   if (event.altKey) parts.push("Alt");
   if (event.shiftKey && !isSign) parts.push("Shift");
-  const digit = event.altKey ? /^Digit(\d)$/.exec(event.code)?.[1] : undefined; // on a Mac, Alt changes the character
+  const digit = event.altKey ? /^Digit(\d)$/.exec(event.code)?.[1] : undefined; // on macOS, Alt changes the character that a key produces
   parts.push(digit ?? (event.key.length === 1 ? event.key.toLowerCase() : event.key));
   return parts.join("+");
 }

@@ -1,13 +1,13 @@
-// Region, class and object of each cell, and neighbors of regions.
+// Region, class and object of each cell, and adjacency of regions.
 
 import { readPacket } from "./api";
 
-/** Indices grouped by their values, by a counting sort. */
+/** Indices grouped by value with a counting sort. */
 export class Groups {
   private readonly starts: Uint32Array;
   private readonly members: Uint32Array;
 
-  /** `values`: the group of each index, below `count`; negative values are left out. */
+  /** `values[i]` is the group of index i, less than `count`. Indices with negative values are in no group. */
   constructor(values: Int32Array | Uint32Array, count: number) {
     this.starts = new Uint32Array(count + 1);
     for (const value of values) if (value >= 0) this.starts[value + 1]++;
@@ -17,7 +17,7 @@ export class Groups {
     for (let i = 0; i < values.length; i++) if (values[i] >= 0) this.members[next[values[i]]++] = i;
   }
 
-  /** Indices in a group, ascending. */
+  /** Indices in a group, in ascending order. */
   of(group: number): Uint32Array {
     return this.members.subarray(this.starts[group], this.starts[group + 1]);
   }
@@ -27,7 +27,7 @@ export function addTo(sums: Map<number, number>, key: number, value: number): vo
   sums.set(key, (sums.get(key) ?? 0) + value);
 }
 
-/** Several arrays concatenated into one. */
+/** Concatenates several arrays. */
 export function joined(parts: Uint32Array[]): Uint32Array {
   const all = new Uint32Array(parts.reduce((sum, part) => sum + part.length, 0));
   let at = 0;
@@ -38,7 +38,7 @@ export function joined(parts: Uint32Array[]): Uint32Array {
   return all;
 }
 
-/** Neighbors of regions, rings around them, and a walk through all regions. */
+/** Adjacency of regions, rings around sets of regions, and a traversal of all regions. */
 export class Neighbors {
   private readonly lists: number[][];
 
@@ -55,7 +55,7 @@ export class Neighbors {
     return this.lists[region] ?? [];
   }
 
-  /** Neighbors of the regions of a set that are not in the set themselves. */
+  /** Regions outside a set that are adjacent to a region of the set. */
   ringAround(regions: ReadonlySet<number>): number[] {
     const ring = new Set<number>();
     for (const region of regions) {
@@ -64,12 +64,12 @@ export class Neighbors {
     return [...ring];
   }
 
-  /** Regions of a set that have a neighbor outside it. */
+  /** Regions of a set that have a neighbor outside the set. */
   outerRing(regions: ReadonlySet<number>): number[] {
     return [...regions].filter((region) => this.of(region).some((other) => !regions.has(other)));
   }
 
-  /** All regions, one connected component after the other, each in breadth-first order. */
+  /** All regions in breadth-first order, one connected component after another. */
   walk(): number[] {
     const order: number[] = [];
     const seen = new Uint8Array(this.lists.length);
@@ -89,14 +89,14 @@ export class Neighbors {
   }
 }
 
-/** The region of each cell, the cells of each region, and the neighbors of regions. */
+/** The region of each cell, the cells of each region, and the adjacency of regions. */
 export class Regions {
   readonly count: number;
   readonly areas: Float64Array;
   readonly neighbors: Neighbors;
   private readonly groups: Groups;
 
-  /** `areas`: area of each cell; `graph`: the server's packet of pairs of neighboring regions. */
+  /** `areas` has the area of each cell, `graph` is a packet from the server with pairs of adjacent regions. */
   constructor(
     readonly labels: Int32Array, areas: Float32Array, graph: ArrayBuffer, readonly revision: number,
   ) {
@@ -113,21 +113,24 @@ export class Regions {
     return this.groups.of(region);
   }
 
-  /** Cells of several regions, ascending. */
+  /** Cells of several regions, in ascending order. */
   cellsOfAll(regions: Iterable<number>): Uint32Array {
     return joined([...regions].map((region) => this.cellsOf(region))).sort();
   }
 }
 
-/** The paint of a class and an object of it, as the server stores it. */
+/**
+ * Encodes a class and an object of this class as one number, the paint: the object in the upper 16 bits
+ * and the class in the lower 16 bits. The server uses the same encoding.
+ */
 export const paintOf = (id: number, object: number): number => (id && ((object << 16) | id)) >>> 0;
 
 export const classOf = (paint: number): number => paint & 0xffff;
 
-/** 0: none. */
+/** Object number of a paint; 0 means that the cell is in no object. */
 export const objectOf = (paint: number): number => paint >>> 16;
 
-/** Class and object of each cell, with the area and the number of cells of each kept up to date. */
+/** Class and object of each cell (the paint), and the total area and number of cells of each paint. */
 export class Paints {
   readonly areaOf = new Map<number, number>();
   readonly countOf = new Map<number, number>();
@@ -153,7 +156,7 @@ export class Paints {
     return sum;
   }
 
-  /** Share of the area that has a class, 0 to 1. */
+  /** Fraction of the area that has a class, 0 to 1. */
   get progress(): number {
     const total = this.totalArea;
     return total > 0 ? Math.min(1, Math.max(0, 1 - (this.areaOf.get(0) ?? 0) / total)) : 0;
@@ -166,14 +169,14 @@ export class Paints {
     return sums;
   }
 
-  /** Objects of a class that have cells, ascending; 0 stands for cells without an object. */
+  /** Objects of a class that have cells, in ascending order; 0 is included if cells have no object. */
   objectsOf(id: number): number[] {
     const found: number[] = [];
     for (const [paint, n] of this.countOf) if (n > 0 && classOf(paint) === id) found.push(objectOf(paint));
     return found.sort((a, b) => a - b);
   }
 
-  /** Cells of a class, or of one object of it. */
+  /** Cells of a class or, if `object` is given, of one object of the class. */
   cellsOf(id: number, object?: number): Uint32Array {
     const { of } = this;
     const found: number[] = [];
@@ -190,7 +193,7 @@ export class Paints {
     return sum;
   }
 
-  /** The paint that covers the largest area of the given cells, except `ignored` paints. */
+  /** The paint (class and object) with the largest area among the given cells, except the paints in `ignored`. */
   mainPaint(cells: Uint32Array, ignored: readonly number[] = []): number {
     const sums = new Map<number, number>();
     for (const cell of cells) addTo(sums, this.of[cell], this.areas[cell]);

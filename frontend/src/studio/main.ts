@@ -1,4 +1,4 @@
-// Puts the studio together; `window.studio` is for tests and measurements.
+// Entry point of the studio: creates its parts and connects them.
 
 import "./studio.css";
 import { Api } from "./api";
@@ -59,7 +59,7 @@ async function start(): Promise<void> {
   part("loading").hidden = true;
 }
 
-/** Connect the controls that do not involve the server. */
+/** Connect the controls that work without the server. */
 function watchTools(desk: Desk): void {
   const tolerance = part<HTMLInputElement>("tolerance");
   const show = (): void => {
@@ -80,22 +80,25 @@ function welcome(): void {
   part("welcome").hidden = remembered(WELCOMED) !== null;
   onClick("welcome-close", () => {
     part("welcome").hidden = true;
-    part("canvas").focus(); // otherwise the hidden button loses the focus, and keys do nothing
+    part("canvas").focus(); // keys that paint work only while the canvas has the focus
     remember(WELCOMED, "seen");
   });
 }
 
-/** For `window.studio`. Places are in pixels of the page, from the canvas's upper left corner. */
+/**
+ * Returns the object `window.studio` for tests and benchmarks. Its positions are in CSS pixels, relative
+ * to the upper left corner of the canvas.
+ */
 function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean) {
   const { session, drawing } = desk;
   const cellAt = (x: number, y: number): number => desk.picker.cellAt({ x, y });
   return {
-    desk, // for measurements and pictures
+    desk, // used by benchmarks and screenshots
     cellAt,
     get ready(): boolean {
       return isLoaded() && session.paints !== undefined;
     },
-    /** The page shows the state of the server. */
+    /** Whether the page shows the current state of the server. */
     get isIdle(): boolean {
       return session.online && session.isIdle;
     },

@@ -1,4 +1,4 @@
-// The mesh that the server sends, and the geometry of its cells.
+// The mesh sent by the server, and the geometry of its cells.
 
 import { type Shape, type ShapeFacts, shapeOf } from "../shared/shape";
 import { cross, minus, plus, scaled, type Vector } from "../shared/vectors";
@@ -13,11 +13,11 @@ interface Header extends ShapeFacts {
   kind: Kind;
   n_cells: number;
   measure: "area" | "volume";
-  palette: Rgb[]; // colors of regions
-  texture_problem: string; // why a texture is not shown
+  palette: Rgb[]; // colors from which the colors of regions are chosen
+  texture_problem: string; // reason why the texture is not shown; empty if there is no problem
 }
 
-// Nouns for a cell, singular and plural.
+// Singular and plural noun for the cells of each kind of mesh.
 const CELL_NAMES: Record<Kind, [string, string]> = {
   triangles: ["triangle", "triangles"],
   polygons: ["face", "faces"],
@@ -31,12 +31,12 @@ export class Mesh {
   readonly textureArrays: Arrays;
   readonly textureProblem: string;
   readonly nCells: number;
-  readonly areas: Float32Array; // area of each cell; of a tetrahedron, its volume
+  readonly areas: Float32Array; // area of each cell, or volume if cells are tetrahedra
   readonly measure: "area" | "volume";
   readonly palette: Rgb[];
-  readonly oneCell: string; // noun for a cell
-  readonly cellName: string; // plural of the noun
-  private readonly firstTriangle: Int32Array | null; // first triangle of each cell; -1: the cell is inside the body
+  readonly oneCell: string; // singular noun for a cell
+  readonly cellName: string; // plural noun for cells
+  private readonly firstTriangle: Int32Array | null; // first triangle of each cell; -1 if the cell is inside the body and has no triangle
 
   constructor(buffer: ArrayBuffer) {
     const { header, arrays } = readPacket<Header>(buffer);
@@ -56,12 +56,12 @@ export class Mesh {
     return this.shape.triangles === null;
   }
 
-  /** The cell that a triangle shows. */
+  /** The cell that a triangle belongs to. */
   cellOf(triangle: number): number {
     return this.shape.sources ? this.shape.sources[triangle] : triangle;
   }
 
-  /** Box around all vertices. */
+  /** Bounding box of all vertices. */
   get bounds(): { low: Vector; high: Vector } {
     const { values } = this.shape.positions;
     const low: Vector = [Infinity, Infinity, Infinity];
@@ -78,7 +78,7 @@ export class Mesh {
     return [values[3 * vertex], values[3 * vertex + 1], values[3 * vertex + 2]];
   }
 
-  /** Corners of a triangle of a cell; null for a point, and for a cell inside a body. */
+  /** Corners of the first triangle of a cell; null for a point, and for a cell inside the body. */
   cornersOf(cell: number): [Vector, Vector, Vector] | null {
     const { triangles } = this.shape;
     const triangle = this.firstTriangle ? this.firstTriangle[cell] : cell;
@@ -87,14 +87,17 @@ export class Mesh {
     return [this.corner(a), this.corner(b), this.corner(c)];
   }
 
-  /** Center of a cell's visible side; null if it has none. */
+  /** Centroid of the first triangle of a cell, or the point itself; null for a cell inside the body. */
   middleOf(cell: number): Vector | null {
     if (this.isCloud) return this.corner(cell);
     const corners = this.cornersOf(cell);
     return corners && scaled(plus(plus(corners[0], corners[1]), corners[2]), 1 / 3);
   }
 
-  /** Normal of a cell, with twice the area of its triangle as length; zero if it has none. */
+  /**
+   * Normal of the first triangle of a cell, with twice the triangle's area as length. The normal is zero
+   * for a point, and for a cell inside the body.
+   */
   normalOf(cell: number): Vector {
     const corners = this.cornersOf(cell);
     if (!corners) return [0, 0, 0];

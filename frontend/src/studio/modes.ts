@@ -1,4 +1,4 @@
-// The current tool of the left mouse button, and the toolbar that shows it.
+// The tool that the left mouse button currently uses, and the toolbar that selects the tool.
 
 import { CellCursor } from "./cellcursor";
 import { cssColor, parseColor, variant } from "./colors";
@@ -12,7 +12,7 @@ type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
 const BUTTONS: [ModeName, string, string][] = [
   ["paint", "Paint", "Paint whole regions (V)"],
   ["brush", "Brush", "Paint single cells (B)"],
-  ["lasso", "Lasso", "Paint the regions inside a drawn line (L; L again: single cells)"],
+  ["lasso", "Lasso", "Paint the regions inside a drawn outline (L; L again: single cells)"],
   ["split", "Split", "Cut a region in two (X)"],
 ];
 
@@ -52,7 +52,7 @@ export class Modes {
     this.show();
   }
 
-  /** Switch between the lassos of regions and of cells. */
+  /** Switch between the lasso for regions and the lasso for single cells. */
   nextLasso(): void {
     this.choose(this.current === "lasso" ? "lasso-cells" : "lasso");
   }

@@ -1,4 +1,4 @@
-// Names of classes and objects, and of steps that are undone or redone.
+// Names of classes and objects, and descriptions of steps that are undone or redone.
 
 import type { State } from "./contract";
 import { classOf, objectOf, paintOf, type Regions } from "./labeling";
@@ -6,29 +6,29 @@ import type { Mesh } from "./mesh";
 
 export type Lists = Pick<State, "classes" | "object_names">;
 
-/** A state before or after a step: its lists, and the paint of the cells that the step changes. */
+/** The state before or after a step: lists of classes and names, and the paint of the cells that the step changes. */
 export interface Side {
   lists: Lists;
   paint: Uint32Array;
 }
 
-/** Names of steps by kind. */
+/** Description of each kind of step. */
 const STEPS: Record<string, string> = {
   paint: "stroke", split: "split of a region", segment: "new regions", classes: "list of classes",
   objects: "name of an object", review: "review mark", suggest: "import of suggestions", settle: "suggestion",
 };
-const TOLD = new Set(["paint", "classes", "objects"]); // kinds of steps whose changes describe them completely
-const MAX_TOLD = 2; // most changes of lists in the description of a step
+const TOLD = new Set(["paint", "classes", "objects"]); // steps of these kinds are described by their changes alone
+const MAX_TOLD = 2; // largest number of list changes in the description of a step
 
 export const classNameIn = ({ classes }: Lists, id: number): string =>
   classes.find((entry) => entry.id === id)?.name ?? "no class";
 
-/** Name of a paint: of its object or, if it has none, of its class. */
+/** Name of the object of a paint or, if the paint has no object, of its class. */
 export function paintNameIn(lists: Lists, paint: number): string {
   const [id, object] = [classOf(paint), objectOf(paint)];
   const name = classNameIn(lists, id);
   if (!object || lists.classes.find((entry) => entry.id === id)?.stuff) return name;
-  return ownName(lists, paint) ?? `${name} ${/\d$/.test(name) ? "#" : ""}${object}`; // "class 1 #2", but "chair 2"
+  return ownName(lists, paint) ?? `${name} ${/\d$/.test(name) ? "#" : ""}${object}`; // "chair 2", but "class 1 #2" because this name ends with a digit
 }
 
 const ownName = ({ object_names }: Lists, paint: number): string | undefined =>
@@ -63,7 +63,7 @@ function paintChanges({ regions, mesh }: { regions: Regions; mesh: Mesh }, cells
   return [now.paint[0] ? `${what} ${paintNameIn(now.lists, now.paint[0])}` : `class removed from ${what}`];
 }
 
-/** Description of a step of a kind, which led from the first state to the second. */
+/** Description of a step that changed the state `old` to the state `now`. */
 export function stepName(
   open: { regions: Regions; mesh: Mesh }, kind: string, cells: Uint32Array, [old, now]: [Side, Side],
 ): string {

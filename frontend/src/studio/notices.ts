@@ -1,4 +1,4 @@
-// Messages, errors, and a banner while the server does not answer.
+// Messages, errors, and a banner that is shown while the server does not respond.
 
 import { counted, part } from "../shared/dom";
 import type { Session } from "./session";
@@ -39,7 +39,7 @@ export function showNotices(session: Session): void {
   });
 }
 
-/** Whether the work is saved, and when it was saved last. */
+/** Text that says whether all labels are saved, and when they were last saved. */
 export function savedText({ nWaiting, savedAt }: Session): string {
   if (nWaiting) return "Saving …";
   return savedAt ? `Saved ${savedAt.toLocaleTimeString("en-GB")}` : "All saved";
@@ -48,5 +48,5 @@ export function savedText({ nWaiting, savedAt }: Session): string {
 function showWaiting({ online, nWaiting }: Session): void {
   if (online) return;
   const kept = nWaiting ? `${counted(nWaiting, "unsaved stroke")} will be saved when it is back.` : "Everything is saved.";
-  part("banner").textContent = `The server does not answer. ${kept} You can go on painting; everything else waits.`;
+  part("banner").textContent = `The server does not answer. ${kept} You can continue to paint; other changes have to wait.`;
 }

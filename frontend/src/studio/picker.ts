@@ -1,4 +1,4 @@
-// Cells at and around a place of the picture, places of cells, and neighbors of cells.
+// Finds the cells at a position of the canvas, the canvas position of a cell, and the neighbors of a cell.
 
 import type { Place } from "../shared/picking";
 import { NONE } from "../shared/shape";
@@ -7,26 +7,29 @@ import type { Drawing } from "./drawing";
 import { Groups } from "./labeling";
 import type { Mesh } from "./mesh";
 
-const SLABS = 1024; // number of slabs across the longest side of the mesh
-const NEAR = 8; // radius of a point's neighborhood, in diameters of a drawn point
+const SLABS = 1024; // number of slabs into which the longest side of the mesh is divided
+const NEAR = 8; // radius of the neighborhood of a point, in multiples of the diameter of a drawn point
 
 export class Picker {
   private known: Surroundings | null = null;
 
   constructor(private readonly drawing: Drawing, private readonly mesh: Mesh) {}
 
-  /** Built on first use: looking at a mesh does not need it. */
+  /** Search structure, built on first use because viewing a mesh does not need it. */
   get surroundings(): Surroundings {
     return (this.known ??= new Surroundings(this.mesh));
   }
 
-  /** The visible cell at a place; -1 for none. */
+  /** The visible cell at a canvas position; -1 if there is none. */
   cellAt(place: Place): number {
     const [cell] = this.drawing.cellsSeen(place.x, place.y, 1, 1).cells;
     return cell === NONE ? -1 : cell;
   }
 
-  /** Cells around a place, on the same side of the body, within a distance in pixels. */
+  /**
+   * Cells within a distance in pixels of the cell at a canvas position. Hidden and clipped cells, and
+   * cells that face in the opposite direction, are excluded.
+   */
   cellsAround(place: Place, pixels: number): number[] {
     const { mesh, drawing } = this;
     const cell = this.cellAt(place);
@@ -40,35 +43,35 @@ export class Picker {
     return found.filter((other) => isSeen(other) && dot(mesh.normalOf(other), facing) >= 0);
   }
 
-  /** Position of a cell in the picture; null if it is outside. */
+  /** Canvas position of a cell; null if the cell is outside the view. */
   placeOf(cell: number): Place | null {
     const middle = this.mesh.middleOf(cell);
     return middle && this.placeIn(middle);
   }
 
-  /** Position in the picture of a place of the mesh; null if it is outside. */
+  /** Canvas position of a point of the mesh; null if the point is outside the view. */
   placeIn(place: Vector): Place | null {
     const { camera, canvas } = this.drawing;
-    const shares = camera.placeOf(place);
-    return shares && { x: shares[0] * canvas.clientWidth, y: shares[1] * canvas.clientHeight };
+    const fractions = camera.placeOf(place);
+    return fractions && { x: fractions[0] * canvas.clientWidth, y: fractions[1] * canvas.clientHeight };
   }
 }
 
-/** Move a circle of the overlay to a place, or hide it. */
+/** Move a circle of the SVG overlay to a canvas position; null hides the circle. */
 export function putCircle(circle: SVGCircleElement, place: Place | null): void {
   circle.toggleAttribute("hidden", place === null);
   circle.setAttribute("cx", String(place?.x ?? -99));
   circle.setAttribute("cy", String(place?.y ?? -99));
 }
 
-/** Neighbors of a cell, and cells within a distance of a place. */
+/** Search structure for the neighbors of a cell and for the cells near a point. */
 class Surroundings {
-  private readonly corners: Groups | null; // triangle corners at each vertex; null for a cloud
+  private readonly corners: Groups | null; // triangle corners at each vertex; null for a point cloud
   private readonly triangles: Groups | null; // triangles of each cell; null if triangle i is cell i
   private readonly slabs: Groups; // vertices in each slab
-  private axis = 0; // axis of the longest side, along which slabs are stacked
-  private low = 0;
-  private extent = 0;
+  private axis = 0; // axis of the longest side of the mesh, which is divided into slabs
+  private low = 0; // lowest coordinate of the mesh on this axis
+  private extent = 0; // length of the mesh along this axis
 
   constructor(private readonly mesh: Mesh) {
     const { triangles, sources, positions } = mesh.shape;
@@ -91,11 +94,11 @@ class Surroundings {
   }
 
   private slabOf(value: number): number {
-    const share = this.extent ? (value - this.low) / this.extent : 0;
-    return Math.max(0, Math.min(SLABS - 1, Math.floor(SLABS * share)));
+    const fraction = this.extent ? (value - this.low) / this.extent : 0;
+    return Math.max(0, Math.min(SLABS - 1, Math.floor(SLABS * fraction)));
   }
 
-  /** Cells that have a vertex in this sphere; for a cloud, the points in it. */
+  /** Cells that have a vertex inside a sphere; for a point cloud, the points inside the sphere. */
   within(middle: Vector, radius: number): Set<number> {
     const { values } = this.mesh.shape.positions;
     const [x, y, z] = middle;
@@ -110,7 +113,7 @@ class Surroundings {
     return this.corners ? this.cellsAt(vertices, this.corners) : new Set(vertices);
   }
 
-  /** A cell, and the cells that share a vertex with it; for a cloud, the points nearby. */
+  /** A cell and all cells that share a vertex with it; for a point cloud, all points nearby. */
   around(cell: number): Set<number> {
     const { mesh, corners } = this;
     const { triangles, facts } = mesh.shape;
@@ -128,7 +131,7 @@ class Surroundings {
   }
 }
 
-/** Places on the line between two places, at most `step` pixels apart; the first is left out. */
+/** Positions on the segment from `from` to `to`, at most `step` pixels apart, without `from` itself. */
 export function placesBetween(from: Place, to: Place, step: number): Place[] {
   const count = Math.max(1, Math.ceil(Math.hypot(to.x - from.x, to.y - from.y) / step));
   return Array.from({ length: count }, (_, i) => ({

@@ -1,4 +1,4 @@
-// Mouse, pen and touch on the canvas. A scheme tells what a button does; the wheel zooms.
+// Mouse, pen and touch input on the canvas. A scheme assigns an action to each mouse button; the wheel zooms.
 
 import type { Desk } from "./desk";
 import type { Modes } from "./modes";
@@ -11,22 +11,22 @@ type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
 
 interface Scheme {
   name: string;
-  hint: string; // how to turn, move and zoom
-  rows: [how: string, what: string][]; // for the help
+  hint: string; // text of the toolbar: how to turn, move and zoom
+  rows: [how: string, what: string][]; // input and effect, for each row of the help dialog
   drag: (event: PointerEvent) => Drag;
 }
 
 const isControl = (event: PointerEvent): boolean => event.ctrlKey || event.metaKey;
 
-const [PAINT, REMOVE, PICK] = ["paint the regions under the pointer", "remove their class", "pick the class and object under the pointer"];
+const [PAINT, REMOVE, PICK] = ["paint the regions under the pointer", "remove the class of these regions", "pick the class and object under the pointer"];
 
 export const SCHEMES: Record<string, Scheme> = {
   studio: {
     name: "Mouse: studio",
-    hint: "Turn: right drag, or drag beside the mesh · Move: middle drag · Zoom: wheel",
+    hint: "Turn: right drag, or drag outside the mesh · Move: middle drag · Zoom: wheel",
     rows: [
       ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Ctrl + click", PICK],
-      ["Right drag", "turn; or drag beside the mesh"], ["Middle drag", "move; or Alt + left drag"],
+      ["Right drag", "turn the view, as does dragging outside the mesh"], ["Middle drag", "move the view, as does Alt + left drag"],
     ],
     drag: (event) => {
       if (event.button === 2) return "orbit";
@@ -36,10 +36,10 @@ export const SCHEMES: Record<string, Scheme> = {
   },
   blender: {
     name: "Mouse: as in Blender",
-    hint: "Turn: middle drag, or drag beside the mesh · Move: Shift + middle drag · Zoom: wheel",
+    hint: "Turn: middle drag, or drag outside the mesh · Move: Shift + middle drag · Zoom: wheel",
     rows: [
       ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Right click", PICK],
-      ["Middle drag", "turn; or drag beside the mesh"], ["Shift + middle drag", "move"], ["Ctrl + middle drag", "zoom"],
+      ["Middle drag", "turn the view, as does dragging outside the mesh"], ["Shift + middle drag", "move the view"], ["Ctrl + middle drag", "zoom"],
       ["Numpad 1 3 7 .", "front, side, top, frame"],
     ],
     drag: (event) => {
@@ -53,7 +53,7 @@ export const SCHEMES: Record<string, Scheme> = {
     hint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
     rows: [
       ["Right drag", PAINT], ["Shift + right drag", REMOVE], ["Ctrl + right click", PICK],
-      ["Left drag", "turn"], ["Middle drag", "move; or Ctrl + left drag"], ["Shift + left drag", "zoom"],
+      ["Left drag", "turn the view"], ["Middle drag", "move the view, as does Ctrl + left drag"], ["Shift + left drag", "zoom"],
     ],
     drag: (event) => {
       if (event.button === 2) return isControl(event) ? "pick" : "tool";
@@ -64,12 +64,12 @@ export const SCHEMES: Record<string, Scheme> = {
 };
 
 const SCHEME_KEY = "superfacets mouse";
-const TAP = 8; // pixels that a finger may move in a tap
+const TAP = 8; // largest movement of a finger during a tap, in pixels
 
 export class Pointer {
   private drag: Drag | null = null;
   private last: Place = { x: 0, y: 0 };
-  private started: Place | null = null; // start of a touch that has not moved far enough to paint
+  private started: Place | null = null; // start of a touch that has not moved far enough to paint; null if there is none
   private readonly fingers = new Map<number, Place>();
   private readonly canvas: HTMLCanvasElement;
   private readonly tip = part("tip");
@@ -123,7 +123,7 @@ export class Pointer {
     if (this.drag === "pick") this.pickPaint();
     if (this.drag !== "tool") return;
     if (this.modes.tool.turnsBeside && this.desk.picker.cellAt(this.last) < 0) this.drag = "orbit";
-    else if (event.pointerType === "touch") this.started = this.last; // perhaps the first of two fingers
+    else if (event.pointerType === "touch") this.started = this.last; // painting waits, because a second finger may follow
     else this.modes.tool.begin(this.last, event.shiftKey);
   }
 
@@ -139,10 +139,10 @@ export class Pointer {
     if (cell < 0) return;
     const paint = desk.session.paints.of[cell];
     desk.choose(classOf(paint), objectOf(paint));
-    desk.say(paint ? `${desk.paintName(paint)} is chosen.` : "The cell has no class: strokes erase.");
+    desk.say(paint ? `${desk.paintName(paint)} is chosen.` : "The cell has no class, so strokes now erase.");
   }
 
-  /** Events come faster than frames: only the latest event before each frame counts. */
+  /** Pointer events can arrive faster than frames; only the latest event before each frame is processed. */
   private moved(event: PointerEvent): void {
     if (!this.isReady) return;
     if (this.drag === "fingers") return this.moveFinger(event);
@@ -150,7 +150,7 @@ export class Pointer {
     this.waiting = event;
   }
 
-  /** Two fingers turn and zoom, three move. */
+  /** Two fingers turn and zoom the view; three fingers move the view. */
   private moveFinger(event: PointerEvent): void {
     const { fingers, canvas } = this;
     const before = fingers.get(event.pointerId);
@@ -189,7 +189,7 @@ export class Pointer {
     else this.desk.hover(this.desk.picker.cellAt(place));
   }
 
-  /** Begin the stroke of a single finger at the start of its touch. */
+  /** Start the stroke of a single finger at the position where the touch began. */
   private beginTap(): void {
     if (this.started) this.modes.tool.begin(this.started, false);
     this.started = null;

@@ -1,4 +1,4 @@
-// Texts that the browser stores between visits, if its storage is enabled.
+// Texts in the browser's local storage, which the user may have disabled.
 
 export function remembered(key: string): string | null {
   try {
@@ -8,7 +8,7 @@ export function remembered(key: string): string | null {
   }
 }
 
-/** Store a text, or remove it (null); false if the storage is full or disabled. */
+/** Store a text, or remove the stored text if `text` is null. Returns false if the storage is full or disabled. */
 export function remember(key: string, text: string | null): boolean {
   try {
     if (text === null) localStorage.removeItem(key);

@@ -1,4 +1,5 @@
-// Queue of strokes for the server, in order; each waits until the server has saved or refused it.
+// Queue of strokes that are sent to the server in order. A stroke stays in the queue until the server
+// has saved or rejected it.
 
 import { type Api, ServerGone, type ServerError } from "./api";
 import { fromBase64, toBase64 } from "../shared/arrays";
@@ -9,7 +10,7 @@ import { remember, remembered } from "./remembered";
 export interface Stroke {
   paint: number;
   cells: Uint32Array;
-  stroke: string; // parts of one stroke share this name, and are undone together
+  stroke: string; // id of the stroke; parts with the same id are undone together
 }
 
 type Kept = [paint: number, cells: string, stroke: string];
@@ -20,12 +21,12 @@ interface Listener {
   gone(): void;
 }
 
-// Maximum length of the text of waiting strokes that is stored in the browser.
+// Largest number of characters in which unsaved strokes are stored in the browser.
 const MAX_KEPT = 4_000_000;
 
 /**
- * Sends strokes to the server. When the server stops answering, the waiting strokes are also stored
- * in the browser, up to `MAX_KEPT` characters, so that the page can be closed and opened again.
+ * Sends strokes to the server. When the server stops responding, unsaved strokes are also stored in the
+ * browser, up to `MAX_KEPT` characters, so that the user can close the page without losing strokes.
  */
 export class Saver {
   private waiting: Stroke[] = [];
@@ -54,7 +55,7 @@ export class Saver {
     void this.flush();
   }
 
-  /** Send waiting strokes; resolves when all are saved, or the server does not answer. */
+  /** Send all waiting strokes. Resolves when all strokes are saved, or when the server does not respond. */
   flush(): Promise<void> {
     this.running ??= this.send().finally(() => {
       this.running = null;
@@ -86,7 +87,7 @@ export class Saver {
     if (!this.waiting.length) remember(this.key, null);
   }
 
-  /** Send no strokes until `release`, because they must not overtake a running operation. */
+  /** Stop sending strokes until `release` is called, so that strokes do not overtake a running operation. */
   hold(): void {
     this.isHeld = true;
   }
@@ -96,7 +97,7 @@ export class Saver {
     void this.flush();
   }
 
-  /** Number of parts at the front of the queue that belong to the same stroke. */
+  /** Number of entries at the front of the queue that belong to the same stroke. */
   private joinable(): number {
     const end = this.waiting.findIndex(({ stroke }) => stroke !== this.waiting[0].stroke);
     return end < 0 ? this.waiting.length : end;

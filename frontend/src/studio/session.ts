@@ -1,4 +1,4 @@
-// The open file: its state on the server, and the user's operations on it.
+// The open file: a copy of its state on the server, and the operations that the user can apply to it.
 
 import { Api, ServerError, ServerGone } from "./api";
 import { fromBase64, toBase64 } from "../shared/arrays";
@@ -15,10 +15,10 @@ import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "./suggested";
 interface Kinds {
   file: Mesh;
   regions: Regions;
-  cells: Uint32Array | null; // cells whose paint changed; null: possibly all cells
+  cells: Uint32Array | null; // cells whose class or object has changed; null if all cells may have changed
   classes: ClassEntry[];
   state: State;
-  segmenting: SegmentLine | null; // null: no segmentation is running
+  segmenting: SegmentLine | null; // progress of the running segmentation; null if none is running
   online: boolean;
   message: string;
   error: string;
@@ -26,10 +26,10 @@ interface Kinds {
   suggestions: Suggested;
 }
 
-/** A class; the server gives it a color if it has none. */
+/** A class to be saved. The server chooses a color if none is given. */
 export type ClassDraft = Omit<ClassEntry, "color"> & { color?: string };
 
-/** Message about an answer that comes from another server than this page. */
+/** Text of an error message. Status 403 means that the server was restarted with another token. */
 function strangerLine(error: unknown): string {
   if (error instanceof ServerError && error.status === 403) {
     return "The server was restarted: open the address that it printed. Unsaved strokes are kept.";
@@ -41,14 +41,14 @@ const cellsIn = ({ cells }: Effect): Uint32Array => new Uint32Array(fromBase64(c
 
 let nStrokes = 0;
 
-/** A unique name for a stroke. */
+/** A unique id for a stroke. */
 export function newStroke(): string {
   return `${Date.now().toString(36)}-${nStrokes++}`;
 }
 
-const RETRY_MS = 1000;
-const BEAT_MS = 5000;
-// If previews take longer than this, the next preview aborts the running one; otherwise it waits.
+const RETRY_MS = 1000; // pause between attempts to reach a server that does not respond
+const BEAT_MS = 5000; // interval between checks for changes made by other pages
+// If the last preview took longer than this, a new preview aborts the running preview; otherwise it waits.
 const SHORT_SECONDS = 0.4;
 
 export class Session {
@@ -61,19 +61,19 @@ export class Session {
   state!: State;
   suggested = NOTHING_SUGGESTED;
   online = true;
-  savedAt: Date | null = null; // when the server wrote the latest step; null: before this page
-  isLocked = false; // cells that have a class keep it
+  savedAt: Date | null = null; // when the server saved the latest step; null if nothing was saved since the file was opened
+  isLocked = false; // whether strokes leave cells that already have a class unchanged
   private saver!: Saver;
   private segmentation: AbortController | null = null;
   private segmenting: Promise<void> = Promise.resolve();
   private wanted: { parameters: Partial<Parameters>; preview: boolean } | null = null;
   private lastSeconds = 0;
-  private steps: Promise<unknown> = Promise.resolve(); // see `alone`
-  private nSteps = 0; // number of running or waiting steps
+  private steps: Promise<unknown> = Promise.resolve(); // resolves when all steps queued by `alone` have finished
+  private nSteps = 0; // number of running and queued steps
 
   constructor(private readonly api: Api) {
     setInterval(() => void this.beat(), BEAT_MS);
-    window.addEventListener("focus", () => void this.beat()); // the user may be back from another tab
+    window.addEventListener("focus", () => void this.beat()); // another tab may have changed the labels meanwhile
   }
 
   get path(): string {
@@ -84,19 +84,19 @@ export class Session {
     return this.saver?.count ?? 0;
   }
 
-  /** No request is pending: the page shows the state of the server. */
+  /** Whether no request is pending, so that the page shows the current state of the server. */
   get isIdle(): boolean {
     return !this.nSteps && !this.nWaiting && !this.wanted && !this.segmentation;
   }
 
   /**
-   * Run a step on the whole state, one step at a time. Strokes are sent before or after the step,
-   * because answers in another order would leave wrong classes on the page.
+   * Run a step that reads or changes the whole state, after all earlier steps. Strokes are sent before
+   * or after the step, never during it, because the page would then show wrong classes.
    */
   private alone<T>(work: () => Promise<T>): Promise<T> {
     this.nSteps++;
     const done = this.steps.then(async () => {
-      const { saver } = this; // because the work may replace it
+      const { saver } = this; // `work` may replace `this.saver`
       await saver?.flush();
       saver?.hold();
       try {
@@ -110,7 +110,7 @@ export class Session {
     return done;
   }
 
-  /** Like `alone`, but shows errors; false if there was one. */
+  /** Like `alone`, but shows errors to the user. Returns false if an error occurred. */
   private async attempt(work: () => Promise<void>): Promise<boolean> {
     try {
       await this.alone(work);
@@ -192,7 +192,7 @@ export class Session {
     this.events.emit("suggestions", this.suggested);
   }
 
-  /** Apply a state sent by the server, unless a later one is known. */
+  /** Merge a state sent by the server into the current state, unless the current state is newer. */
   private take(news: Partial<State>): void {
     if (news.seq !== undefined && news.seq > this.state.seq) this.savedAt = new Date();
     if (news.seq === undefined || news.seq >= this.state.seq) Object.assign(this.state, news);
@@ -203,7 +203,10 @@ export class Session {
     for (const cell of cells) this.paints.set(cell, paint);
   }
 
-  /** Paint cells (0 removes the paint). It is shown at once, and saved in the background. */
+  /**
+   * Give cells the class and object encoded by `paint`; 0 removes class and object. The change is shown
+   * immediately and saved in the background.
+   */
   paint(cells: Uint32Array, paint: number, stroke = newStroke()): void {
     const { of } = this.paints;
     const isKept = (cell: number): boolean => this.isLocked && paint !== 0 && of[cell] !== 0;
@@ -240,7 +243,7 @@ export class Session {
     }
   }
 
-  /** Lists and paint of cells now; later steps do not change this copy. */
+  /** Copy of the current lists and of the current paint of some cells; later steps do not change the copy. */
   private side(cells: Uint32Array): Side {
     const { classes, object_names } = this.state;
     return { lists: { classes, object_names }, paint: cells.map((cell) => this.paints.of[cell]) };
@@ -261,7 +264,7 @@ export class Session {
     if (kind === "settle") await this.loadSuggestions();
   }
 
-  /** Reload parameters, the list of classes and, if they changed, regions. */
+  /** Load the parameters and the list of classes again and, if they have changed, the regions and suggestions. */
   async reload(): Promise<void> {
     const state = await this.api.get<State>(`${this.path}/state`);
     if (state.seq > this.state.seq) this.savedAt = new Date();
@@ -272,12 +275,12 @@ export class Session {
     this.take({});
   }
 
-  /** Accept suggestions, as pairs of id and class, and reject others; false if that failed. */
+  /** Accept suggestions, given as pairs of id and class, and reject other suggestions. Returns false on failure. */
   settle(accept: [number, number][], reject: number[]): Promise<boolean> {
     return this.attempt(async () => this.takeEffect(await this.post<Effect>("settle", { accept, reject })));
   }
 
-  /** Segment with these parameters; only the newest of several waiting previews is computed. */
+  /** Segment with these parameters. If several requests are waiting, only the newest one is computed. */
   segment(parameters: Partial<Parameters>, preview: boolean): void {
     this.wanted = { parameters, preview };
     if (!this.segmentation) this.segmenting = this.segmentWanted();
@@ -331,7 +334,7 @@ export class Session {
     });
   }
 
-  /** Regions similar to this one; none if the server does not answer. */
+  /** Regions similar to a region; empty if the request fails. */
   async similar(region: number, tolerance: number): Promise<number[]> {
     const { revision } = this.regions;
     let regions: number[] = [];
@@ -342,17 +345,17 @@ export class Session {
     return regions;
   }
 
-  /** Edit the newest list of classes, after all running steps. */
+  /** Edit the list of classes. `edit` receives the list that results from all earlier steps. */
   async setClasses(edit: (classes: ClassEntry[]) => ClassDraft[]): Promise<void> {
     const isDone = await this.attempt(async () => {
       await this.post<unknown>("classes", { classes: edit(this.state.classes) });
-      this.savedAt = new Date(); // in a folder, the list is not a step
+      this.savedAt = new Date(); // `reload` does not set this for the class list of a folder, which is not saved as a step
       await this.reload();
     });
     if (!isDone) this.events.emit("classes", this.state.classes);
   }
 
-  /** Write a file beside the input. An existing file is replaced only after the user agrees. */
+  /** Write a file to the folder of the input. An existing file is replaced only if the user agrees. */
   async exportTo(format: string, what: string, replace = false): Promise<void> {
     try {
       const { path } = await this.alone(() => this.post<{ path: string }>("export", { format, what, replace }));
@@ -375,15 +378,15 @@ export class Session {
   async importFrom(files: { name: string; data: string }[], asSuggestions: boolean): Promise<void> {
     if (!(await this.change("import", { files, as_suggestions: asSuggestions }))) return;
     const count = this.suggested.entries.length;
-    this.events.emit("message", asSuggestions ? `Imported: ${count} suggested objects. J goes to the first.` : "Imported and painted.");
+    this.events.emit("message", asSuggestions ? `Imported: ${count} suggested objects. J goes to the first one.` : "Imported and painted.");
   }
 
-  /** Compare with another work file, or with the last one given; null if the server refuses. */
+  /** Compare with another work file or, without `files`, with the one compared last. Returns null on failure. */
   async compare(files?: { name: string; data: string }[]): Promise<CompareReply | null> {
     return this.compared("compare", files ? { files } : {});
   }
 
-  /** Resolve conflicts of two work files: these cells get the labels of the given side. */
+  /** Resolve differences between two work files: the given cells get the labels of the given side. */
   async accept(cells: Uint32Array, side: "mine" | "theirs"): Promise<CompareReply | null> {
     return this.compared("accept", { cells: toBase64(cells), side });
   }
@@ -397,7 +400,7 @@ export class Session {
     return reply;
   }
 
-  /** An operation that changes paint on the server. */
+  /** Run an operation that changes labels on the server, and load the new labels. Returns false on failure. */
   async change(what: string, body: unknown): Promise<boolean> {
     return this.attempt(async () => {
       await this.post<unknown>(what, body);
@@ -415,14 +418,14 @@ export class Session {
     return this.api.post<T>(`${this.path}/${what}`, body);
   }
 
-  /** Show an error in one line. */
+  /** Show the message of an error to the user. */
   report(error: unknown): void {
     if (error instanceof ServerGone) this.lose();
     const line = error instanceof Error ? error.message : String(error);
     this.events.emit("error", `${line[0]?.toUpperCase() ?? ""}${line.slice(1)}`);
   }
 
-  /** A stroke was refused: show the server's classes again. */
+  /** Handle a stroke that the server rejected: show the error, and load the labels from the server. */
   private async refused(error: ServerError): Promise<void> {
     this.report(error);
     await this.attempt(() => this.reloadAll());
@@ -453,7 +456,7 @@ export class Session {
     }
   }
 
-  /** Check that the server answers, and whether another page has painted. */
+  /** Check that the server responds, and load the labels if another page has changed them. */
   private async beat(): Promise<void> {
     if (!this.online || !this.state || !this.isIdle || document.hidden) return;
     try {

@@ -1,6 +1,6 @@
-// Two passes. The first draws the cell at each pixel, and its brightness. The second looks up region,
-// class and marks of this cell, and draws borders where neighboring pixels show different regions.
-// While the user paints in one view, only the second is drawn.
+// GLSL of the two passes in which the canvas is drawn. The first pass stores the cell number and the
+// brightness of each pixel. The second pass looks up region, class and marks of each pixel's cell, and
+// draws borders between pixels of different regions. Painting repeats only the second pass.
 
 import { VARIANTS } from "./colors";
 import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
@@ -15,13 +15,13 @@ uniform bool is_clipped;
 uniform vec3 clip_low;
 uniform vec3 clip_high;
 layout(location = 0) out vec4 code;
-layout(location = 1) out vec4 brightness;  // and color of the texture
+layout(location = 1) out vec4 brightness;  // r: brightness; g, b, a: color of the texture
 void main() {
-  vec3 texture_color = has_texture ? textureColor(triangle, at) : vec3(0.0);  // before any discard: derivatives need neighboring pixels
+  vec3 texture_color = has_texture ? textureColor(triangle, at) : vec3(0.0);  // must be computed before any discard, because derivatives need neighboring pixels
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
   if (hides_backs && !gl_FrontFacing) discard;
   if (is_clipped) {
-    vec3 here = transpose(turn) * (at + vec3(0.0, 0.0, distance_)) + target;
+    vec3 here = transpose(rotation) * (at + vec3(0.0, 0.0, distance_)) + target;
     if (any(lessThan(here, clip_low)) || any(greaterThan(here, clip_high))) discard;
   }
   vec2 off = gl_PointCoord - 0.5;
@@ -30,7 +30,7 @@ void main() {
   brightness = vec4(light() / 1.5, texture_color);
 }`;
 
-/** A triangle that covers the picture. */
+/** Vertex shader of the second pass: one triangle that covers the canvas. */
 export const WHOLE = `${HEAD}
 void main() {
   gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
@@ -40,35 +40,35 @@ export const IMAGE = `${HEAD}
 uniform sampler2D ids;
 uniform sampler2D lights;
 uniform sampler2D depths;
-uniform usampler2D regions;  // the region of each cell
+uniform usampler2D regions;  // region of each cell, or NONE
 uniform usampler2D cells;
-uniform sampler2D region_colors;  // color of each region; alpha is 1 if it is selected
+uniform sampler2D region_colors;  // color of each region; alpha is 1 if the region is selected
 uniform sampler2D class_colors;
-uniform usampler2D suggestions;  // place in the list of each cell's suggestion, from 1; 0: none
-uniform sampler2D suggestion_colors;  // alpha is 1 for the chosen one
+uniform usampler2D suggestions;  // 1-based index of the suggestion of each cell; 0 if the cell has none
+uniform sampler2D suggestion_colors;  // color of each suggestion; alpha is 1 for the chosen suggestion
 uniform bool has_suggestions;
-uniform int stride;  // pixels of the first pass per pixel of this one, along each side
-uniform int samples;  // number of these pixels that are looked up, along each side
-uniform int line;  // width of borders, in pixels of the first pass
-uniform uint hovered;  // region under the pointer
-uniform uint cursor;
+uniform int stride;  // number of first-pass pixels per canvas pixel, in each direction
+uniform int samples;  // number of first-pass pixels averaged per canvas pixel, in each direction
+uniform int line;  // width of borders in first-pass pixels
+uniform uint hovered;  // region under the pointer, or NONE
+uniform uint cursor;  // region selected by keyboard, or NONE
 uniform bool has_borders;
-uniform float blend;  // share of the texture, 0 to 1
+uniform float blend;  // opacity of the texture, 0 to 1
 uniform bool is_cloud;
 uniform vec2 near_far;
-uniform vec3 high;  // color at the top of the background
-uniform vec3 low;
-uniform vec3 accent;
-uniform float height;
+uniform vec3 high;  // background color at the top
+uniform vec3 low;  // background color at the bottom
+uniform vec3 accent;  // color of highlights
+uniform float height;  // height of the canvas in pixels
 out vec4 color;
 
 uint cellAt(ivec2 p) {
   uvec4 bytes = uvec4(round(texelFetch(ids, p, 0) * 255.0));
-  return (bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24) - 1u;  // NONE where no cell is
+  return (bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24) - 1u;  // the cell at p, or NONE where no cell is drawn
 }
 uint paintOf(uvec4 state) { return state.r | state.g << 8 | state.a << 16; }
 const float VARIANTS[${VARIANTS.length}] = float[](${VARIANTS.map((shift) => shift.toFixed(2)).join()});
-/** Color of an object, as in colors.ts. */
+/** Color of an object: a variation of the class color. colors.ts has the same function. */
 vec3 variant(vec3 color, uint object) {
   if (object < 2u) return color;
   float shift = VARIANTS[(object - 1u) % ${VARIANTS.length}u];
@@ -124,10 +124,10 @@ vec3 shade(ivec2 p, ivec2 limit) {
   if ((state.b & 16u) != 0u && (p.x + p.y) / (3 * line) % 2 == 0) result = mix(result, accent, 0.75);
   if ((state.b & 8u) != 0u) result = mix(result, accent, 0.6);
   if (!has_borders && !is_active && state.a == 0u && suggestion == 0u) return result;
-  bool is_outline = false;  // another suggestion, or none, begins
-  bool is_border = false;
-  bool is_edge = false;
-  bool is_object = false;  // another object begins
+  bool is_outline = false;  // whether the pixel is at the border of a suggestion
+  bool is_border = false;  // whether the pixel is at the border between two regions
+  bool is_edge = false;  // whether the pixel is at the border of a highlighted region
+  bool is_object = false;  // whether the pixel is at the border between two objects of a class
   int before = line / 2;
   int after = line - before;
   for (int k = 0; k < 4; k++) {

@@ -1,5 +1,6 @@
-// Tools: the current one handles the left button on the canvas.
+// Tools for the canvas. The current tool handles strokes with the paint button of the mouse.
 
+import { counted } from "../shared/dom";
 import type { Place } from "../shared/picking";
 import { NONE } from "../shared/shape";
 import { lengthOf, minus } from "../shared/vectors";
@@ -13,51 +14,51 @@ import { newStroke } from "./session";
 export abstract class Tool {
   abstract readonly name: string;
   abstract readonly hint: string;
-  readonly turnsBeside: boolean = true; // a drag that begins beside the mesh turns the view
+  readonly turnsBeside: boolean = true; // whether a drag that begins outside the mesh turns the view
 
   constructor(protected readonly desk: Desk) {}
 
-  /** Begin a stroke at this place; `isOther` if Shift is held: erase, or the blue stroke. */
+  /** Begin a stroke. If Shift is held, `isOther` is true: the stroke erases or, in split mode, is blue. */
   abstract begin(place: Place, isOther: boolean): void;
   abstract move(place: Place): void;
   abstract end(): void;
   enter(): void {}
   leave(): void {}
 
-  /** The key Enter was pressed. */
+  /** Called when Enter is pressed. */
   confirm(): void {
     this.desk.paintActive(this.desk.currentPaint);
   }
 
-  /** The key Delete was pressed. */
+  /** Called when Delete is pressed. */
   erase(): void {
     this.desk.paintActive(0);
   }
 
-  /** An arrow key was pressed: x is 1 for right, -1 for left; y is 1 for up, -1 for down. */
+  /** Called when an arrow key is pressed: x is 1 for right and -1 for left, y is 1 for up and -1 for down. */
   arrow(x: number, y: number): void {
     this.desk.drawing.camera.orbit(TURN * x, -TURN * y);
   }
 
-  /** The key + (`isUp`) or - was pressed. */
+  /** Called when + (`isUp`) or - is pressed. */
   resize(isUp: boolean): void {
     if (isUp) this.desk.grow();
     else this.desk.shrink();
   }
 }
 
-const TURN = 0.15; // angle in radians by which an arrow key turns the view
-const STEP = 6; // pixels between the places of a stroke at which cells are looked up
+const TURN = 0.15; // rotation of the view by one press of an arrow key, in radians
+const STEP = 6; // distance in pixels between the points of a stroke at which cells are looked up
 
-/** A tool whose strokes have one paint each; `touched` holds the painted regions or cells. */
+/** A tool that paints along strokes. `touched` contains the regions or cells that the current stroke has painted. */
 abstract class Brush extends Tool {
   protected paint = 0;
   protected stroke = "";
   protected readonly touched = new Set<number>();
-  protected readonly replaced = new Map<number, number>(); // regions by the paint that they lose
+  protected readonly replaced = new Map<number, number>(); // number of repainted regions, indexed by the class and object that they lose
   private last: Place = { x: 0, y: 0 };
 
-  /** Pixels between the places of a stroke at which cells are looked up. */
+  /** Distance in pixels between the points of a stroke at which cells are looked up. */
   protected get step(): number {
     return STEP;
   }
@@ -104,7 +105,7 @@ export class RegionBrush extends Brush {
   }
 }
 
-/** Paints single cells within a circle. */
+/** Paints the single cells inside a circle around the pointer. */
 export class CellBrush extends Brush {
   readonly name = "Brush single cells";
   readonly hint =
@@ -163,15 +164,15 @@ export class CellBrush extends Brush {
   end(): void {
     if (!this.touched.size) return;
     this.desk.select([], false);
-    this.desk.sayPainted(`${this.touched.size} cells`, this.paint);
+    this.desk.sayPainted(counted(this.touched.size, "cell"), this.paint);
   }
 }
 
-/** Paints regions that are mostly inside a drawn line, or single cells inside it. */
+/** Paints the regions that are mostly inside a drawn outline, or the single cells inside the outline. */
 export class Lasso extends Tool {
   readonly name: string;
   override readonly turnsBeside = false;
-  readonly hint = "Draw a line around the part to paint · Shift removes · L: regions or cells · Esc leaves";
+  readonly hint = "Draw an outline around the part to paint · Shift removes · L: regions or cells · Esc leaves";
   private places: Place[] = [];
   private paint = 0;
 
@@ -202,7 +203,7 @@ export class Lasso extends Tool {
     else this.paintRegions(inside);
   }
 
-  /** Number of enclosed pixels of each visible cell. */
+  /** Number of pixels of each visible cell that are inside the outline. */
   private countInside(): Map<number, number> {
     const xs = this.places.map(({ x }) => x);
     const ys = this.places.map(({ y }) => y);
@@ -231,7 +232,7 @@ export class Lasso extends Tool {
 
   private paintCells(inside: Map<number, number>): void {
     this.desk.session.paint(Uint32Array.from(inside.keys()).sort(), this.paint);
-    this.desk.sayPainted(`${inside.size} cells`, this.paint);
+    this.desk.sayPainted(counted(inside.size, "cell"), this.paint);
   }
 
   private paintRegions(inside: Map<number, number>): void {
@@ -251,7 +252,7 @@ export class Lasso extends Tool {
   }
 }
 
-/** The x at which a closed line crosses a row of pixels, ascending. */
+/** X coordinates at which a closed polygon crosses the horizontal line at `y`, in ascending order. */
 function crossingsOf(places: Place[], y: number): number[] {
   const found: number[] = [];
   places.forEach((a, i) => {
@@ -262,11 +263,11 @@ function crossingsOf(places: Place[], y: number): number[] {
   return found.sort((a, b) => a - b);
 }
 
-/** Cuts a region between red and blue strokes. */
+/** Cuts a region in two between a red and a blue stroke. */
 export class Splitter extends Tool {
   readonly name = "Split a region";
   readonly hint =
-    "Drag: red stroke · Shift-drag: blue · Enter cuts (without strokes: across its length) · Esc leaves";
+    "Drag: red stroke · Shift-drag: blue · Enter cuts (without strokes: across the region) · Esc leaves";
   private last: Place = { x: 0, y: 0 };
   private region = -1;
   private isBlue = false;
@@ -318,7 +319,7 @@ export class Splitter extends Tool {
 
   end(): void {
     if (this.red.size && this.blue.size) this.desk.say("Enter cuts between red and blue.");
-    else if (this.red.size) this.desk.say("Now a blue stroke: Shift-drag.");
+    else if (this.red.size) this.desk.say("Now draw a blue stroke with Shift-drag.");
   }
 
   override confirm(): void {
@@ -336,12 +337,12 @@ export class Splitter extends Tool {
     });
   }
 
-  /** Choose strokes for keyboard users: two cells that are about as far apart as possible. */
+  /** Use two distant cells of the region instead of strokes, for users without a mouse. */
   private takeEnds(region: number): void {
     if (region < 0) return;
     const cells = this.desk.session.regions.cellsOf(region);
     const seen = cells.filter((cell) => this.desk.session.mesh.middleOf(cell));
-    const isInside = seen.length < 2; // its cells are hidden: any two will do
+    const isInside = seen.length < 2; // no cell of the region can be seen, so any two cells are used
     const one = isInside ? cells[0] : this.farthestFrom(seen, seen[0]);
     const other = isInside ? cells[cells.length - 1] : this.farthestFrom(seen, one);
     if (one === other) return;

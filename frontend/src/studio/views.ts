@@ -1,11 +1,11 @@
-// Buttons and keys for usual views.
+// Buttons and keys for standard views.
 
 import { button, onClick, part } from "../shared/dom";
 import { NONE } from "../shared/shape";
 import { dot, minus, plus } from "../shared/vectors";
 import type { Desk } from "./desk";
 
-const MANY_BACKS = 0.2; // share of cells seen from behind at which walls hide much of a room
+const MANY_BACKS = 0.2; // if a larger fraction of visible cells is seen from behind, walls probably hide the inside of a room
 
 interface Usual {
   name: string;
@@ -24,7 +24,7 @@ export class Views {
       { name: "Front", key: "Alt+1", what: "from the front", run: () => camera.turnTo(0, 0) },
       { name: "Side", key: "Alt+2", what: "from the right side", run: () => camera.turnTo(quarter, 0) },
       { name: "Top", key: "Alt+3", what: "from the top", run: () => camera.turnTo(0, quarter) },
-      { name: "Frame", key: "g", what: "go to the region under the pointer, or the chosen object", run: () => desk.frameActive() },
+      { name: "Frame", key: "g", what: "go to the region under the pointer or to the chosen object", run: () => desk.frameActive() },
       { name: "Reset", key: "Home", what: "the initial view", run: () => camera.home() },
     ];
     const buttons = this.usual.map(({ name, key, what, run }) => {
@@ -35,7 +35,7 @@ export class Views {
     onClick("inside", () => this.toggleBacks());
   }
 
-  /** Hide or show surfaces that are seen from behind. */
+  /** Hide or show triangles that are seen from behind. */
   private toggleBacks(): void {
     const { drawing } = this.desk;
     drawing.hidesBacks = !drawing.hidesBacks;
@@ -44,7 +44,7 @@ export class Views {
     this.desk.say(drawing.hidesBacks ? "Surfaces seen from behind are hidden; W shows them." : "Surfaces are shown from both sides.");
   }
 
-  /** Whether many visible cells are back-facing, such as the walls of a room seen from outside. */
+  /** Whether many visible cells are seen from behind, such as the walls of a room seen from outside. */
   get isSeenFromBehind(): boolean {
     const { drawing, session: { mesh } } = this.desk;
     const eye = plus(drawing.camera.target, drawing.camera.directions()[2], drawing.camera.distance);

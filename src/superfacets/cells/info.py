@@ -117,6 +117,8 @@ class CloudInfo:
     """Whether the cloud has viewpoints: the scanner position of each point."""
     has_colors: bool
     """Whether the cloud has colors that are not all black. Files without real colors have 0."""
+    are_colors_zero: bool
+    """Whether the cloud has colors that are all black."""
     colors_differ: bool
     """Whether the points have different colors."""
     spacing: float
@@ -244,6 +246,7 @@ def _cloud_info(cloud: PointCloud, weld: bool = True) -> CloudInfo:
         has_axes=cloud.axes is not None,
         has_viewpoints=cloud.viewpoints is not None,
         has_colors=cloud.colors is not None and bool(cloud.colors.any()),
+        are_colors_zero=cloud.colors is not None and not cloud.colors.any(),
         colors_differ=cloud.colors is not None and bool(np.any(cloud.colors != cloud.colors[0])),
         spacing=float(np.sqrt(np.median(graph.measures))),
         area=_core.sum_of(graph.measures, threads),

@@ -124,7 +124,7 @@ def _name_of(count: str) -> str:
 def _colors_of(info: CloudInfo) -> str:
     """Whether a cloud has colors, and whether they differ."""
     if not info.has_colors:
-        return "no"
+        return "no: all values are 0" if info.are_colors_zero else "no"
     return "yes" if info.colors_differ else "yes, all equal"
 
 

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 
-from .._types import Array, Bools, Ints
+from .._types import Array, Ints
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..io.guards import Content, known_ending, named_errors, read_content
+from ..io.guards import Content, counted, known_ending, named_errors, read_content
 from ..io.readers.b3dm import Placement
 from ..io.readers.labels import LABEL_ENDINGS, checked_labels, has_labels, read_labels
 from ..io.readers.npy import npy_array
 from ..io.readers.parts import PART_ENDINGS
 from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
 from ..mesh.cells import Cells
-from .options import FILE, STANDARD_STREAM, Real, option, options
+from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
 
 VALUE_ENDINGS = (".npy", ".txt")
 
@@ -63,13 +64,40 @@ def load_cells_and_attributes(
 
 
 def labels_for(cells: Cells, path: Path, name: str) -> Ints:
-    """Labels of these cells from a file; `name` is as for `read_labels`."""
-    labels = read_labels(path, name=name)
+    """Labels of these cells from a file; `name` is as for `read_labels`.
+
+    From one label per vertex of a mesh, each cell gets the most frequent label of its corners.
+    """
+    if path.name.lower().endswith(".segs.json"):
+        labels: Array = _labels_of_segments(cells, path)
+    else:
+        labels = read_labels(path, name=name)
+        if len(labels) == getattr(cells, "n_vertices", None) != cells.n_cells:
+            labels = _from_vertices(cells, labels)
     with named_errors(path):
-        checked = checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+        checked = checked_labels(labels, cells.n_cells)
     if path.suffix.lower() in PART_ENDINGS:
         _check_same_order(cells, path)
     return checked
+
+
+def _labels_of_segments(cells: Cells, path: Path) -> Array:
+    """The segment of each cell, from a file with the segment of each vertex."""
+    from ..interop.aggregation import read_segments
+
+    labels = read_segments(path)
+    n_vertices = getattr(cells, "n_vertices", cells.n_cells)
+    if len(labels) != n_vertices:
+        raise MeshError(
+            f"{path}: has {counted(len(labels), 'label')}, but the mesh has {n_vertices} vertices"
+        )
+    return _from_vertices(cells, labels)
+
+
+def _from_vertices(cells: Cells, labels: Array) -> Array:
+    from ..regions.vertices import labels_of_corners
+
+    return labels_of_corners(cells, labels)
 
 
 def _check_same_order(cells: Cells, path: Path) -> None:
@@ -129,11 +157,14 @@ constraint_options = options(
     option("--mask FILE", FILE,
            "Leave out faces or points whose value in this file of labels is 0 (or False): they get"
            " label -1."),
+    option("--mask-values N,N", None,
+           "Keep the faces or points with these values in the file of --mask, such as 6 or 2,6."
+           "  [default: all values except 0]", callback=partial(numbers, least=0)),
     option("--barriers FILE", FILE,
            "A file of labels: one whole number per face or point. No region contains two different"
            " numbers."),
 )  # fmt: skip
-"""Adds the options ``--mask`` and ``--barriers`` to a command."""
+"""Adds the options ``--mask``, ``--mask-values`` and ``--barriers`` to a command."""
 
 barrier_angle_option = option(
     "--barrier-angle DEG", Real(0.0, 180.0, min_open=True),
@@ -143,26 +174,32 @@ barrier_angle_option = option(
 
 
 def constraints_of(
-    mask: Path | None, barriers: Path | None, n_cells: int, name: str
-) -> dict[str, Any]:
-    """Read the files, and return them as keywords of `segment`; `name` is as for `read_labels`."""
+    mask: Path | None, values: tuple[int, ...] | None, barriers: Path | None, n_cells: int,
+    name: str,
+) -> dict[str, Any]:  # fmt: skip
+    """Read the files, and return them as keywords of `segment`.
+
+    `values` are the values of the mask that are kept; by default all except 0. `name` is as for
+    `read_labels`.
+    """
     keywords: dict[str, Any] = {}
     if mask is not None:
-        keywords["mask"] = _read_mask(mask, n_cells, name)
+        labels = _read_mask(mask, n_cells, name)
+        keywords["mask"] = labels != 0 if values is None else np.isin(labels, values)
     if barriers is not None:
         keywords["barriers"] = read_labels(barriers, n_cells, name=name)
     return keywords
 
 
-def _read_mask(path: Path, n_cells: int, name: str) -> Bools:
-    """Whether each cell is kept: its label in the file is not 0, or its value in a .npy is True."""
+def _read_mask(path: Path, n_cells: int, name: str) -> Ints:
+    """The label of each cell; 0 and 1 for False and True in a .npy."""
     if known_ending(path, LABEL_ENDINGS) != ".npy":
-        return np.asarray(read_labels(path, n_cells, name=name) != 0)
+        return read_labels(path, n_cells, name=name)
     data = read_content(path)
     try:
         values = npy_array(data, "labels")
         if values.dtype == bool:
             values = values.view(np.uint8)
-        return np.asarray(checked_labels(values, n_cells) != 0)
+        return checked_labels(values, n_cells)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None

@@ -83,7 +83,8 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")
 )  # fmt: skip
 def levels_command(
     input: str, counts: tuple[int, ...], outputs: tuple[str, ...], format_of_stream: str | None,
-    labels: Path | None, mask: Path | None, barriers: Path | None, *, format: str | None,
+    labels: Path | None, mask: Path | None, mask_values: tuple[int, ...] | None,
+    barriers: Path | None, *, format: str | None,
     features: tuple[str, ...], drop_attributes: bool, labels_named: str, is_quiet: bool,
     as_json: bool, **options: Any,
 ) -> None:  # fmt: skip
@@ -99,7 +100,7 @@ def levels_command(
     named = [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
     paths = [path for output in named for path in _paths_of_levels(output, counts)]
     job = Job(input, tuple(paths), stream)
-    check_mask(mask, job.endings)
+    check_mask(mask, mask_values, job.endings)
     also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
     check_files([job], also_read)
     checked_targets(paths)
@@ -112,7 +113,7 @@ def levels_command(
             given, _ = ranked_labels(labels_for(cells, labels, labels_named))
         check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
         table: Any = features_of(features, cells, attributes, checked_threads(options["n_threads"]))
-        constraints = constraints_of(mask, barriers, cells.n_cells, labels_named)
+        constraints = constraints_of(mask, mask_values, barriers, cells.n_cells, labels_named)
         with warnings.catch_warnings():  # levels have exact numbers of regions
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)

@@ -162,15 +162,17 @@ def json_option(what: str = "the facts as JSON") -> Decorator:
 
 
 def numbers(
-    ctx: click.Context, parameter: click.Parameter, text: str | None
+    ctx: click.Context, parameter: click.Parameter, text: str | None, *, least: int = 1
 ) -> tuple[int, ...] | None:
-    """Callback of options: integers of 1 or more from a comma-separated list, ascending."""
+    """Callback of options: integers >= `least` from a comma-separated list, ascending."""
     if text is None:
         return None
     wanted = [number.strip() for number in text.split(",")]
     for number in wanted:
-        if not number.isdecimal() or not 1 <= int(number[:12]) < 2**31:
-            raise click.BadParameter(f"expected whole numbers >= 1, got {number!r}", ctx, parameter)
+        if not number.isdecimal() or not least <= int(number[:12]) < 2**31:
+            raise click.BadParameter(
+                f"expected whole numbers >= {least}, got {number!r}", ctx, parameter
+            )
     return tuple(sorted({int(number) for number in wanted}))
 
 

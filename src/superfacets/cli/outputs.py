@@ -332,8 +332,13 @@ def _identity(path: str | Path) -> tuple[int, int] | str:
     return found.st_dev, found.st_ino
 
 
-def check_mask(mask: Path | None, endings: Iterable[str]) -> None:
-    """Raise a usage error if a file with these endings cannot store cells without a label."""
+def check_mask(mask: Path | None, values: tuple[int, ...] | None, endings: Iterable[str]) -> None:
+    """Raise a usage error if a file with these endings cannot store cells without a label.
+
+    Values of a mask without a mask are a usage error, too.
+    """
+    if mask is None and values is not None:
+        raise click.UsageError("--mask-values needs --mask")
     refusing = sorted({*endings} & {*VERTEX_OUTPUTS})
     if mask is not None and refusing:
         raise click.UsageError(

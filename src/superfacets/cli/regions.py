@@ -15,6 +15,7 @@ from .._types import Floats, Ints
 from .._validate import ranked_labels
 from ..cells.kinds import kind_of
 from ..cells.region_adjacency import RegionGraph, region_graph
+from ..cells.sums import weighted_majority
 from ..errors import MeshError
 from ..export.tables import (
     LINE_ENDINGS,
@@ -25,6 +26,7 @@ from ..export.tables import (
 )
 from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
+from ..io.readers.labels import read_labels
 from ..regions.lines import BorderLines, border_lines
 from . import options as opts
 from .inputs import check_inputs, labels_beside, load_cells, name_of
@@ -46,6 +48,9 @@ _Drawn = tuple[Floats, list[tuple[str, Ints]]]
     option("--arcs", FILE,
            "A .csv, .json or .parquet file for the table of pairs of regions that touch."),
     option("--borders", FILE, "An .obj file for the borders, as lines."),
+    option("--majority NAME", None,
+           "Add a column majority_NAME: the most frequent value of this integer property of IN in"
+           " each region, such as classification; may be given several times.", multiple=True),
     opts.format_option("IN", of_stream=True),
     opts.labels_named_option,
     option("-q --quiet is_quiet", opts.FLAG, "Print only the table and errors."),
@@ -53,7 +58,8 @@ _Drawn = tuple[Floats, list[tuple[str, Ints]]]
 )  # fmt: skip
 def regions_command(
     cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,
-    format: str | None, labels_named: str, is_quiet: bool, as_json: bool,
+    majority: tuple[str, ...], format: str | None, labels_named: str, is_quiet: bool,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 
@@ -62,12 +68,14 @@ def regions_command(
     or labeled mesh or cloud file. Without LABELS, the labels in IN are used.
     """
     check_inputs((cells,))
+    if majority and cells == opts.STANDARD_STREAM:
+        raise click.UsageError("--majority needs a file, not standard input")
     output = None if str(output) == opts.STANDARD_STREAM else output
     files = _checked_outputs(output, arcs, borders)
     check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
     checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, Ints, _Drawn | None]:
+    def compute() -> tuple[RegionGraph, Ints, dict[str, Ints], _Drawn | None]:
         whole: Any = load_cells(cells, format)
         given = labels_beside(Path(cells), labels, whole, labels_named)
         if given is None:
@@ -78,13 +86,19 @@ def regions_command(
         if not len(names):
             raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
+        majorities = {
+            f"majority_{name}": _most_frequent(
+                compact, read_labels(cells, whole.n_cells, name=name), len(names)
+            )
+            for name in majority
+        }
         drawn: _Drawn | None = None
         if borders is not None:
             drawn = whole.vertices, list(_named(border_lines(whole, compact), names))
-        return graph, names, drawn
+        return graph, names, majorities, drawn
 
-    graph, names, drawn = run_in_background(compute)
-    regions = graph.table() | {"region": names}
+    graph, names, majorities, drawn = run_in_background(compute)
+    regions = graph.table() | {"region": names} | majorities
     ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
     of_arcs = ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
     tables = [(output, regions), (arcs, of_arcs)]
@@ -106,6 +120,13 @@ def regions_command(
     for path in files:
         click.echo(f"wrote {path}", err=output is None)
     click.echo(f"{cells}: {found}", err=output is None)
+
+
+def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
+    """The most frequent value of the cells of each region; ties go to the lowest value."""
+    kept = regions >= 0
+    weights = np.ones(np.count_nonzero(kept))
+    return weighted_majority(regions[kept], values[kept], weights, n_regions).winners
 
 
 def _checked_outputs(

@@ -72,8 +72,8 @@ def _values_named(color_by: str | None) -> Array | str | None:
     option("-o --output OUT", FILE, "A .png file."),
     camera_options,
     option("--labels L", FILE,
-           "A .npy, .seg, .txt or labeled .ply, .vtp, .las or .laz.  [default: the labels in"
-           " IN, if it has any]"),
+           "A .npy, .seg, .txt, .segs.json or labeled .ply, .vtp, .las or .laz, with a label per"
+           " face or vertex.  [default: the labels in IN, if it has any]"),
     labels_named_option,
     option("--turntable OUT", FILE, "A .gif or .mp4 file of the mesh as it turns.",
            callback=_checked_turntable),

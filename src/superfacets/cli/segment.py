@@ -63,8 +63,9 @@ from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles,
 @click.pass_context
 def segment_command(
     ctx: click.Context, /, inputs: tuple[str, ...], outputs: tuple[str, ...],
-    formats: tuple[str, ...], format: str | None, mask: Path | None, barriers: Path | None,
-    barrier_angle: float | None, labels_named: str, is_quiet: bool, as_json: bool, **given: Any,
+    formats: tuple[str, ...], format: str | None, mask: Path | None,
+    mask_values: tuple[int, ...] | None, barriers: Path | None, barrier_angle: float | None,
+    labels_named: str, is_quiet: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Segment meshes and point clouds, and write their labels.
 
@@ -88,9 +89,9 @@ def segment_command(
     names = names_of_results if tiles is None else names_by_tiles
     jobs = plan_jobs(inputs, outputs, formats, ascii=chosen.ascii, also_read=also_read, names=names)
     endings = [ending for job in jobs for ending in job.endings]
-    check_mask(mask, endings)
+    check_mask(mask, mask_values, endings)
     form = chosen.form(endings)
-    constraints = partial(constraints_of, mask, barriers, name=labels_named)
+    constraints = partial(constraints_of, mask, mask_values, barriers, name=labels_named)
     run = _Run(
         chosen, format, form, constraints, barrier_angle, mask is not None, tiles, scans, is_quiet,
         as_json,
@@ -141,7 +142,7 @@ class _Run:
             print_notes(notes_of(outcome, asked, job.endings, n_lost, job.holds_labels))
         n_left_out = int(np.count_nonzero(result.labels < 0))
         if self.has_mask and not n_left_out and not self.is_quiet:
-            print_note(f"the mask leaves out no {noun}: no label in it is 0")
+            print_note(f"the mask leaves out no {noun}")
         self._report(job, result, timings, noun, n_left_out)
 
     def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:

@@ -40,7 +40,8 @@ _GROUPS = {
         "balance", "max_measure", "min_measure", "cells_per_region",
     ),
     "Data that borders follow": (
-        "features", "feature_weight", "mask", "barriers", "barrier_angle", "labels_named",
+        "features", "feature_weight", "mask", "mask_values", "barriers", "barrier_angle",
+        "labels_named",
     ),
     "Noise, long faces, clouds": (
         "denoise", "is_subdivided", "max_edge", "viewpoint", "min_opacity",

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._types import Array, Floats
 from ..errors import MeshError, import_extra, reason_of
-from ..io.attributes import LasFrame
+from ..io.attributes import PROJECTION, LasFrame
 from ..io.guards import shortened
 from ..mesh.point_cloud import PointCloud
 from .content import Content
@@ -36,13 +36,17 @@ def write_las(file: IO[bytes], content: Content) -> None:
     """Write points as LAS or LAZ, with attributes, and labels in a dimension `label`.
 
     Version, point format and steps of coordinates are as in the LAS file of the attributes if they
-    can hold the points. Otherwise the file is LAS 1.4, format 6, or 7 with colors.
+    can hold the points. Otherwise the file is LAS 1.4, format 6, or 7 with colors. The coordinate
+    reference system is copied from the attributes.
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
     frame = _frame_of(cloud, None if attributes is None else attributes.las)
     header = laspy.LasHeader(point_format=frame.point_format, version=f"1.{frame.minor}")
     header.scales, header.offsets = np.array(frame.scales), np.array(frame.offsets)
+    header.global_encoding.wkt = frame.is_wkt
+    for number, record in frame.projection:
+        header.vlrs.append(laspy.VLR(PROJECTION, number, record_data=record))
     las = laspy.LasData(header)
     las.x, las.y, las.z = cloud.points.T
     stored = {} if attributes is None else dict(attributes.vertex)
@@ -80,8 +84,8 @@ def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
         steps = (cloud.bounds - given.offsets) / given.scales
     fits = np.all(np.asarray(given.scales) > 0) and np.all(np.abs(steps) < 2.0**31 - 1)
     if not fits:
-        return usual._replace(minor=minor, point_format=point_format)
-    return LasFrame(minor, point_format, given.scales, given.offsets)
+        given = given._replace(scales=usual.scales, offsets=usual.offsets)
+    return given._replace(minor=minor, point_format=point_format)
 
 
 def _round_step(least: Floats) -> Floats:

@@ -95,7 +95,7 @@ def regroup_segments(
     groups = _Groups.read(Path(aggregation))
     source = groups.named_segments() if segments is None else Path(segments)
     known_ending(source, (SEGMENTS,))
-    old, new = _read_segments(source), _read_segments(Path(new_segments))
+    old, new = read_segments(source), read_segments(Path(new_segments))
     if len(old) != len(new):
         raise MeshError(f"{new_segments}: has {len(new)} vertices, and {source} has {len(old)}")
     before = groups.objects_of(old, source)
@@ -181,7 +181,7 @@ def _is_group(entry: object) -> bool:
     return all(type(number) is int and 0 <= number < 2**62 for number in numbers)
 
 
-def _read_segments(path: Path) -> Longs:
+def read_segments(path: Path) -> Longs:
     """Read the segment of each vertex; a MeshError if the file is damaged."""
     document = read_json(path)
     values = document.get("segIndices") if isinstance(document, dict) else None

@@ -20,13 +20,22 @@ PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "
 """PLY's name of each property type, by numpy's type code."""
 
 
+PROJECTION = "LASF_Projection"
+"""User id of the records of LAS files with the coordinate reference system."""
+
+
 class LasFrame(NamedTuple):
-    """Storage of points in a LAS file: version, point format, and quantization of coordinates."""
+    """How a LAS file stores points, and the coordinate reference system of the file."""
 
     minor: int  # of version 1
     point_format: int
     scales: tuple[float, float, float]
     offsets: tuple[float, float, float]
+    """The coordinates are `scales` times integers, plus `offsets`."""
+    projection: tuple[tuple[int, bytes], ...] = ()
+    """Id and content of each record of the reference system: GeoTIFF keys or WKT."""
+    is_wkt: bool = False
+    """Whether the header declares that the reference system is WKT."""
 
 
 @dataclass(frozen=True, eq=False)

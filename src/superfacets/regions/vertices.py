@@ -1,4 +1,4 @@
-"""Stage 5: derive labels of vertices from labels of cells."""
+"""Stage 5: derive labels of vertices from labels of cells, and labels of cells from vertices."""
 
 from __future__ import annotations
 
@@ -145,6 +145,21 @@ def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
     unused = np.flatnonzero(labels < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
     return ids
+
+
+def labels_of_corners(cells: Any, of_vertices: npt.NDArray[np.integer[Any]]) -> Longs:
+    """Return the most frequent label of the corners of each cell; ties go to the lowest label.
+
+    `of_vertices` has one label per vertex. For a point cloud, it is returned as int64.
+    """
+    if kind_of(cells).are_points:
+        return of_vertices.astype(np.int64)
+    names, ranks = np.unique(of_vertices, return_inverse=True)
+    vertices, sizes = corner_groups(cells)
+    groups = np.repeat(np.arange(cells.n_cells), sizes)
+    voters = ranks[vertices].astype(np.int32)
+    winners = weighted_majority(groups, voters, np.ones(len(voters)), cells.n_cells).winners
+    return np.asarray(names[winners], dtype=np.int64)
 
 
 def corner_groups(cells: Any) -> tuple[Ints, Longs | int]:

@@ -15,13 +15,12 @@ import numpy.typing as npt
 
 from .._types import Bools, Longs
 from ..cells.kinds import kind_of
-from ..cells.sums import weighted_majority
 from ..errors import MeshError
 from ..export.scannet import NO_CLASS
 from ..io.guards import known_ending, shortened
 from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
-from ..regions.vertices import corner_groups
+from ..regions.vertices import labels_of_corners
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
 from .coding import CellNumbers
 
@@ -130,20 +129,11 @@ def _integers(values: Any, name: str) -> Longs:
 
 
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
-    """The label of most corners of each cell; of equally many, the lowest."""
-    are_points = kind_of(cells).are_points
-    n_vertices = cells.n_cells if are_points else cells.n_vertices
+    """The most frequent label of the corners of each cell."""
+    n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
     if len(of_vertices) != n_vertices:
         raise MeshError(f"it has {len(of_vertices)} labels, but there are {n_vertices} vertices")
-    if are_points:
-        return of_vertices
-    names, ranks = np.unique(of_vertices, return_inverse=True)
-    vertices, sizes = corner_groups(cells)
-    n_cells = cells.n_cells
-    groups = np.repeat(np.arange(n_cells), sizes)
-    voters = ranks[vertices].astype(np.int32)
-    winners = weighted_majority(groups, voters, np.ones(len(voters)), n_cells).winners
-    return names[winners].astype(np.int64)
+    return labels_of_corners(cells, of_vertices)
 
 
 def _by_number(labels: Longs, known: ClassList) -> Imported:

@@ -42,7 +42,7 @@ def test_names_are_typed_over_one_after_the_other_and_enter_paints_nothing(desk)
     tab.settled()
     assert names(server)[:3] == ["floor", "chair", "desk"]
     focused = "document.activeElement.ariaLabel"  # also after the list is made anew
-    tab.until(f"{focused}?.startsWith('desk has objects')")
+    tab.until(f"{focused}?.startsWith('Make desk a surface')")
     assert not server.classes().any()
 
     tab.evaluate("studio.desk.session.savedAt = null")
@@ -94,7 +94,7 @@ def test_an_empty_view_and_a_card_of_another_view(desk):
     tab.press("Alt+1")
     assert tab.locator("#tip").is_hidden()
     tab.evaluate("studio.desk.drawing.camera.pan(3, 0)")
-    tab.wait_for_status("Nothing is in view: Home shows all.")
+    tab.wait_for_status("No cell is in view. Home shows the whole mesh.")
     tab.locator("#views button", has_text="Reset").click()
     tab.until("document.querySelector('#status').textContent === ''")
 

@@ -1,4 +1,4 @@
-// The classes and their objects: the one to paint, names, colors and shares of the area.
+// Panel with the classes and their objects: names, colors, percentage of the area, and the choice of what to paint.
 
 import { cssColor, parseColor, variant } from "../colors";
 import type { ClassEntry } from "../contract";
@@ -11,12 +11,12 @@ const KEYS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"];
 
 export class ClassesPanel {
   private readonly box = part("classes");
-  private readonly shares = new Map<number, HTMLOutputElement>(); // by paint; object 0 for a whole class
-  private readonly removers = new Map<number, HTMLButtonElement>();
-  private readonly lists = new Map<number, HTMLElement>(); // objects of each class
-  private shown = ""; // the objects that the lists show
-  private isOld = false; // the classes have changed since the list was made
-  private nPending = 0; // edits of names and classes that the server has not answered
+  private readonly shares = new Map<number, HTMLOutputElement>(); // elements with the area percentage of each class or object, indexed by paint
+  private readonly removers = new Map<number, HTMLButtonElement>(); // delete buttons by class id
+  private readonly lists = new Map<number, HTMLElement>(); // lists of objects by class id
+  private shown = ""; // JSON of the objects that are listed
+  private isOld = false; // whether the classes have changed since the list was built
+  private nPending = 0; // number of edits that the server has not answered yet
 
   constructor(private readonly desk: Desk) {
     const { session } = desk;
@@ -24,7 +24,7 @@ export class ClassesPanel {
       this.isOld = true;
       this.renew();
     });
-    this.box.addEventListener("focusout", () => setTimeout(() => this.renew())); // once the focus is elsewhere
+    this.box.addEventListener("focusout", () => setTimeout(() => this.renew())); // runs after the focus has moved to another element
     session.events.on("state", () => this.show());
     session.events.on("cells", () => this.show());
     desk.events.on("paint", () => this.show());
@@ -41,12 +41,12 @@ export class ClassesPanel {
     return this.desk.session.state.classes;
   }
 
-  /** Whether a name has the focus; making a new list would then lose the typed text. */
+  /** Whether the user is editing a name. Rebuilding the list would then lose the typed text. */
   private get isNaming(): boolean {
     return this.box.contains(document.activeElement) && document.activeElement!.matches("[type=text]");
   }
 
-  /** Show the newest classes and objects, unless a name is being edited or sent to the server. */
+  /** Show the current classes and objects, unless the user is editing a name or the server has not answered an edit. */
   private renew(): void {
     if (this.isNaming || this.nPending) return;
     if (!this.isOld) return this.show();
@@ -56,7 +56,7 @@ export class ClassesPanel {
     this.fill(this.classes);
     if (at < 0) return;
     const control = controls()[at];
-    control?.closest(".class")?.querySelector("input")?.focus(); // it shows the buttons of the row
+    control?.closest(".class")?.querySelector("input")?.focus(); // a row shows its buttons only while it has the focus
     control?.focus();
   }
 
@@ -96,12 +96,12 @@ export class ClassesPanel {
   private radio(value: number, label: string, choose: () => void): HTMLInputElement {
     const radio = make("input", { type: "radio", name: "class", value: String(value), "aria-label": label, title: label });
     radio.addEventListener("change", choose);
-    radio.addEventListener("click", ({ detail }) => detail && part("canvas").focus()); // 0: by arrow keys
+    radio.addEventListener("click", ({ detail }) => detail && part("canvas").focus()); // detail is 0 if an arrow key was used instead of the mouse
     return radio;
   }
 
   private share(paint: number): HTMLOutputElement {
-    const share = make("output", { title: "Share of the area" });
+    const share = make("output", { title: "Percentage of the area" });
     this.shares.set(paint, share);
     return share;
   }
@@ -118,7 +118,7 @@ export class ClassesPanel {
     field.addEventListener("focus", () => field.select());
     field.addEventListener("mousedown", (event) => {
       if (document.activeElement === field) return;
-      event.preventDefault(); // it would replace the selection by a caret
+      event.preventDefault(); // the default action would clear the selection
       field.focus();
     });
     field.addEventListener("change", () => {
@@ -140,7 +140,7 @@ export class ClassesPanel {
   }
 
   private stuffButton({ id, name, stuff = false }: ClassEntry): HTMLElement {
-    const label = stuff ? `${name} has no objects: allow objects` : `${name} has objects: make it a surface without objects, such as walls and floors`;
+    const label = stuff ? `Give ${name} separate objects` : `Make ${name} a surface without separate objects, such as walls and floors`;
     const made = this.button("stuff", label, () => this.change(id, { stuff: !stuff }));
     made.ariaPressed = String(stuff);
     made.classList.add("word");
@@ -169,10 +169,10 @@ export class ClassesPanel {
     return this.during(this.desk.session.setClasses(edit));
   }
 
-  /** Add a class, and open its name. */
+  /** Add a class, and start editing its name. */
   private async add(): Promise<void> {
     const adder = part<HTMLButtonElement>("add-class");
-    adder.disabled = true; // a second Enter would add another class
+    adder.disabled = true; // pressing Enter again would add another class
     let id = 0;
     await this.edit((classes) => {
       id = Math.max(0, ...classes.map((entry) => entry.id)) + 1;
@@ -181,12 +181,12 @@ export class ClassesPanel {
     });
     adder.disabled = false;
     const radio = this.box.querySelector(`input[name="class"][value="${id}"]`);
-    if (!id || !radio) return; // the server has refused it
+    if (!id || !radio) return; // the server rejected the new class
     this.desk.choose(id);
     radio.closest(".class")!.querySelector<HTMLInputElement>("[type=text]")!.focus();
   }
 
-  /** Objects of a class that are listed: those with cells, and the chosen one. */
+  /** Objects of a class that are listed: all objects with cells, and the chosen object. */
   private listed({ id }: ClassEntry): number[] {
     if (this.desk.isStuff(id)) return [];
     const { currentPaint, session } = this.desk;
@@ -237,12 +237,12 @@ export class ClassesPanel {
     return rows;
   }
 
-  /** Controls for the chosen object. */
+  /** Buttons for the chosen object. */
   private actions(id: number, object: number, all: number[]): HTMLDivElement {
     const { desk } = this;
     const paint = paintOf(id, object);
     const name = desk.paintName(paint);
-    const merge = make("select", { "aria-label": `Merge ${name} with another object`, title: "The other object becomes a part of this one (M: the one under the pointer)" });
+    const merge = make("select", { "aria-label": `Merge ${name} with another object`, title: "Merge another object into this object (M merges the object under the pointer)" });
     merge.append(make("option", { value: "" }, "Merge with …"));
     for (const other of all) {
       if (other && other !== object) merge.append(make("option", { value: String(other) }, desk.paintName(paintOf(id, other))));
@@ -250,7 +250,7 @@ export class ClassesPanel {
     merge.disabled = merge.options.length < 2;
     if (merge.disabled) merge.title = "The class has no other object";
     merge.addEventListener("change", () => desk.mergeObject(paintOf(id, Number(merge.value))));
-    const split = this.button("Split loose parts", `Each piece of ${name} except the largest becomes an object`, () => {
+    const split = this.button("Split loose parts", `Each piece of ${name} except the largest becomes a new object`, () => {
       void desk.splitObject(paint);
     });
     const alone = this.button("Show alone", `Hide all but ${name} (U shows all)`, () => desk.isolatePaint(paint));
@@ -274,7 +274,7 @@ export class ClassesPanel {
       const share = Math.max(0, (isObject ? paints.areaOf.get(paint) : areas.get(paint)) ?? 0) / total;
       const count = paints.countOf.get(paint) ?? 0;
       output.textContent = !isObject ? percent(share) : count ? `${count.toLocaleString("en")} · ${percent(share)}` : "new";
-      if (isObject) output.title = count ? "Number of cells, share of the area" : "Nothing is painted yet";
+      if (isObject) output.title = count ? "Number of cells, percentage of the area" : "Nothing is painted yet";
       const remover = isObject ? undefined : this.removers.get(paint);
       if (remover) allow(remover, share <= 1e-9, `Delete ${this.desk.className(paint)}`, "Remove its paint first");
     }

@@ -1,4 +1,4 @@
-// Comparison with another person's work: the agreement, and buttons that take the labels of either.
+// Comparison with another work file: agreement of the labels, and buttons that resolve differences.
 
 import { fromBase64, toBase64 } from "../../shared/arrays";
 import { button, make, part } from "../../shared/dom";
@@ -7,8 +7,8 @@ import type { Agreement, CompareReply } from "../contract";
 import type { Desk } from "../desk";
 
 export class Comparison {
-  private differing = new Uint32Array(0); // cells
-  private bare = new Uint32Array(0); // cells that only they have labeled
+  private differing = new Uint32Array(0); // cells labeled differently in the two files
+  private bare = new Uint32Array(0); // cells labeled only in the other file
   private readonly box = part("comparison");
 
   constructor(private readonly desk: Desk) {
@@ -58,7 +58,7 @@ export class Comparison {
     ]);
     const head = make("tr", {}, make("th", {}, "Class, object"), make("th", { title: "Intersection of both areas, divided by their union" }, "IoU"));
     this.box.replaceChildren(
-      make("p", {}, `${name}: both works agree on ${(100 * share).toFixed(1)} % of the area that both have labeled.`),
+      make("p", {}, `${name}: both files agree on ${(100 * share).toFixed(1)} % of the area that both have labeled.`),
       make("table", {}, head, ...rows),
       make("div", { class: "row" },
         this.button("Next difference", "Go to the region with the largest difference (D)", this.differing, () => this.next()),
@@ -66,7 +66,7 @@ export class Comparison {
         this.button("Keep mine", "In the region under the pointer or the chosen one (Y)", this.differing, () => this.settle("mine")),
       ),
       make("div", { class: "row" },
-        this.button("Add their labels", "Take their labels for all cells to which you have given no class", this.bare, () => void this.accept(this.bare, "theirs")),
+        this.button("Add their labels", "Take their labels for all cells that you have not labeled", this.bare, () => void this.accept(this.bare, "theirs")),
       ),
     );
   }
@@ -77,7 +77,7 @@ export class Comparison {
     return made;
   }
 
-  /** Go to the region with the largest area that differs. */
+  /** Go to the region with the largest area of different labels. */
   next(): void {
     const { desk } = this;
     const { mesh } = desk.session;
@@ -88,15 +88,15 @@ export class Comparison {
     }
     let [best, most] = [-1, -1];
     for (const [region, area] of sums) if (area > most) [best, most] = [region, area];
-    if (best < 0) desk.say("Both works agree.");
+    if (best < 0) desk.say("There are no differences.");
     else desk.setCursor(best);
   }
 
-  /** Resolve the differences in the region that keys act on. */
+  /** Resolve the differences in the active region: keep the labels of this file, or take the labels of the other file. */
   settle(side: "mine" | "theirs"): void {
     const region = this.desk.activeRegion;
     const cells = this.differing.filter((cell) => this.desk.regionOf(cell) === region);
-    if (!cells.length) return this.desk.say("Both works agree here: D goes to a difference.");
+    if (!cells.length) return this.desk.say("There is no difference in this region. D goes to the next difference.");
     void this.accept(cells, side);
   }
 

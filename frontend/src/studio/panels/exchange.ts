@@ -1,4 +1,4 @@
-// Export and import.
+// Panels for import and export.
 
 import { toBase64 } from "../../shared/arrays";
 import { make, onClick, part } from "../../shared/dom";
@@ -39,12 +39,12 @@ export class ExchangePanel {
     return this.session.state.exports ?? {};
   }
 
-  /** Name of the file that is written or downloaded. */
+  /** Name of the file that the server writes. */
   private get name(): string {
     return this.formats[this.what.value]?.[this.format.value] ?? "";
   }
 
-  /** Name of the download: ScanNet's two files come as one. */
+  /** Name of the downloaded file. The two files of the ScanNet format are downloaded as a zip archive. */
   private get downloadName(): string {
     return this.name.replace(/aggregation\.json$/, "scannet.zip");
   }
@@ -58,7 +58,7 @@ export class ExchangePanel {
   private fillFormats(): void {
     const isObjects = this.what.value === "objects";
     const formats = Object.keys(this.formats[this.what.value] ?? {});
-    const listed = formats.filter((format) => !isObjects || format !== "segs.json"); // comes with aggregation.json
+    const listed = formats.filter((format) => !isObjects || format !== "segs.json"); // segs.json is written together with aggregation.json
     this.format.replaceChildren(...listed.map((format) => this.option(format)));
     this.setDownload();
   }

@@ -1,4 +1,4 @@
-// Panel with the files of a folder: thumbnails, progress, and steps to the next or previous file.
+// Panel with the files of a folder: thumbnails, progress, and buttons for the next and the previous file.
 
 import { ServerError } from "../api";
 import type { FileEntry } from "../contract";
@@ -6,7 +6,7 @@ import { make, onClick, part, percent } from "../../shared/dom";
 import type { Session } from "../session";
 
 export class FilesPanel {
-  private asked = -1; // the file requested last, which may be damaged
+  private asked = -1; // id of the file requested last, which may have failed to open; -1 if there is none
   private readonly rows = new Map<number, { button: HTMLButtonElement; bar: HTMLProgressElement }>();
 
   constructor(private readonly session: Session) {
@@ -32,7 +32,7 @@ export class FilesPanel {
     const button = make("button", { type: "button" }, picture, make("span", { class: "name" }, `${isChanged ? "✓? " : reviewed ? "✓ " : ""}${name}`), bar);
     if (reviewed) button.title = isChanged ? "Changed since review" : "Reviewed";
     if (error) {
-      button.title = error; // its work file is damaged
+      button.title = error; // the work file of this mesh is damaged
       button.classList.add("damaged");
     }
     button.addEventListener("click", () => this.open(id));
@@ -52,7 +52,7 @@ export class FilesPanel {
     row.bar.title = percent(this.session.paints.progress);
   }
 
-  /** Open the file `steps` places further down the list. */
+  /** Open the file that is `steps` entries below the current file in the list. */
   go(steps: number): void {
     const { files } = this.session;
     const at = files.findIndex(({ id }) => id === this.asked) + steps;
@@ -63,7 +63,7 @@ export class FilesPanel {
     this.open(files[at].id);
   }
 
-  /** Open the first file that can be read; throws an error if none can. */
+  /** Open the first file that can be read. Throws an error if no file can be read. */
   async openFirst(): Promise<void> {
     const damaged: string[] = [];
     for (const { id } of this.session.files) {

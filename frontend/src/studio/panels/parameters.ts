@@ -1,4 +1,4 @@
-// Sliders for the segmentation's parameters, its levels, and its progress.
+// Panel with sliders for the parameters of the segmentation, buttons for its levels, and its progress.
 
 import type { Parameters, Range, SegmentLine } from "../contract";
 import { allow, counted, make, onClick, part } from "../../shared/dom";
@@ -9,36 +9,37 @@ type Name = "n_segments" | "alpha" | "ridges";
 interface Slider {
   name: Name;
   text: string;
-  value: (share: number, range: Range) => number; // share: position of the slider, 0 to 1
-  share: (value: number, range: Range) => number;
+  value: (position: number, range: Range) => number; // parameter value at a slider position from 0 to 1
+  position: (value: number, range: Range) => number; // slider position of a parameter value
 }
 
-// The number of regions is on a logarithmic scale. The scale of creases has more room for low values.
+// The number of regions has a logarithmic scale. The weight of creases has a quadratic scale, which gives
+// low values more space.
 const SLIDERS: Slider[] = [
   {
     name: "n_segments",
     text: "Number of regions",
-    value: (share, [min, max]) => Math.round(min * (max / min) ** share),
-    share: (value, [min, max]) => Math.log(value / min) / Math.log(max / min),
+    value: (position, [min, max]) => Math.round(min * (max / min) ** position),
+    position: (value, [min, max]) => Math.log(value / min) / Math.log(max / min),
   },
   {
     name: "alpha",
     text: "Weight of creases",
-    value: (share, [min, max]) => Number((min + (max - min) * share * share).toPrecision(3)),
-    share: (value, [min, max]) => Math.sqrt((value - min) / (max - min)),
+    value: (position, [min, max]) => Number((min + (max - min) * position * position).toPrecision(3)),
+    position: (value, [min, max]) => Math.sqrt((value - min) / (max - min)),
   },
   {
     name: "ridges",
     text: "Weight of ridges",
-    value: (share, [min, max]) => Number((min + (max - min) * share).toPrecision(3)),
-    share: (value, [min, max]) => (value - min) / (max - min),
+    value: (position, [min, max]) => Number((min + (max - min) * position).toPrecision(3)),
+    position: (value, [min, max]) => (value - min) / (max - min),
   },
 ];
-const STEPS = 1000;
+const STEPS = 1000; // number of slider positions
 const TIPS: Record<Name, string> = {
-  n_segments: "How many regions; classes and objects stay as they are",
-  alpha: "How much borders of regions follow creases",
-  ridges: "How much a ridge counts as a crease",
+  n_segments: "Number of regions; classes and objects do not change",
+  alpha: "How closely borders of regions follow creases",
+  ridges: "How closely borders of regions follow ridges, relative to creases",
 };
 
 export class ParametersPanel {
@@ -83,8 +84,8 @@ export class ParametersPanel {
   private setValue(slider: Slider, value: number): void {
     const { name } = slider;
     this.showValue(name, value);
-    if (this.valueOf(slider) === value) return; // several positions have this value: do not move
-    const at = Math.round(STEPS * slider.share(value, this.ranges[name]));
+    if (this.valueOf(slider) === value) return; // several positions have this value, so the slider does not move
+    const at = Math.round(STEPS * slider.position(value, this.ranges[name]));
     this.fields.get(name)!.value = String(Math.min(STEPS, Math.max(0, at || 0)));
   }
 
@@ -94,7 +95,7 @@ export class ParametersPanel {
     this.fields.get(name)!.setAttribute("aria-valuetext", text);
   }
 
-  /** Send only values of moved sliders: the few positions of a slider would round other values. */
+  /** Send only the values of moved sliders. Other parameters would be rounded to a position of their slider. */
   private send(preview: boolean): void {
     const parameters: Partial<Parameters> = { smooth: this.smooth.checked };
     for (const slider of this.moved) parameters[slider.name] = this.valueOf(slider);
@@ -107,7 +108,7 @@ export class ParametersPanel {
     this.ranges = ranges;
     for (const slider of SLIDERS) {
       const tip = TIPS[slider.name];
-      allow(this.fields.get(slider.name)!, !!ranges[slider.name], tip, "Not for this kind of cells");
+      allow(this.fields.get(slider.name)!, !!ranges[slider.name], tip, "Not available for this kind of mesh");
       const isFree = ranges[slider.name] && !this.moved.has(slider);
       if (isFree) this.setValue(slider, parameters[slider.name]);
     }
@@ -115,8 +116,8 @@ export class ParametersPanel {
     const count = this.session.regions?.count ?? n_regions;
     part("level").textContent = counted(count, "region");
     const at = this.levelIndex();
-    allow(part("finer"), at > 0, "More, smaller regions; classes and objects stay", "This is the finest level: the slider makes more regions");
-    allow(part("coarser"), at < levels.length - 1, "Merge regions with their neighbors; classes and objects stay", "There is no coarser level");
+    allow(part("finer"), at > 0, "Use more and smaller regions; classes and objects do not change", "This is the finest level; use the slider to make more regions");
+    allow(part("coarser"), at < levels.length - 1, "Merge regions with their neighbors; classes and objects do not change", "There is no coarser level");
   }
 
   /** Index of the current level in `levels`, which runs from fine to coarse. */

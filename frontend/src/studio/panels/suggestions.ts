@@ -1,4 +1,4 @@
-// Suggested objects: a list, the highest score first, and keys that accept and reject them.
+// Panel with a list of suggested objects by decreasing score, and buttons that accept and reject suggestions.
 
 import { allow, make, onClick, part } from "../../shared/dom";
 import { cssColor, parseColor, type Rgb } from "../colors";
@@ -7,13 +7,13 @@ import type { Desk } from "../desk";
 import { classOf, Groups } from "../labeling";
 import { byScore, type Suggested } from "../suggested";
 
-const MAX_LISTED = 200;
+const MAX_LISTED = 200; // largest number of suggestions in the list
 const UNNAMED: Rgb = [128, 96, 200]; // color of suggestions without a class
 
 export class Suggestions {
-  private order: number[] = []; // places in the server's list, from 1
-  private cells = new Groups(new Uint32Array(0), 1); // by place
-  private chosen = 0; // place; 0: none
+  private order: number[] = []; // 1-based indices of the suggestions, by decreasing score
+  private cells = new Groups(new Uint32Array(0), 1); // cells of each suggestion, by 1-based index
+  private chosen = 0; // 1-based index of the chosen suggestion; 0 if there is none
   private readonly list = part("suggestions");
   private readonly least = part<HTMLInputElement>("least-score");
 
@@ -46,7 +46,7 @@ export class Suggestions {
     part("suggestions-count").textContent = String(order.length);
     const rows = order.slice(0, MAX_LISTED).map((place) => this.row(place));
     const nMore = order.length - rows.length;
-    this.list.replaceChildren(...rows, ...(nMore ? [make("li", { class: "quiet" }, `and ${nMore} with lower scores`)] : []));
+    this.list.replaceChildren(...rows, ...(nMore ? [make("li", { class: "quiet" }, `and ${nMore} more with lower scores`)] : []));
     this.desk.drawing.setSuggestionColors(entries.map((entry) => this.colorOf(entry)), this.chosen);
     this.showControls();
   }
@@ -72,7 +72,7 @@ export class Suggestions {
     return entry.class ? this.desk.className(entry.class) : "no class yet";
   }
 
-  /** Places with at least the score of the slider; at its end, all of them. */
+  /** Suggestions with at least the score of the slider. At 0, suggestions without a score are included. */
   private get goodEnough(): number[] {
     const least = Number(this.least.value);
     return this.order.filter((place) => !least || (this.entries[place - 1].score ?? -1) >= least);
@@ -87,22 +87,22 @@ export class Suggestions {
       places.length ? "Some suggestions have no class: choose a class first" : "No suggestion has this score");
   }
 
-  /** Class that a suggestion gets: its own, or the chosen one. */
+  /** Class that a suggestion would get: its own class, or the chosen class if `isChosenClass` or if it has none. */
   private classFor(place: number, isChosenClass: boolean): number {
     const own = isChosenClass ? 0 : this.entries[place - 1].class;
     return own || classOf(this.desk.currentPaint);
   }
 
-  /** The place of the suggestion under the pointer, or else of the chosen one. */
+  /** The suggestion under the pointer or, if there is none, the chosen suggestion. */
   private get active(): number {
     const { hoveredCell, hoveredPaint, session } = this.desk;
     const hovered = hoveredCell < 0 || hoveredPaint ? 0 : session.suggested.owners[hoveredCell];
     return hovered || this.chosen;
   }
 
-  /** Go to the next suggestion in the order of scores. */
+  /** Go to the suggestion with the next lower score, or from the last one to the first. */
   next(): void {
-    if (!this.order.length) return this.desk.say("There are no suggestions: import some.");
+    if (!this.order.length) return this.desk.say("There are no suggestions. Import a file to get some.");
     this.choose(this.order[(this.order.indexOf(this.chosen) + 1) % this.order.length]);
   }
 
@@ -114,10 +114,10 @@ export class Suggestions {
     this.desk.fly(this.cells.of(place));
     const entry = this.entries[place - 1];
     const score = entry.score === null ? "" : `, score ${entry.score.toFixed(2)}`;
-    this.desk.say(`Suggestion: ${this.nameOf(entry)}${score}. A accepts, R rejects, J goes to the next.`);
+    this.desk.say(`Suggestion: ${this.nameOf(entry)}${score}. A accepts, R rejects, J goes to the next one.`);
   }
 
-  /** Accept the active suggestion as an object of its class, or of the chosen class. */
+  /** Accept the active suggestion as an object of its class or, if `isChosenClass`, of the chosen class. */
   accept(isChosenClass = false): void {
     const { active } = this;
     if (!active) return this.sayNothing();
@@ -131,10 +131,10 @@ export class Suggestions {
   }
 
   private sayNothing(): void {
-    this.desk.say(this.order.length ? "No suggestion is under the pointer or chosen: J goes to the next." : "There are no suggestions: import some.");
+    this.desk.say(this.order.length ? "No suggestion is under the pointer or chosen. J goes to the next one." : "There are no suggestions. Import a file to get some.");
   }
 
-  /** Accept or reject suggestions; if the chosen one is among them, go to the next. */
+  /** Accept or reject suggestions. If the chosen suggestion is among them, go to the next one. */
   private async settle(places: number[], isAccepted: boolean, isChosenClass = false): Promise<void> {
     const { desk, entries } = this;
     const ids = places.map((place) => entries[place - 1].id);

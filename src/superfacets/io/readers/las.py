@@ -17,7 +17,7 @@ import numpy as np
 
 from ..._types import Array, Bytes
 from ...errors import MeshError, import_extra, reason_of
-from ..attributes import LasFrame, is_word
+from ..attributes import PROJECTION, LasFrame, is_word
 from ..guards import Content, counted, narrowed, shortened
 
 _MOST_COMPRESSED = 1000
@@ -76,6 +76,7 @@ _EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4",
 
 class _Header(NamedTuple):
     minor: int  # of version 1
+    is_wkt: bool  # whether the coordinate reference system is WKT
     n_points: int
     point_format: int
     size: int  # of a point record, in bytes
@@ -108,7 +109,14 @@ def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array], LasFram
     for axis, scale, offset in zip("xyz", header.scales, header.offsets, strict=True):
         with np.errstate(over="ignore", invalid="ignore"):  # `PointCloud` refuses infinite results
             points[axis] = columns.pop(axis.upper()) * scale + offset
-    frame = LasFrame(header.minor, header.point_format, header.scales, header.offsets)
+    projection = tuple(
+        (number, content)
+        for (user, number), content in header.records.items()
+        if user == PROJECTION.encode()
+    )
+    frame = LasFrame(
+        header.minor, header.point_format, header.scales, header.offsets, projection, header.is_wkt
+    )
     return points, columns, frame
 
 
@@ -133,7 +141,16 @@ def _header_of(data: Content) -> _Header:
     numbers = struct.unpack_from("<6d", data, 131)
     records = _records(data[header_size:begin], n_records)
     return _Header(
-        minor, n_points, point_format, size, begin, is_compressed, numbers[:3], numbers[3:], records
+        minor,
+        bool(data[6] & 16),
+        n_points,
+        point_format,
+        size,
+        begin,
+        is_compressed,
+        numbers[:3],
+        numbers[3:],
+        records,
     )
 
 
