@@ -31,7 +31,7 @@ def _usual(mesh: sf.Mesh, k: int) -> Labels:
 
 
 def _metis(imbalance: float) -> Callable[[sf.Mesh, int], Labels]:
-    """METIS with crease weights, and this largest excess of area."""
+    """METIS with crease weights, and this maximum excess of a part's area over the mean area."""
     return lambda mesh, k: metis_partition(mesh, k, imbalance=imbalance, n_threads=1).labels
 
 
@@ -58,11 +58,11 @@ class Row(NamedTuple):
 
     k: int
     method: str
-    error: float
+    error: float  # undersegmentation error
     compactness: float
     variation: float  # coefficient of variation of areas
-    largest: float  # in mean areas
-    apart: float  # number of extra pieces per region
+    largest: float  # largest area divided by the mean area
+    apart: float  # number of extra connected pieces per region
     seconds: float
 
 

@@ -18,7 +18,7 @@ PACKAGES = ("numpy", "scipy", "pymetis", "pyacvd", "pyvista", "vtk", "scikit-ima
 
 
 def thread_counts() -> list[int]:
-    """Return 1, 2 and the number of cores, ascending; 1 alone if there is one core."""
+    """Return 1, 2 and the number of cores, ascending; only 1 if there is one core."""
     cores = usable_cores()
     return sorted({1, min(2, cores), cores})
 
@@ -26,8 +26,8 @@ def thread_counts() -> list[int]:
 def facts() -> dict[str, Any]:
     """Return platform, processor, cores, load, memory, compiler and versions.
 
-    ``load`` is the mean number of processes that could run in the last minute. Before a benchmark,
-    it is caused by other programs.
+    ``load`` is the mean number of runnable processes in the last minute. Before a benchmark, the
+    load is caused by other programs.
     """
     return {
         "system": platform.system(),

@@ -1,4 +1,4 @@
-"""The rows that have a target: defaults, compared with a rival or with a bound of the machine."""
+"""Measurements that have a target: defaults, compared with a rival or a bound of the machine."""
 
 from __future__ import annotations
 
@@ -66,12 +66,12 @@ def measure(
 
 
 class _Bench(NamedTuple):
-    """Input of all rows, and the rows so far."""
+    """Input of all measurements, and the rows measured so far."""
 
     data: Path | None
     repeats: int
     expected: Expected
-    speeds: tuple[float, float]  # bytes per second: new memory, and memory that is read
+    speeds: tuple[float, float]  # bytes per second for writing new memory, and for reading
     rows: list[Row]
     runs: list[Row]
     races: list[Row]
@@ -170,7 +170,7 @@ def _against_rivals(bench: _Bench, name: str, rival: str, target: float) -> None
     k = min(SOME, len(arrays.faces) // 4)
     rows = races.race_for_labels(name, arrays, k, bench.repeats, bench.expected)
     bench.races.extend(rows)
-    for row in [row for row in rows if row["who"] == rival][:1]:  # with its best settings
+    for row in [row for row in rows if row["who"] == rival][:1]:  # the first has the best settings
         place = f"{len(arrays.faces):,} faces, k = {k:,}"
         bench.add(f"{rival} over ours, {place}", row["ratio"], "x (more is better)", target)
 

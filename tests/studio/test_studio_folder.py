@@ -206,7 +206,7 @@ def test_a_list_of_names_is_a_list_of_classes(tmp_path):
     with pytest.raises(ValueError, match=r"names\.json: not a list of classes"):
         read_classes(tmp_path / "names.json")
     (tmp_path / "names.json").write_text("[" * 100_000)
-    with pytest.raises(ValueError, match=r"names\.json: not a list of classes: it is nested too"):
+    with pytest.raises(ValueError, match=r"names\.json: not a list of classes: nested too"):
         read_classes(tmp_path / "names.json")
     (tmp_path / "names.txt").write_bytes(b"\xff")
     with pytest.raises(ValueError, match=r"names\.txt: not a list of classes: 'utf-8' codec"):

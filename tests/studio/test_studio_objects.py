@@ -458,7 +458,7 @@ def test_more_objects_than_fit_are_refused(two, monkeypatch):
         document.compare("theirs", theirs.read_bytes())
     monkeypatch.setattr("superfacets.studio.document.MAX_OBJECT", 9)
     document.paint(np.arange(0, 128, 2, dtype=np.uint32), 1, objects=1)
-    with pytest.raises(ValueError, match="41 pieces are too many: objects go to 9"):
+    with pytest.raises(ValueError, match="41 pieces are too many: objects end at 9"):
         document.split_object(1, 1)
     files = {"a.objects.json": json.dumps(_annotations(128, range(4))).encode()}
     seq = document.history.seq

@@ -1,4 +1,4 @@
-"""Meshes for studies: models of the benchmark with their ground truths, and files of the user."""
+"""Meshes for studies: models of the benchmark with their ground truths, and the user's files."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Sources:
-    """The meshes, smallest first, and a line for each file that is missing or not used."""
+    """Meshes, smallest first, and a message for each file that is missing or not used."""
 
     found: tuple[Source, ...]
     problems: tuple[str, ...]
@@ -53,7 +53,7 @@ class Sources:
 def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
     """Return the models of a benchmark (all, or `numbers`) that are readable and have ground truth.
 
-    A MeshError if no model can be used; a ValueError if a model of `numbers` does not exist.
+    Raises MeshError if no model can be used; ValueError if a model of `numbers` does not exist.
     """
     benchmark = Benchmark(root)
     found, problems = [], []
@@ -95,7 +95,7 @@ def find_meshes(folder: Path) -> Sources:
     return Sources(_by_size(found), tuple(problems))
 
 
-@lru_cache(maxsize=1)  # tasks of the same mesh mostly follow each other
+@lru_cache(maxsize=1)  # consecutive tasks mostly use the same mesh
 def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
     """Return the mesh and its ground truths; a MeshError as from `load_model`."""
     if not source.is_model:

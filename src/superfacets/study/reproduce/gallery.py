@@ -37,7 +37,7 @@ _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture of a mesh with its regions, and the place of the picture in a figure."""
+    """A picture of a mesh with its regions, and its row and column in a figure."""
 
     figure: str
     row: str
@@ -52,7 +52,7 @@ class Picture:
 
 
 def view_of(mesh: FaceMesh) -> View:
-    """Return a view of the broad side of a mesh; models have no common axis that points up."""
+    """Return a view of the broad side of a mesh, because models have no common up axis."""
     x, y, z = mesh.bounds[1] - mesh.bounds[0]
     if y <= min(x, z):
         return View(azimuth=20, elevation=60, up="y")
@@ -71,7 +71,7 @@ def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
 
 
 def _shown(models: tuple[Source, ...], categories: tuple[str, ...]) -> list[Source]:
-    """Return the smallest model of each category; other categories replace missing ones."""
+    """Return the smallest model of each category; other categories replace missing categories."""
     smallest: dict[str, Source] = {}
     for model in models:
         smallest.setdefault(model.category, model)
@@ -88,7 +88,7 @@ _ROWS: Mapping[str, tuple[tuple[tuple[str, float | None], ...], tuple[str, ...]]
     "3": ((("ncuts", _ALPHA), ("ncuts-sparse", _ALPHA), *_OURS), _CUTS_CATEGORIES),
     "8": ((*((vsa, None) for vsa in _VSA), *_OURS), _VSA_CATEGORIES),
 }
-"""Method and alpha of each row, and categories, of the figures that show models."""
+"""For each figure with models: method and alpha of each row, and category of each column."""
 
 GALLERY = ("1", *_ROWS)
 """Figures of pictures: large meshes, the effect of alpha, normalized cuts, and variants of VSA."""
@@ -114,9 +114,9 @@ def _row_title(figure: str, method: str, alpha: float | None) -> str:
 
 _SIZE = (640, 480)
 
-_LOOK = 1  # version of the style: another version makes older pictures stale
+_LOOK = 1  # version of the style; pictures of another version are drawn again
 
-_KEY = "superfacets"  # name of the text in a PNG file that identifies the input
+_KEY = "superfacets"  # name of the text entry of a PNG file that identifies the input
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class Drawing:
 
     picture: Picture
     labels: str
-    """Packed as in the record of the run."""
+    """Labels as packed by `pack_labels`."""
     key: str
     folder: Path
     memory: int = 0
@@ -138,7 +138,7 @@ class Drawing:
         return cls(picture, labels, digest, folder)
 
     def run(self) -> str | None:
-        """Draw and write the picture; return the cause if this fails, otherwise None."""
+        """Draw and write the picture; return the reason if this fails, otherwise None."""
         try:
             mesh, _ = load(self.picture.run.source)
             pixels = render(mesh, unpack_labels(self.labels), size=_SIZE, view=view_of(mesh))

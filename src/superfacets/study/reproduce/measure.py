@@ -21,12 +21,12 @@ from ..sources import Source, load
 from ..tasks import Piece, Record
 from .methods import METHODS, Setting
 
-_RECORD_VERSION = 2  # raised when the content of records changes
+_RECORD_VERSION = 2  # increased when the content of records changes
 
 
 @dataclass(frozen=True)
 class Run:
-    """One method on one mesh with one alpha and one number of regions. A run makes one record."""
+    """One method on one mesh, with one alpha and one number of regions. A run has one record."""
 
     source: Source
     method: str
@@ -55,7 +55,7 @@ class Run:
         }
 
     def piece(self, folder: Path, most_segments: int) -> Piece:
-        """Return the run with its record: ``METHOD/MESH/alpha-A_k-K.json`` in the folder."""
+        """Return the run with the path of its record, ``METHOD/MESH/alpha-A_k-K.json``."""
         alpha = "none" if self.alpha is None else f"{self.alpha:g}"
         path = folder / self.method / self.source.name / f"alpha-{alpha}_k-{self.k}.json"
         return Piece(self, path, self.key(most_segments))
@@ -67,7 +67,7 @@ class Task:
 
     pieces: tuple[Piece, ...]
     pictured: frozenset[Run]
-    """Runs whose labels are kept in the records, for pictures."""
+    """Runs whose labels are stored in the records, for pictures."""
     setting: Setting
 
     @property
@@ -139,5 +139,5 @@ def pack_labels(labels: Ints) -> str:
 
 
 def unpack_labels(text: str) -> Ints:
-    """Return the labels from a text of `pack_labels`."""
+    """Return the labels that `pack_labels` has packed."""
     return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<i4").astype(np.int32)
