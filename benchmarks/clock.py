@@ -16,10 +16,8 @@ class Sample(NamedTuple):
     """One run of a job."""
 
     seconds: float
-    cpu_seconds: float
-    """Processor time of all threads."""
-    fact: Any
-    """Value that `accept` returned for the job's result."""
+    cpu_seconds: float  # processor time of all threads
+    fact: Any  # value that `accept` returned for the job's result
 
 
 def interleaved(

@@ -27,8 +27,7 @@ LIMIT = 1.2
 """Maximum exponent that is accepted as linear. Sorting and trees add a logarithm, and arrays larger
 than the cache add some tenths."""
 
-N_COPIES = 1000
-"""Number of distinct positions in the cloud `copies`."""
+N_COPIES = 1000  # number of distinct positions in the cloud `copies`
 
 Cells = sf.Mesh | sf.PolygonMesh | sf.TetMesh | sf.PointCloud
 Job = Callable[[Cells], object]

@@ -34,7 +34,7 @@ def facts() -> dict[str, Any]:
         "machine": platform.machine(),
         "processor": _processor(),
         "cores": usable_cores(),
-        "load": _load(),
+        "load": round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None,
         "memory_gib": _memory_gib(),
         "c_library": " ".join(platform.libc_ver()).strip(),
         "compiler": _compiler(),
@@ -53,10 +53,6 @@ def _processor() -> str:
             numbers = f"family {fields.get('cpu family')}, model {fields.get('model')}"
             return f"{fields['model name']} ({numbers})"
     return platform.processor() or "unknown"
-
-
-def _load() -> float | None:
-    return round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None
 
 
 def _memory_gib() -> float | None:

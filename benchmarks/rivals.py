@@ -34,11 +34,9 @@ class Rival(NamedTuple):
 
     name: str
     module: str
-    elements: str
-    """Name of the labeled elements."""
+    elements: str  # name of the labeled elements
     settings: str
-    prepare: Callable[[Arrays], Any]
-    """Function that makes the input from the mesh; it is not timed."""
+    prepare: Callable[[Arrays], Any]  # function that makes the input from the mesh; it is not timed
     run: Callable[[Any, int], Outcome]
 
 
@@ -72,7 +70,7 @@ def run_metis(arrays: Arrays, n_segments: int) -> Outcome:
 
 
 def face_adjacency(arrays: Arrays) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return offsets and neighbors of faces that share an edge, by one sort.
+    """Return offsets and neighbors of faces that share an edge, computed with a single sort.
 
     An edge must have at most two faces. pymetis uses int64 arrays without a copy.
     """

@@ -26,15 +26,14 @@ class Meshes(NamedTuple):
     """Names of the meshes."""
 
     ladder: tuple[str, ...] = ("bear60k", "bear60k-x4", "bear60k-x16")
-    """One surface at several resolutions. The last mesh is also shuffled, and made a cloud."""
+    """A surface at several resolutions; the last mesh is also used shuffled and as a cloud."""
     small: str = "bunny"
     even: str = "sphere-x65536"
     many: str = "hand-x16"
     large: str = "hand-x64"
 
 
-FEW, SOME, MANY = 150, 2_000, 100_000
-"""Numbers of regions."""
+FEW, SOME, MANY = 150, 2_000, 100_000  # numbers of regions
 
 SMALL_FACES = 100_000
 """Meshes with fewer faces get two additional runs, because their times vary more."""

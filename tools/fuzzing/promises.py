@@ -13,8 +13,7 @@ import shapes
 
 THREADS = (1, 2, 3, 7)
 
-LONGEST_MESSAGE = 400
-"""Maximum number of characters of a message, without the path."""
+LONGEST_MESSAGE = 400  # maximum number of characters of a message, without the path
 
 
 @contextlib.contextmanager

@@ -98,7 +98,6 @@ def _failure(record: dict[str, Any]) -> str:
 
 
 def _facts(result: BatchResult, output: Path) -> dict[str, Any]:
-    """Contents of the JSON summary."""
     counts = {name: getattr(result, name) for name in ("n_done", "n_kept", "n_failed", "n_cells")}
     failed = {record["name"]: record["error"] for record in result.records if "error" in record}
     facts = {"n_files": len(result.records), **counts, "seconds": result.seconds}
@@ -106,7 +105,6 @@ def _facts(result: BatchResult, output: Path) -> dict[str, Any]:
 
 
 def _summary(result: BatchResult) -> str:
-    """One-line summary of the batch."""
     pace = result.n_cells / result.seconds
     kept = f", {result.n_kept} done before" if result.n_kept else ""
     return (

@@ -10,11 +10,9 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import NoReturn, TypeVar
 
-EXIT_INTERRUPTED = 130
-"""Exit status after Ctrl-C, as in shells."""
+EXIT_INTERRUPTED = 130  # exit status after Ctrl-C, as in shells
 
-INTERRUPTED = "interrupted"
-"""Message after Ctrl-C."""
+INTERRUPTED = "interrupted"  # message after Ctrl-C
 
 _ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that end the command as Ctrl-C does. Windows has no SIGHUP."""
@@ -110,8 +108,7 @@ def _end(*_: object) -> NoReturn:
 
 T = TypeVar("T")
 
-_NAME = "superfacets-work"
-"""Name of the threads of `run_in_background`."""
+_NAME = "superfacets-work"  # name of the threads of `run_in_background`
 
 SECONDS_BETWEEN_TICKS = 0.1
 """Seconds between calls of `tick`: short enough for a smooth progress bar and a quick Ctrl-C."""

@@ -41,8 +41,7 @@ from .outputs import check_mask, output_option, plan_jobs
 from .report import notes_on_written
 
 ARRAYS = ".npz"
-ALL_LEVELS = (ARRAYS, ".sstk.json")
-"""File endings of formats that store all levels in one file."""
+ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all levels in one file
 
 
 @click.command("levels")

@@ -59,7 +59,8 @@ def main() -> NoReturn:
     """Run the command line. An error is one line on stderr, and an exit status."""
     hear_signals()
     try:
-        if sys.argv[1:2] == ["batch"] and _NO_WORKERS.isdisjoint(map(_option_of, sys.argv)):
+        names = {word.partition("=")[0] for word in sys.argv}  # options without their values
+        if sys.argv[1:2] == ["batch"] and names.isdisjoint(_NO_WORKERS):
             with contextlib.suppress(OSError):  # if this fails, workers start later
                 prepare()  # workers import packages while this process does
         status = commands.main(standalone_mode=False)
@@ -129,11 +130,6 @@ def _text_of(error: click.UsageError) -> str:
         return error.format_message()
     option = max(ours[name], key=len)
     return f"No such option: {error.option_name}: use {option}{rest.removeprefix(name)}"
-
-
-def _option_of(word: str) -> str:
-    """The option name in an argument such as ``--workers=4``."""
-    return word.partition("=")[0]
 
 
 def _command_path() -> str:

@@ -90,27 +90,22 @@ class GroupedCommand(click.Command):
 
 
 FILE = click.Path(path_type=Path)
-FOLDER = FILE
-"""An output folder. It need not exist: `output_folder` creates it."""
+FOLDER = FILE  # an output folder, which `output_folder` creates
 
-INPUT = click.Path(allow_dash=True)
-"""A file, or - for standard input."""
+INPUT = click.Path(allow_dash=True)  # a file, or - for standard input
 
 EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 COUNT = Count(1)
 POSITIVE = Real(min=0, min_open=True)
 NOT_NEGATIVE = Real(min=0)
-FLAG = object()
-"""Kind of options that take no value, for `option`."""
+FLAG = object()  # kind of options that take no value, for `option`
 
-STANDARD_STREAM = "-"
-"""Name of standard input and standard output."""
+STANDARD_STREAM = "-"  # name of standard input and standard output
 
 INPUT_FORMATS = tuple(ending.lstrip(".") for ending in CELL_ENDINGS)
 """Input formats: formats of meshes first, then formats of point clouds."""
 
-Decorator = Callable[[Any], Any]
-"""A function that adds options to a command."""
+Decorator = Callable[[Any], Any]  # a function that adds options to a command
 
 
 def option(words: str, kind: Any, help: str, **settings: Any) -> Decorator:

@@ -28,8 +28,7 @@ from .inputs import name_of
 from .options import option, options
 from .report import notes_on_numbers, notes_on_written
 
-OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
-"""Values of ``--to``."""
+OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)  # values of ``--to``
 
 TO_IS_UNUSED = "--to has no effect: the endings of the files that -o names set the formats"
 """Usage error if ``--to`` is given although all outputs have file names."""
@@ -78,8 +77,7 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
     )
 
 
-MANY_FILES = 8
-"""Reports list up to this number of output files one by one."""
+MANY_FILES = 8  # reports list up to this number of output files one by one
 
 Names = Callable[[str, Sequence[str]], Sequence[str]]
 

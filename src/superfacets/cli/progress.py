@@ -87,8 +87,7 @@ class Estimate:
 class Bar:
     """A progress bar on stderr; draws nothing if stderr is not a terminal, or if `is_quiet`."""
 
-    layout: ClassVar[str]
-    """Layout of the bar, as a format string for tqdm."""
+    layout: ClassVar[str]  # layout of the bar, as a format string for tqdm
 
     def __init__(self, *, is_quiet: bool = False) -> None:
         self._is_shown = not is_quiet and sys.stderr.isatty()
@@ -149,8 +148,7 @@ class TileBar(Bar):
 
     layout = "{desc} {n_fmt}/{total_fmt} |{bar}| {elapsed}"
 
-    SECONDS = 0.1
-    """Minimum time in seconds between two updates of the bar."""
+    SECONDS = 0.1  # minimum time in seconds between two updates of the bar
 
     def __init__(self, name: str, *, is_quiet: bool = False) -> None:
         super().__init__(is_quiet=is_quiet)

@@ -52,16 +52,18 @@ def notes_of(
 
 def notes_on_result(result: Segmentation) -> list[str]:
     """Notes on an unexpected number of regions, and on merged, isolated or disconnected regions."""
-    asked: int | None = result.params["n_segments"]  # None if a radius was given
+    params = result.params
+    asked: int | None = params["n_segments"]  # None if a radius was given
+    is_kept = params["islands"] == "keep"
     notes = _notes_on_number(result, asked)
     n_own = 0 if asked is None else max(0, result.n_segments + result.n_merged - asked)
     n_nearest = result.n_unreached - n_own
-    if n_nearest > 0 and result.params["islands"] == "nearest":
+    if n_nearest > 0 and not is_kept:
         notes.append(f"{counted(n_nearest, 'island')} without a seed joined the nearest region")
     if result.n_joined:
         pieces = counted(result.n_joined, "disconnected piece")
         notes.append(f"{pieces} of regions joined a neighboring region")
-    elif _is_connected_anyway(result.params):
+    elif params["enforce_connectivity"] and params["radius_factor"] is None and is_kept:
         notes.append("--connect has no effect: only --paper gives disconnected regions")
     if result.n_merged:
         notes.append(f"{counted(result.n_merged, 'small region')} joined a neighboring region")
@@ -73,12 +75,6 @@ def notes_on_result(result: Segmentation) -> list[str]:
         notes.append(f"some regions are disconnected: they have {pieces}")
     slivers = sliver_note(result.sliver_share or 0.0, "try --subdivide")
     return notes if slivers is None else [*notes, slivers]
-
-
-def _is_connected_anyway(params: Mapping[str, Any]) -> bool:
-    """Whether --connect was given although regions are always connected with these parameters."""
-    is_exact = params["radius_factor"] is None and params["islands"] == "keep"
-    return is_exact and params["enforce_connectivity"]
 
 
 def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:

@@ -51,7 +51,7 @@ def work_file_of(path: Path) -> Path:
 
 
 OTHER_VERSION = (
-    "This version of superfacets computes other regions than the version that began this work."
+    "This version of superfacets computes other regions than the version that created the work."
     " Splits of regions are lost; all classes and objects are kept."
 )
 

@@ -163,10 +163,6 @@ def _write_vertices(document: Document, format: str, path: Path) -> None:
     write_labels(path, np.maximum(labels, 0))  # unused vertices have no class
 
 
-def _write_instances(document: Document, format: str, path: Path) -> None:
-    write_labels(path, vertex_instances(document))
-
-
 def _write_regions(document: Document, format: str, path: Path) -> None:
     revision = document.revision
     if format in _LISTS:
@@ -206,7 +202,7 @@ def _write_region_classes(document: Document, format: str, path: Path) -> None:
 _WRITERS: dict[str, Callable[[Document, str, Path], None]] = {
     "cells": _write_cells,
     "vertices": _write_vertices,
-    "instances": _write_instances,
+    "instances": lambda document, _, path: write_labels(path, vertex_instances(document)),
     "objects": write_objects,
     "regions": _write_regions,
     "region_classes": _write_region_classes,

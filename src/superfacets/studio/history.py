@@ -346,18 +346,10 @@ def _read_numbers(line: Line, name: str, plural: str, highest: int, n_cells: int
     return value
 
 
-def _write_segment(change: Change) -> Line:
-    return {"parameters": change.after.parameters, "digest": change.after.digest}
-
-
 def _read_segment(line: Line, state: State) -> Change:
     before, n_cells = state.partition, len(state.paint)
     parameters = checked_parameters(line["parameters"], before.parameters, n_cells)
     return Change("segment", before, Partition(parameters, str(line["digest"])))
-
-
-def _write_split(change: Change) -> Line:
-    return {"digest": change.after.digest, "cells": base64_of(change.after.splits[-1])}
 
 
 def _read_split(line: Line, state: State) -> Change:
@@ -366,21 +358,12 @@ def _read_split(line: Line, state: State) -> Change:
     return Change("split", state.partition, state.partition.with_split(packed, str(line["digest"])))
 
 
-def _read_classes(line: Line, state: State) -> Change:
-    classes = _class_list(line["classes"])
-    return Change("classes", state.class_list, classes, line.get("stroke"))
-
-
 def _read_objects(line: Line, state: State) -> Change:
     names: ObjectNames = ()
     for entry in line["names"]:
         object_id = checked_object(entry["object"])
         names = with_object_name(names, int(entry["class"]), object_id, entry["name"])
     return Change("objects", state.object_names, names, line.get("stroke"))
-
-
-def _read_review(line: Line, state: State) -> Change:
-    return Change("review", state.is_reviewed, bool(line["reviewed"]))
 
 
 def _read_suggest(line: Line, state: State) -> Change:
@@ -394,10 +377,6 @@ def _write_settle(change: Change) -> Line:
     return {"settled": [one.id for one in change.before if one.id not in left]}
 
 
-def _read_settle(line: Line, state: State) -> Change:
-    return settling(state, {int(one) for one in line["settled"]}, line.get("stroke"))
-
-
 def settling(state: State, ids: set[int], stroke: str | None) -> Change:
     """Change that removes these suggestions; a ValueError if one of them does not exist."""
     if lacking := ids - {one.id for one in state.suggestions}:
@@ -408,22 +387,28 @@ def settling(state: State, ids: set[int], stroke: str | None) -> Change:
 
 _WRITERS: dict[str, Callable[[Change], Line]] = {
     "paint": _write_paint,
-    "segment": _write_segment,
-    "split": _write_split,
+    "segment": lambda change: {
+        "parameters": change.after.parameters, "digest": change.after.digest,
+    },
+    "split": lambda change: {
+        "digest": change.after.digest, "cells": base64_of(change.after.splits[-1]),
+    },
     "classes": lambda change: {"classes": list(change.after)},
     "objects": lambda change: {"names": list(change.after)},
     "review": lambda change: {"reviewed": change.after},
     "suggest": lambda change: {"suggestions": [one.line() for one in change.after]},
     "settle": _write_settle,
-}
+}  # fmt: skip
 
 _READERS: dict[str, Callable[[Line, State], Change]] = {
     "paint": _read_paint,
     "segment": _read_segment,
     "split": _read_split,
-    "classes": _read_classes,
+    "classes": lambda line, state: Change(
+        "classes", state.class_list, _class_list(line["classes"]), line.get("stroke")
+    ),
     "objects": _read_objects,
-    "review": _read_review,
+    "review": lambda line, state: Change("review", state.is_reviewed, bool(line["reviewed"])),
     "suggest": _read_suggest,
-    "settle": _read_settle,
+    "settle": lambda line, state: settling(state, {*map(int, line["settled"])}, line.get("stroke")),
 }

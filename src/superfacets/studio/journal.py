@@ -19,8 +19,7 @@ from ..io.atomic import lock_file, open_own
 
 FORMAT = "superfacets studio"
 VERSION = 2
-READABLE = (1, VERSION)
-"""Versions of work files that can be opened. Version 1 has no objects."""
+READABLE = (1, VERSION)  # versions that can be opened; version 1 has no objects
 
 _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
 """First bytes of every work file."""

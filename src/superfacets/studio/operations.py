@@ -87,14 +87,6 @@ def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
     }
 
 
-def _paint_bytes(document: Document, query: Body) -> bytes:
-    return document.state.paint.astype("<u4").tobytes()
-
-
-def _label_bytes(document: Document, query: Body) -> bytes:
-    return document.revisions.get(_number(query)).labels.astype("<i4").tobytes()
-
-
 def _mesh_packet(document: Document, query: Body) -> bytes:
     """Shape of a mesh as one block of bytes, see `packet`.
 
@@ -161,9 +153,11 @@ def _exported(document: Document, query: Body) -> Response:
 
 READS: dict[str, Operation] = {
     "export": _exported,
-    "labels": _label_bytes,
+    "labels": lambda document, query: (
+        document.revisions.get(_number(query)).labels.astype("<i4").tobytes()
+    ),
     "mesh": _mesh_packet,
-    "paint": _paint_bytes,
+    "paint": lambda document, _: document.state.paint.astype("<u4").tobytes(),
     "regions": _region_packet,
     "state": _state,
     "suggestions": _suggestion_packet,

@@ -28,8 +28,7 @@ HEADERS = {
 MAX_PATH = 200
 """Maximum length of a URL path. All routes are shorter; Python rejects very long numbers."""
 
-OPEN_PREFIX = "/static/"
-"""URL prefix of the scripts and styles of the page, which need no token."""
+OPEN_PREFIX = "/static/"  # URL prefix of the scripts and styles of the page, which need no token
 
 
 @dataclass

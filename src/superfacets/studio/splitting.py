@@ -44,7 +44,7 @@ def split_cells(
     for name, found in zip(("red", "blue"), strokes, strict=True):
         if not len(found):
             raise ValueError(f"the {name} stroke is outside the region to split")
-    if len(np.intersect1d(*strokes)):
+    if len(np.intersect1d(strokes[0], strokes[1])):
         raise ValueError("the strokes cross: a cell cannot be on both sides")
     part = _part_of(surface, cells)
     is_blue = _cut(part, *strokes)

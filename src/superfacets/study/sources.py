@@ -23,18 +23,13 @@ from .princeton import Benchmark, Model
 class Source:
     """A mesh that can be loaded, and facts about the mesh."""
 
-    name: str
-    """Number of the model in the benchmark, or name of the file."""
-    path: Path
-    """Root folder of the benchmark, or path of the file."""
-    category: str
-    """Category in the benchmark; empty for other meshes."""
+    name: str  # number of the model in the benchmark, or name of the file
+    path: Path  # root folder of the benchmark, or path of the file
+    category: str  # category in the benchmark; empty for other meshes
     n_faces: int
     n_ground_truths: int
-    digest: str
-    """Hash of the mesh and its ground truths."""
-    number: int = 0
-    """Number of the model in the benchmark, from 1; 0 for other meshes."""
+    digest: str  # hash of the mesh and its ground truths
+    number: int = 0  # number of the model in the benchmark, from 1; 0 for other meshes
 
     @property
     def is_model(self) -> bool:

@@ -47,8 +47,7 @@ class Job(Protocol):
 class Piece:
     """A unit of work, with the path and key of its record."""
 
-    subject: Any
-    """Input of the piece, which only the task interprets."""
+    subject: Any  # input of the piece, which only the task interprets
     path: Path
     key: Key
 

@@ -59,8 +59,8 @@ def metis_partition(
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
         Any triangle mesh, as for `superfacets.segment`. Components are divided separately. Each
-        component gets one part, and each further part goes to the component with the largest area
-        per part.
+        component gets one part, and each further part is given to the component with the largest
+        area per part.
     n_segments : int, optional
         Number of parts k, from 1 to the number of faces. The default is 150, or the number of faces
         if that is less. METIS may leave some parts empty: a few in a thousand at 20 faces per part,
@@ -149,8 +149,8 @@ def _cutting_costs(cells: FaceCells) -> Floats:
 def _parts_of_components(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
     """Number of parts of each component of these areas and numbers of faces.
 
-    Each component gets one part. Each further part goes to the component with the largest area per
-    part, or to the first of them on ties.
+    Each component gets one part. Each further part is given to the component with the largest area
+    per part, the first component on ties.
     """
     counts = [1] * len(areas)
     queue = [(-area, index) for index, area in enumerate(areas) if sizes[index] > 1]

@@ -22,11 +22,9 @@ SIGMA = 0.1
 """Width of the affinity, as a fraction of the mean path length. For every alpha except 0, no value
 from 0.02 to 1 has a smaller undersegmentation error on small benchmark models."""
 
-ALPHA = 100.0
-"""The paper's best alpha for normalized cuts."""
+ALPHA = 100.0  # the paper's best alpha for normalized cuts
 
-MAX_MEMORY = 6e9
-"""Default memory limit in bytes; enough for all pairs of 37,000 faces."""
+MAX_MEMORY = 6e9  # default memory limit in bytes; enough for all pairs of 37,000 faces
 
 _N_SAMPLES = 256  # number of faces for estimating the mean path length; the error is 1 to 2 %
 

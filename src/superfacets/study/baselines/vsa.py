@@ -24,11 +24,9 @@ from ...cells.size import checked_n_segments
 from ...clustering.segmentation import Segmentation, StopReason
 from ...mesh.triangle_mesh import Mesh
 
-METRICS = {"l21": _core.ProxyMetric.L21, "l2": _core.ProxyMetric.L2}
-"""Names of the error metrics."""
+METRICS = {"l21": _core.ProxyMetric.L21, "l2": _core.ProxyMetric.L2}  # names of the error metrics
 
-INITS = ("random", "incremental")
-"""Names of the methods that choose the initial seeds."""
+INITS = ("random", "incremental")  # names of the methods that choose the initial seeds
 
 Progress = Callable[[int, int], object]
 

@@ -57,8 +57,7 @@ RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)
 """Variants that are measured on finer and coarser meshes."""
 
 
-SHARP = math.radians(45)
-"""Minimum angle of a crease, in radians."""
+SHARP = math.radians(45)  # minimum angle of a crease, in radians
 
 
 class Subject(NamedTuple):

@@ -17,8 +17,7 @@ from ..tasks import memory_of_tasks, outcome_of, read_piece, run_tasks
 from .measure import KS, RESOLUTION_VARIANTS, SCALES, VARIANTS, Case, Task
 from .tables import Row, render_quality
 
-_RUN = ("model", "scale", "variant", "k")
-"""Columns that identify the run of a row."""
+_RUN = ("model", "scale", "variant", "k")  # columns that identify the run of a row
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,28 +26,21 @@ class Options:
 
     benchmark: Path
     output: Path
-    models: tuple[int, ...] | None = None
-    """Numbers of models; None means all models in the folder."""
-    every: int = 1
-    """Step through the models: 2 selects every second model."""
+    models: tuple[int, ...] | None = None  # numbers of models; None means all models in the folder
+    every: int = 1  # step through the models: 2 selects every second model
     ks: tuple[int, ...] = KS
-    n_finer: int = 10
-    """Number of models that are measured at all scales."""
-    n_jobs: int = 1
-    """Number of worker processes."""
+    n_finer: int = 10  # number of models that are measured at all scales
+    n_jobs: int = 1  # number of worker processes
 
 
 @dataclass(frozen=True)
 class Report:
     """Results of the study."""
 
-    rows: list[Row]
-    """Results at the original resolution of the models."""
-    resolution: list[Row]
-    """Results at all scales."""
+    rows: list[Row]  # results at the original resolution of the models
+    resolution: list[Row]  # results at all scales
     tables: str
-    problems: tuple[str, ...]
-    """A message for each file that is not used, and for each failed run."""
+    problems: tuple[str, ...]  # a message for each file that is not used, and for each failed run
 
 
 def study(options: Options) -> Report:
@@ -81,7 +73,7 @@ def study(options: Options) -> Report:
             raise MeshError(f"all models failed; the first failure: {failures[0]}")
         tables = render_quality({"rows": rows, "resolution": resolution, "ks": options.ks})
         runs = {tuple(row[name] for name in _RUN): row for row in rows + resolution}
-        write_csv(files[0], list(runs.values()))  # each run once, even if it is in both parts
+        write_csv(files[0], list(runs.values()))  # a run that is in both lists is written once
         with atomic_outputs([files[1]]) as (partial,):
             partial.write_text(tables + "\n", encoding="utf-8")
     said = (*sources.problems, *problems, *failures, *more_failures)

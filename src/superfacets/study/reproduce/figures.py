@@ -1,4 +1,4 @@
-"""Plots like the paper's Figures 4 to 7, for all models and for each category."""
+"""Plots that correspond to the paper's Figures 4 to 7, for all models and for each category."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures like the paper's Figures 1, 2, 3 and 8. They are redrawn only if labels change."""
+"""Pictures that correspond to the paper's Figures 1, 2, 3 and 8, redrawn only if labels change."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ from ..tasks import Key
 from .measure import Run, unpack_labels
 from .methods import METHODS
 
-TABLE_METHODS = ("default", "superfacets", "paper")
-"""Methods in Table 1."""
+TABLE_METHODS = ("default", "superfacets", "paper")  # methods in Table 1
 
 _ALPHA = 200.0
 
@@ -79,10 +78,6 @@ def _shown(models: tuple[Source, ...], categories: tuple[str, ...]) -> list[Sour
     return [*wanted, *smallest.values()][: len(categories)]
 
 
-def _title(model: Source) -> str:
-    return f"{model.name} ({model.category})"
-
-
 _ROWS: Mapping[str, tuple[tuple[tuple[str, float | None], ...], tuple[str, ...]]] = {
     "2": (tuple(("superfacets", alpha) for alpha in (0.0, 200.0, 1000.0)), _ALPHA_CATEGORIES),
     "3": ((("ncuts", _ALPHA), ("ncuts-sparse", _ALPHA), *_OURS), _CUTS_CATEGORIES),
@@ -102,14 +97,13 @@ def pictures_of(
         return [Picture("1", "", mesh.name, Run(mesh, "superfacets", _ALPHA, k)) for mesh in meshes]
     rows, categories = _ROWS[figure]
     return [
-        Picture(figure, _row_title(figure, *row), _title(model), Run(model, *row, k))
-        for row in rows
+        Picture(
+            figure, f"alpha = {alpha:g}" if figure == "2" else METHODS[method].title,
+            f"{model.name} ({model.category})", Run(model, method, alpha, k),
+        )
+        for method, alpha in rows
         for model in _shown(models, categories)
-    ]
-
-
-def _row_title(figure: str, method: str, alpha: float | None) -> str:
-    return f"alpha = {alpha:g}" if figure == "2" else METHODS[method].title
+    ]  # fmt: skip
 
 
 _SIZE = (640, 480)
@@ -124,8 +118,7 @@ class Drawing:
     """A picture that a worker draws."""
 
     picture: Picture
-    labels: str
-    """Labels as packed by `pack_labels`."""
+    labels: str  # labels as packed by `pack_labels`
     key: str
     folder: Path
     memory: int = 0

@@ -30,8 +30,7 @@ class Run:
 
     source: Source
     method: str
-    alpha: float | None
-    """None for methods without an alpha."""
+    alpha: float | None  # None for methods without an alpha
     k: int
 
     def setting(self, most_segments: int, max_memory: int) -> Setting:
@@ -42,7 +41,7 @@ class Run:
         )
 
     def key(self, most_segments: int) -> dict[str, Any]:
-        """Return all inputs that the result depends on; a record with another key is stale."""
+        """Return all inputs that the result depends on; records with other keys are out of date."""
         method = METHODS[self.method]
         setting = self.setting(most_segments, max_memory=0)
         return {
@@ -66,8 +65,7 @@ class Task:
     """Runs that differ only in the number of regions, and share a part of the work."""
 
     pieces: tuple[Piece, ...]
-    pictured: frozenset[Run]
-    """Runs whose labels are stored in the records, for pictures."""
+    pictured: frozenset[Run]  # runs whose labels are stored in the records, for pictures
     setting: Setting
 
     @property

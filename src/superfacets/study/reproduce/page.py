@@ -27,8 +27,7 @@ _TEMPLATES = Path(__file__).parent / "templates"
 
 _MEDIA_TYPES = {".png": "image/png", ".svg": "image/svg+xml"}
 
-Section = dict[str, Any]
-"""Title, name of the template, and values of a section of the page."""
+Section = dict[str, Any]  # title, name of the template, and values of a section of the page
 
 # Seconds in the paper's Table 1, by number of faces.
 _TIMES_2014 = {
@@ -68,13 +67,10 @@ class Files:
     """Plots, times and messages that the page shows."""
 
     folder: Path
-    plots: dict[str, list[Path]]
-    """Plots of each figure: the main plot, then the plots by category."""
+    plots: dict[str, list[Path]]  # plots of each figure: the main plot, then the plots by category
     comparisons: dict[str, Comparison]
-    seconds: float
-    """Wall time in seconds until the page is written."""
-    n_before: int
-    """Number of runs that were done by earlier starts."""
+    seconds: float  # wall time in seconds until the page is written
+    n_before: int  # number of runs that were done by earlier starts
     picture_problems: tuple[str, ...]
 
 

@@ -15,8 +15,7 @@ from .methods import METHODS
 KS = (50, 100, 150, 200, 250, 300)
 SUBSET_KS = (50, 150, 300)
 
-CURVES = ("4", "6", "7")
-"""Figures with a curve over k for each method and alpha."""
+CURVES = ("4", "6", "7")  # figures with a curve over k for each method and alpha
 
 FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
 """The paper's figures. "rivals" is an additional figure, with a curve for each method that runs on
@@ -68,8 +67,7 @@ class Plan:
     runs: tuple[Run, ...]
     """Runs without duplicates, in execution order: smallest models of all categories first."""
     pictures: tuple[Picture, ...]
-    problems: tuple[str, ...]
-    """A message for each file that is missing or not used."""
+    problems: tuple[str, ...]  # a message for each file that is missing or not used
 
 
 def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:

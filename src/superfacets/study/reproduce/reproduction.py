@@ -44,8 +44,7 @@ class Options:
     choice: Choice
     budget_seconds: float | None
     """Number of seconds after which no task is started; None means no limit."""
-    n_jobs: int
-    """Number of worker processes."""
+    n_jobs: int  # number of worker processes
 
 
 @dataclass(frozen=True)

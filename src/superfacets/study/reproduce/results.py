@@ -40,8 +40,7 @@ class Results:
 
     plan: Plan
     done: dict[Run, Record] = field(default_factory=dict)
-    failed: dict[Run, str] = field(default_factory=dict)
-    """Reason of each failure."""
+    failed: dict[Run, str] = field(default_factory=dict)  # reason of each failure
     missing: tuple[Run, ...] = ()
 
     def value(self, run: Run, quantity: str) -> float:
@@ -120,10 +119,8 @@ class Comparison:
     """Curves that are comparable, because they are means over the same models."""
 
     curves: tuple[Curve, ...]
-    models: tuple[Source, ...]
-    """Models with a result for every point of every curve."""
-    left_out: tuple[Curve, ...]
-    """Planned curves without a model in common with the other curves."""
+    models: tuple[Source, ...]  # models with a result for every point of every curve
+    left_out: tuple[Curve, ...]  # planned curves without a model in common with the other curves
 
 
 def compare(results: Results, figure: str) -> Comparison:
