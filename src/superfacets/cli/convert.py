@@ -168,9 +168,10 @@ class _Run:
         cells, attributes = load_cells_and_attributes(
             job.input, self.format, keep=keep, placement=self.placements[job.input]
         )
-        if self.labels is None and self.format is not None:  # the ending of IN may be wrong
-            return cells, None, attributes
         path = Path(job.input)
+        # The reader of labels relies on the ending of IN, which is wrong if a format is given.
+        if self.labels is None and self.format is not None:
+            return cells, None, attributes
         return cells, labels_beside(path, self.labels, cells, self.labels_named), attributes
 
 

@@ -21,7 +21,7 @@ from .options import INPUT, format_option, json_option
 Info = MeshInfo | TetInfo | CloudInfo
 
 MAX_BYTES_OF_ATTRIBUTES = 100 << 20
-"""Attributes are read, to report constant ones, only from files up to this size."""
+"""Maximum size of a file whose attributes are read, to report properties that are constant."""
 
 
 @click.command("info")

@@ -39,7 +39,8 @@ def while_importing() -> Iterator[None]:
 
     The import system could swallow a KeyboardInterrupt, or change the exit status.
     """
-    if threading.current_thread() is not threading.main_thread():  # only this one may set handlers
+    # Only the main thread may set signal handlers.
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
     raising = (signal.default_int_handler, _interrupt)  # handlers of other code are not replaced
@@ -115,7 +116,7 @@ SECONDS_BETWEEN_TICKS = 0.1
 
 
 def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None = None) -> T:
-    """Run `work` in a thread, calling `tick` meanwhile; return its result or raise its error.
+    """Run `work` in a thread, and return its result or raise its error; `tick` is called meanwhile.
 
     A KeyboardInterrupt ends only the waiting: the thread continues until the process ends.
     Therefore `work` must not write files.

@@ -62,7 +62,7 @@ def main() -> NoReturn:
         names = {word.partition("=")[0] for word in sys.argv}  # options without their values
         if sys.argv[1:2] == ["batch"] and names.isdisjoint(_NO_WORKERS):
             with contextlib.suppress(OSError):  # if this fails, workers start later
-                prepare()  # workers import packages while this process does
+                prepare()  # workers import packages at the same time as this process
         status = commands.main(standalone_mode=False)
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx else _command_path()
@@ -117,7 +117,7 @@ def commands(ctx: click.Context) -> None:
 
 
 def _text_of(error: click.UsageError) -> str:
-    """Message of a usage error; if an option name of another tool was used, with a hint."""
+    """Message of a usage error, with a hint if the unknown option is an option of another tool."""
     if not isinstance(error, click.NoSuchOption):
         return error.format_message()
     from ..pipeline import OTHER_NAMES

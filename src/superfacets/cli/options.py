@@ -98,7 +98,7 @@ EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 COUNT = Count(1)
 POSITIVE = Real(min=0, min_open=True)
 NOT_NEGATIVE = Real(min=0)
-FLAG = object()  # kind of options that take no value, for `option`
+FLAG = object()  # the `kind` of an option without a value, see `option`
 
 STANDARD_STREAM = "-"  # name of standard input and standard output
 

@@ -88,7 +88,7 @@ class Job:
 
     input: str
     files: tuple[Path, ...]
-    stream: str | None = None  # file ending of the format on standard output, if it is used
+    stream: str | None = None  # file ending of the format on standard output; None if not used
 
     @property
     def holds_attributes(self) -> bool:
@@ -159,7 +159,7 @@ def _labeled(path: Path, noun: str) -> str:
 
 
 def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
-    """File names for the results of an input, one per file ending; by default, one name."""
+    """File names for the results of an input: one per file ending, or one default name."""
     return output_names(Path(text).name, endings)
 
 

@@ -61,10 +61,10 @@ def new_token() -> str:
 
 
 def open_socket(port: int) -> socket.socket:
-    """Listen to this machine on a port, or on any free port for 0; an OSError if it is in use."""
+    """Open a port (0: any free port) to this machine only; an OSError if the port is in use."""
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        if os.name != "nt":  # on Windows, the option would let other processes listen, too
+        if os.name != "nt":  # on Windows, SO_REUSEADDR would let other processes listen, too
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         opened.bind((HOST, port))
         opened.listen()

@@ -133,7 +133,7 @@ async def _not_found(request: Request, error: Exception) -> Response:
 async def _progress_lines(
     files: Files, number: int, parameters: Body, *, is_preview: bool
 ) -> AsyncIterator[str]:
-    """Segment a file; yield lines of JSON with the progress, and last with the new revision."""
+    """Segment a file; yield lines of JSON with the progress, then a line with the new revision."""
     loop = asyncio.get_running_loop()
     queue: asyncio.Queue[Body | None] = asyncio.Queue()
     turn = Turn(lambda fact: loop.call_soon_threadsafe(queue.put_nowait, fact))

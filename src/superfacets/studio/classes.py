@@ -176,14 +176,14 @@ def with_object_name(
 
 
 def checked_object(value: object) -> int:
-    """Check that an object number is in 0 (no object) to `MAX_OBJECT`, or raise a ValueError."""
+    """Return an object number, 0 (no object) to `MAX_OBJECT`; a ValueError if it is not valid."""
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_OBJECT:
         raise ValueError(f"object must be a whole number from 0 to {MAX_OBJECT}")
     return value
 
 
 def read_classes(path: Path) -> ClassList:
-    """Read classes written by `write_classes`, or from a text file with one class name per line.
+    """Read classes from a file of `write_classes`, or from a text file with one name per line.
 
     Raises ValueError if the file does not contain a list of classes; OSError if it cannot be read.
     """

@@ -42,7 +42,7 @@ def pack_cells(cells: CellNumbers) -> bytes:
 
 
 def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
-    """Inverse of `pack_cells`; a ValueError if data is damaged or an index is too large."""
+    """Inverse of `pack_cells`; a ValueError if the data is damaged, or an index is too large."""
     data = np.frombuffer(inflated(packed, _MAX_BYTES * n_cells), np.uint8)
     if not len(data):
         return np.empty(0, np.uint32)

@@ -164,7 +164,7 @@ class Document:
             if object_id and (entry["class"], entry["object"]) == (class_id, object_id):
                 return str(entry["name"])
         name = names_of(self.class_list)[class_id]
-        sign = "#" if name[-1].isdigit() else ""  # "class 1 #2", but "chair 2"
+        sign = "#" if name[-1].isdigit() else ""  # distinguishes "class 1 #2" from "class 12"
         return f"{name} {sign}{object_id}" if object_id else name
 
     def close(self) -> None:
@@ -231,7 +231,7 @@ class Document:
         return int(of_class.max(initial=0)) + 1
 
     def name_object(self, class_id: int, object_id: int, name: object) -> None:
-        """Set the name of an object; an empty name removes it. A ValueError if one is invalid."""
+        """Set the name of an object, or remove an empty name; a ValueError for invalid input."""
         with self.lock:
             if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
                 raise ValueError(f"there is no object {object_id} of class {class_id}")
@@ -241,7 +241,7 @@ class Document:
                 self._commit(Change("objects", before, after))
 
     def review(self, is_reviewed: bool) -> None:
-        """Mark this file as reviewed or not reviewed; after changes, mark it as reviewed again."""
+        """Mark this file as reviewed or not reviewed; a changed file can be reviewed again."""
         with self.lock:
             if is_reviewed != self.state.is_reviewed or self.state.is_changed:
                 self._commit(Change("review", self.state.is_reviewed, is_reviewed))

@@ -29,8 +29,9 @@ class Files:
     n_segments: int | None = None  # number of regions for new work
     classes: ClassList = ()  # classes of a new work file, or of all files in a folder
     folder: Path | None = None
-    _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)  # oldest use first
-    _users: Counter[int] = field(default_factory=Counter)  # number of blocks that use each document
+    # Open documents by index, least recently used first, and the number of blocks that use each.
+    _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)
+    _users: Counter[int] = field(default_factory=Counter)
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
     @classmethod
@@ -91,7 +92,7 @@ class Files:
         with self._lock:
             documents = list(self._open.values())
             self._open.clear()
-        for document in documents:  # after release of the lock: a thread in a document may need it
+        for document in documents:  # without `_lock`, because users of a document may wait for it
             document.close()
 
     def _opened(self, number: int) -> Document:

@@ -223,7 +223,7 @@ class History:
             raise ValueError(f"unknown operation {name}")
 
     def make(self, change: Change, record: Callable[[int], object] = _nothing) -> None:
-        """Apply a new change, which can be undone; older undone changes can no longer be redone."""
+        """Apply a new change, which can be undone; changes undone before cannot be redone again."""
         self._apply([change], record)
         self.undo_stack.append(change)
         self.redo_stack.clear()

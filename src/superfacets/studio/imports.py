@@ -200,7 +200,7 @@ class _Gathered:
         self._scores: dict[tuple[int, int], float] = {}
 
     def add(self, name: str, is_in: Bools, entry: Any, wanted: object = None) -> None:
-        """Set the class of cells by name, and make them an object unless the class has no objects.
+        """Set the class of cells by name, and an object unless the class has no objects.
 
         A new class is added to the list. The object gets the number `wanted` if it is free,
         otherwise the next free number; 0 means no object. The entry of the file contains the name

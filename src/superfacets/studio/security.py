@@ -55,7 +55,7 @@ class Guard:
         headers, path = Headers(scope=scope), scope["path"]
         if headers.get("host") not in self._hosts:
             return 403, "the studio can be opened only at the address that it has printed"
-        is_page = path == "/" and scope["method"] == "GET"  # opened by a local file, `redirection`
+        is_page = path == "/" and scope["method"] == "GET"  # a local file may open this page
         if not is_page and not self._is_same_page(headers):
             return 403, "the request comes from a page of another site"
         if len(path) > MAX_PATH:
@@ -65,7 +65,7 @@ class Guard:
         return None
 
     def _is_same_page(self, headers: Headers) -> bool:
-        """Whether the request comes from a page of this server, or not from a page."""
+        """Whether the request comes from a page of this server, or from another kind of program."""
         origins = (None, *(f"http://{host}" for host in self._hosts))
         sites = (None, "none", "same-origin")
         return headers.get("origin") in origins and headers.get("sec-fetch-site") in sites

@@ -27,7 +27,7 @@ class Source:
     path: Path
     cells: Cells
     size: int  # size of the file in bytes
-    digest: str  # SHA-256 of the file
+    digest: str  # SHA-256 hash of the file
     _seen: tuple[int, int] | None  # `_stamp` of the file when it was read
     texture: Texture | None = None
 
