@@ -260,7 +260,7 @@ def expect(meshes: str | None, output: Path, **options: Any) -> None:
 
 
 def _hash_of_labels(arrays: Arrays, n_segments: int, settings: str) -> str:
-    """Return the hash of labels, after a check of the invariants and of one thread."""
+    """Return the hash of labels, after checks of invariants and of equal labels on one thread."""
     keywords = runs.SETTINGS[settings]
     result = sf.segment(arrays, n_segments, **keywords)
     alone = sf.segment(arrays, n_segments, n_threads=1, **keywords)

@@ -36,7 +36,7 @@ class Rival(NamedTuple):
     module: str
     elements: str  # name of the labeled elements
     settings: str
-    prepare: Callable[[Arrays], Any]  # function that makes the input from the mesh; it is not timed
+    prepare: Callable[[Arrays], Any]  # makes the input from the mesh; not timed
     run: Callable[[Any, int], Outcome]
 
 
