@@ -1,4 +1,4 @@
-"""The command `superfacets batch` with several numbers of workers, as whole processes."""
+"""Times of the command `superfacets batch`, as a whole process, with several numbers of workers."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ its children, so that their processor time is counted."""
 def measure_batch(
     folder: Path, workers: Sequence[int], repeats: int, n_files: int | None = None
 ) -> list[dict[str, Any]]:
-    """Return a row for each number of workers: seconds, processor time, gain over the first.
+    """Return a row for each number of workers: seconds, processor time, speedup over the first row.
 
     Runs alternate between the numbers of workers, and must all write the same bytes. The processor
     time is the sum over all processes of a command; other programs affect it less than the wall
@@ -91,7 +91,7 @@ def _spent() -> float:
 
 
 def _results(folder: Path) -> dict[str, bytes]:
-    """The bytes of all label files, by path relative to the folder."""
+    """Content of all label files, keyed by path relative to the folder."""
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*.npy")}
 
 

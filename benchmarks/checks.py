@@ -1,4 +1,4 @@
-"""Checks of labels, before times are kept: by hashes, readable twins, and invariants."""
+"""Checks of labels before times are kept: hashes, reference implementation, and invariants."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class WrongLabelsError(AssertionError):
 
 
 def require(holds: bool, message: str) -> None:
-    """Raise a WrongLabelsError unless the claim holds."""
+    """Raise a WrongLabelsError if a condition is False."""
     if not holds:
         raise WrongLabelsError(message)
 
 
 def load_expected(path: Path = EXPECTED) -> Expected:
-    """Return the stored hashes; without a file, there are no meshes."""
+    """Return the stored hashes; if the file does not exist, hashes of no mesh."""
     if not path.exists():
         return {"meshes": {}}
     stored: Expected = json.loads(path.read_text())
@@ -109,14 +109,14 @@ def check_invariants(arrays: Arrays, result: sf.Segmentation) -> None:
     require(np.array_equal(own, np.arange(n_segments)), "a center is in another region")
     asked = result.params["n_segments"]
     if result.params["radius_factor"] is not None:
-        require(n_segments >= asked, f"{n_segments} regions, {asked} asked for")
+        require(n_segments >= asked, f"{n_segments} regions, {asked} requested")
         return
     graph = sf.build_face_graph(arrays)
     pieces = n_pieces(graph.offsets, graph.neighbors, labels)
     require(pieces == n_segments, f"{n_segments} regions are in {pieces} pieces")
     n_components = n_pieces(graph.offsets, graph.neighbors, np.zeros_like(labels))
     is_right = asked <= n_segments < asked + n_components
-    require(is_right, f"{n_segments} regions, {asked} asked for")
+    require(is_right, f"{n_segments} regions, {asked} requested")
 
 
 def n_pieces(
@@ -136,7 +136,7 @@ def n_pieces(
 
 
 def check_against_reference(n_segments: int = 20) -> None:
-    """Raise an error unless the slow twins give the same labels on a small sample mesh."""
+    """Raise an error unless `superfacets.reference` gives the same labels on a small mesh."""
     mesh = sf.sample_mesh(3_000)
     arcs = reference.build_face_graph(mesh)
     weights = reference.superfacet_weights(mesh, arcs, alpha=200.0, eta_convex=0.2)

@@ -58,12 +58,17 @@ def commands() -> None:
     """Time superfacets: check labels first, print tables, and write JSON."""
 
 
+data_option = click.option(
+    "--data", type=FOLDER, help="Folder that contains the folder meshes.  [SUPERFACETS_DATA]"
+)
+
+
 def selection(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options that select meshes."""
     options = [
         click.option("--meshes", help="Names, separated by commas: bunny,hand-x64,bear60k."),
-        click.option("--max-faces", type=click.IntRange(min=1), help="Largest number of faces."),
-        click.option("--data", type=FOLDER, help="Folder with `meshes`.  [SUPERFACETS_DATA]"),
+        click.option("--max-faces", type=click.IntRange(min=1), help="Maximum number of faces."),
+        data_option,
     ]
     for option in reversed(options):
         command = option(command)
@@ -71,9 +76,9 @@ def selection(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def running(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options of commands that measure; a decorator of commands."""
+    """Add the options of commands that measure sections."""
     options = [
-        click.option("--quick", is_flag=True, help="Meshes up to 500,000 faces, 3 runs of each."),
+        click.option("--quick", is_flag=True, help="Meshes of up to 500,000 faces, 3 runs each."),
         click.option("--repeats", type=click.IntRange(min=1), help="Number of counted runs."),
         click.option("--json", "output", type=FILE, help="File for all results."),
     ]
@@ -96,7 +101,7 @@ def _run(sections: set[str], **options: Any) -> None:
     meshes = _names(options.pop("meshes"))
     plan = make_plan(meshes=meshes, **options)
     if plan.data is None:
-        _say("there is no folder of data (SUPERFACETS_DATA, ../shared/data): using sample meshes")
+        _say("no data folder was found (SUPERFACETS_DATA, ../shared/data): using sample meshes")
     results = measure(plan, frozenset(sections), load_expected(), _say)
     click.echo(report.render(results))
     if output:
@@ -106,12 +111,12 @@ def _run(sections: set[str], **options: Any) -> None:
 
 @commands.command("targets")
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True)
-@click.option("--data", type=FOLDER, help="Folder with `meshes`.  [SUPERFACETS_DATA]")
+@data_option
 @click.option("--json", "output", type=FILE, help="File for all results.")
 def measure_targets(repeats: int, data: Path | None, output: Path | None) -> None:
     """Measure the rows of the documentation that have a target, in about five minutes."""
     check_against_reference()
-    before = facts()  # the load of other processes
+    before = facts()  # now the load is caused by other processes only
     found = targets.measure(targets.Meshes(), find_data(data), repeats, load_expected(), _say)
     results = {"machine": before} | found
     click.echo(report.render(results))
@@ -167,10 +172,10 @@ def balance(folder: Path, ks: tuple[int, ...], every: int) -> None:
 @click.argument("mesh")
 @click.option("--segments", type=click.IntRange(min=1), default=2_000, show_default=True)
 @click.option("--frames", type=click.IntRange(min=1), default=20, show_default=True)
-@click.option("--data", type=FOLDER, help="Folder with `meshes`.  [SUPERFACETS_DATA]")
+@data_option
 @click.option("--json", "output", type=FILE, help="File for all results.")
 def page(mesh: str, segments: int, frames: int, data: Path | None, output: Path | None) -> None:
-    """Open the page of MESH and turn it.
+    """Measure a page of MESH in a browser, while the view turns.
 
     MESH is a file, a name such as bear60k-x16, or a number of faces for a torus with knobs.
     """
@@ -200,7 +205,7 @@ def _mesh_of_page(mesh: str, data: Path | None) -> sf.Mesh | sf.PolygonMesh:
 def doubling(
     shapes: str | None, jobs: str | None, smallest: int, doublings: int, repeats: int
 ) -> None:
-    """Fit the growth of CPU time with size where an algorithm may become quadratic."""
+    """Measure how CPU time grows with size, on inputs that may make an algorithm quadratic."""
     sizes = [smallest << i for i in range(doublings + 1)]
     some_shapes, some_jobs = _known(shapes, ",", SHAPES), _known(jobs, ";", JOBS)
     found = []
@@ -216,7 +221,7 @@ def _known(names: str | None, separator: str, known: Collection[str]) -> list[st
     wanted = names.split(separator) if names else list(known)
     unknown = [name for name in wanted if name not in known]
     if unknown:
-        raise click.UsageError(f"there is no {unknown[0]!r}: choose from {', '.join(known)}")
+        raise click.UsageError(f"unknown name {unknown[0]!r}: choose from {', '.join(known)}")
     return wanted
 
 
@@ -237,7 +242,7 @@ def render_report(results: Path, document: Path | None) -> None:
 @selection
 @click.option("--output", type=FILE, default=EXPECTED, help="File for the hashes.")
 def expect(meshes: str | None, output: Path, **options: Any) -> None:
-    """Store new hashes of labels, after a comparison with the slow twins on a small mesh.
+    """Store new hashes of labels, after a check of labels against superfacets.reference.
 
     Hashes of other meshes are kept.
     """
@@ -255,7 +260,7 @@ def expect(meshes: str | None, output: Path, **options: Any) -> None:
 
 
 def _hash_of_labels(arrays: Arrays, n_segments: int, settings: str) -> str:
-    """Return the hash of labels, after a check of the invariants and of one thread."""
+    """Return the hash of labels, after checks of invariants and of equal labels on one thread."""
     keywords = runs.SETTINGS[settings]
     result = sf.segment(arrays, n_segments, **keywords)
     alone = sf.segment(arrays, n_segments, n_threads=1, **keywords)

@@ -16,10 +16,8 @@ class Sample(NamedTuple):
     """One run of a job."""
 
     seconds: float
-    cpu_seconds: float
-    """Processor time of all threads."""
-    fact: Any
-    """Value that `accept` returned for the job's result."""
+    cpu_seconds: float  # processor time of all threads
+    fact: Any  # value that `accept` returned for the job's result
 
 
 def interleaved(
@@ -35,11 +33,11 @@ def interleaved(
     """
     samples: dict[Key, list[Sample]] = {key: [] for key in jobs}
     keys = list(jobs)
-    for turn in range(repeats + 1):
-        first = turn % max(1, len(keys))  # each round starts with another job
+    for number in range(repeats + 1):
+        first = number % max(1, len(keys))  # each round starts with another job
         for key in keys[first:] + keys[:first]:
             sample = _timed(jobs[key], partial(accept, key))
-            if turn > 0:
+            if number > 0:
                 samples[key].append(sample)
     return samples
 

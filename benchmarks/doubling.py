@@ -24,11 +24,10 @@ import superfacets as sf
 from superfacets.study.table_writer import markdown_table
 
 LIMIT = 1.2
-"""Largest exponent that counts as linear. Sorting and trees add a logarithm, and arrays larger than
-the cache add some tenths."""
+"""Maximum exponent that is accepted as linear. Sorting and trees add a logarithm, and arrays larger
+than the cache add some tenths."""
 
-N_COPIES = 1000
-"""Number of distinct positions in the cloud `copies`."""
+N_COPIES = 1000  # number of distinct positions in the cloud `copies`
 
 Cells = sf.Mesh | sf.PolygonMesh | sf.TetMesh | sf.PointCloud
 Job = Callable[[Cells], object]
@@ -71,7 +70,7 @@ def dust(n: int) -> sf.Mesh:
 
 
 def one_place(n: int) -> sf.PointCloud:
-    """Return n - 1 points at one position and one elsewhere, to give the cloud an extent."""
+    """Return n - 1 points at one position, and one other point, so that the cloud has an extent."""
     positions = np.zeros((n, 3))
     positions[-1] = 1.0
     return sf.PointCloud(positions)
@@ -83,7 +82,7 @@ def line(n: int) -> sf.PointCloud:
 
 
 def copies(n: int) -> sf.PointCloud:
-    """Return `N_COPIES` positions, each with about equally many points."""
+    """Return n points at `N_COPIES` distinct positions, with about equally many points at each."""
     rng = np.random.default_rng(2)
     return sf.PointCloud(np.resize(rng.random((N_COPIES, 3)), (n, 3)))
 
@@ -108,7 +107,7 @@ SHAPES: dict[str, Callable[[int], Cells]] = {
 
 
 def segment(cells: Cells, *, share: float | None = None, **options: Any) -> object:
-    """Segment on one thread into `share` times the number of cells; None: the default number."""
+    """Segment on one thread into `share` * N regions of N cells; by default, 150 regions."""
     n_segments = None if share is None else max(1, int(share * cells.n_cells))
     return sf.segment(cells, n_segments, n_threads=1, **options)
 
@@ -130,7 +129,7 @@ def smooth_borders_of_regions(cells: Cells) -> object:
 
 
 def labels_along_creases(cells: Cells) -> object:
-    """Find labels of vertices, from regions of two cells each."""
+    """Compute labels of vertices from regions of two cells each."""
     labels = np.arange(cells.n_cells) // 2
     return sf.vertex_labels(cells, labels, method="creases", min_vertices=8, n_threads=1)
 
@@ -162,8 +161,8 @@ SHAPES_OF: dict[str, tuple[str, ...]] = {
     "cut_borders": ("flat grid", "star", "coin", "dust"),
     "vertex_labels": ("flat grid", "star", "coin", "dust", "spindle"),
 }
-"""Shapes of jobs that need faces or vertices. The thickness of dust is not linear: a ray passes all
-triangles in a row of the lattice."""
+"""Shapes for jobs that need faces or vertices. `shape_diameter` of dust is not linear, because a
+ray passes all triangles in a row of the lattice."""
 
 
 @dataclass(frozen=True)
@@ -202,7 +201,7 @@ def measure_doubling(
 def _cpu_time(job: Callable[[], object], repeats: int) -> float:
     times = []
     for _ in range(repeats):
-        with warnings.catch_warnings():  # about slivers and islands
+        with warnings.catch_warnings():  # warnings about slivers and islands
             warnings.simplefilter("ignore")
             start = time.process_time()
             job()

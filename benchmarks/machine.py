@@ -18,7 +18,7 @@ PACKAGES = ("numpy", "scipy", "pymetis", "pyacvd", "pyvista", "vtk", "scikit-ima
 
 
 def thread_counts() -> list[int]:
-    """Return 1, 2 and the number of cores, ascending; 1 alone if there is one core."""
+    """Return 1, 2 and the number of cores, ascending; only 1 if there is one core."""
     cores = usable_cores()
     return sorted({1, min(2, cores), cores})
 
@@ -26,15 +26,15 @@ def thread_counts() -> list[int]:
 def facts() -> dict[str, Any]:
     """Return platform, processor, cores, load, memory, compiler and versions.
 
-    ``load`` is the mean number of processes that could run in the last minute. Before a benchmark,
-    it is caused by other programs.
+    ``load`` is the mean number of runnable processes in the last minute. Before a benchmark, the
+    load is caused by other programs.
     """
     return {
         "system": platform.system(),
         "machine": platform.machine(),
         "processor": _processor(),
         "cores": usable_cores(),
-        "load": _load(),
+        "load": round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None,
         "memory_gib": _memory_gib(),
         "c_library": " ".join(platform.libc_ver()).strip(),
         "compiler": _compiler(),
@@ -53,10 +53,6 @@ def _processor() -> str:
             numbers = f"family {fields.get('cpu family')}, model {fields.get('model')}"
             return f"{fields['model name']} ({numbers})"
     return platform.processor() or "unknown"
-
-
-def _load() -> float | None:
-    return round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None
 
 
 def _memory_gib() -> float | None:

@@ -28,8 +28,8 @@ ROOT = Path(__file__).resolve().parents[1]
 def measure(mesh: str, arrays: Arrays, n_segments: int) -> dict[str, Any]:
     """Return a row with the peak memory in bytes per face, above the memory with the arrays loaded.
 
-    The peak includes the result. It excludes the input, and the threads and buffers that remain
-    from a smaller mesh. Without faces, the vertices are a point cloud.
+    The peak includes the result. The peak excludes the input, and threads and buffers that remain
+    from an earlier run on a smaller mesh. Without faces, the vertices are a point cloud.
     """
     n_faces = len(arrays.faces) or len(arrays.vertices)
     with tempfile.TemporaryDirectory() as folder:

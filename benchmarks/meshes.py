@@ -23,7 +23,7 @@ from superfacets.adapters.convert import as_triangles
 from superfacets.mesh.triangle_mesh import split_in_four
 
 NOISE = 0.05
-"""Largest shift of a vertex along an axis, in mean edge lengths. Neighboring triangles are then not
+"""Maximum shift of a vertex along an axis, in mean edge lengths. Neighboring triangles are then not
 coplanar, and no triangle folds over."""
 
 SEED = 0
@@ -33,14 +33,14 @@ BEARS = {"bear5k": 5_000, "bear60k": 60_000}
 
 
 class Arrays(NamedTuple):
-    """A mesh as arrays, the input of a caller."""
+    """A triangle mesh as two arrays."""
 
     vertices: npt.NDArray[np.float64]
     faces: npt.NDArray[np.int32]
 
 
 def find_data(given: Path | None = None) -> Path | None:
-    """Return the folder with ``meshes``: given, SUPERFACETS_DATA or ../shared/data, if any."""
+    """Return `given`, SUPERFACETS_DATA or ../shared/data; None if it has no folder ``meshes``."""
     beside = Path(__file__).resolve().parents[2] / "shared" / "data"
     folder = given or Path(os.environ.get("SUPERFACETS_DATA", beside))
     return folder if (folder / "meshes").is_dir() else None
@@ -108,7 +108,7 @@ def subdivide(arrays: Arrays) -> Arrays:
 
 
 def perturb(arrays: Arrays) -> Arrays:
-    """Shift each vertex at random, by at most `NOISE` mean edge lengths along each axis. Seeded.
+    """Shift each vertex by random, reproducible offsets of at most `NOISE` mean edge lengths.
 
     The mean is rounded to a power of two, because its last bits depend on numpy's summation.
     """
@@ -121,14 +121,14 @@ def perturb(arrays: Arrays) -> Arrays:
 
 
 def shuffle(arrays: Arrays, *, vertices: bool) -> Arrays:
-    """Put faces and, if `vertices` is set, vertices in random order. Seeded."""
+    """Put faces and, if `vertices` is True, vertices in a random, reproducible order."""
     rng = np.random.default_rng(SEED)
     faces = arrays.faces[rng.permutation(len(arrays.faces))]
     if not vertices:
         return Arrays(arrays.vertices, faces)
     order = rng.permutation(len(arrays.vertices))
-    place = np.argsort(order).astype(np.int32)
-    return Arrays(arrays.vertices[order], place[faces])
+    new_index = np.argsort(order).astype(np.int32)
+    return Arrays(arrays.vertices[order], new_index[faces])
 
 
 def icosahedron() -> Arrays:

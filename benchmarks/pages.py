@@ -1,12 +1,12 @@
-"""Costs of a page of ``superfacets.view`` in a browser: sizes, memory, frames, scripts, pointing.
+"""Costs of a page of ``superfacets.view`` in a browser: sizes, memory, and times.
 
     python -m benchmarks page scan.ply
     python -m benchmarks page bear60k-x16 --segments 2000
-    python -m benchmarks page 2000000    # a knobby torus of this number of faces
+    python -m benchmarks page 2000000    # a torus with knobs, of this number of faces
 
 Playwright and Chromium are needed. Without a graphics card, Chromium draws in software, so frames
-per second depend on the processor; milliseconds of script, calls and bytes do not depend on
-drawing.
+per second depend on the processor. Milliseconds of scripts, draw calls and bytes do not depend on
+the speed of drawing.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ OPTIONS = [
 SIZE: Any = {"width": 1280, "height": 800}
 
 START_MS = 300_000
-"""Limit in milliseconds: a page of some million faces takes long to unpack on a busy machine."""
+"""Time limit in milliseconds. Opening a page of millions of faces takes long on a busy machine."""
 
 # Turns the view like a drag, one step per frame, and waits until each frame is drawn.
 ORBIT = """async ([frames, isFine]) => {
@@ -88,7 +88,7 @@ FACTS = """() => {
 
 
 def knobby_torus(n_faces: int) -> sf.Mesh:
-    """Return a torus with knobs: a closed grid of quads cut in two, `n_faces` faces or more."""
+    """Return a torus with knobs: a closed grid of quads cut in two, at least `n_faces` faces."""
     n = max(3, int(np.ceil(np.sqrt(n_faces / 2))))
     u, v = np.meshgrid(*[np.arange(n) * (2 * np.pi / n)] * 2, indexing="ij")
     radii = 0.4 + 0.05 * np.sin(12 * u) * np.sin(5 * v)

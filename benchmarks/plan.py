@@ -46,8 +46,8 @@ class Plan:
     races: tuple[tuple[str, int], ...]
     """Meshes and numbers of regions for the comparison with rivals."""
     wanted_repeats: int | None
-    """Number of counted runs, if given by the user. The default is 5; with large meshes or
-    `is_quick`, it is 3."""
+    """Number of counted runs that the user has given. The default is 5, or 3 for large meshes and
+    for `is_quick`."""
     is_quick: bool
 
     def repeats(self, mesh: str) -> int:
@@ -67,7 +67,7 @@ class Plan:
         return list(dict.fromkeys(fitting))
 
     def hashed_runs(self, mesh: str) -> list[tuple[int, str]]:
-        """Return number of regions and settings of all runs of a mesh with hashed labels."""
+        """Return (number of regions, settings) of all runs of a mesh whose labels are hashed."""
         cases = self.cases(mesh, frozenset({"stages", "scaling"}))
         runs = [(case.n_segments, case.settings) for case in cases]
         runs += [(k, settings) for raced, k in self.races for settings in RACED if raced == mesh]

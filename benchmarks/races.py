@@ -106,8 +106,8 @@ def race_for_one_pass(
     faces = sf.build_face_graph(surface)
     graph = faces.with_weights(sf.superfacet_weights(surface, faces))
     first = sf.classify(graph, sf.place_seeds(graph, n_segments, init="farthest"))
-    # Arcs are rounded to multiples of a unit, with an error of half a unit. The sum of these errors
-    # along a path is far less than this accuracy.
+    # Weights are rounded to multiples of a unit, with errors of half a unit. The sum of these
+    # errors along a path is far less than this accuracy.
     accuracy = 1e-4 * float(first.distances.max())
 
     def accept(key: Key, result: sf.Classification | ScipyOutcome) -> None:

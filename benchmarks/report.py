@@ -96,7 +96,7 @@ def _orders(results: Results) -> str:
 
 
 def _rival_ratios(results: Results) -> str:
-    """Return the table of times over ours: a row for each mesh, a column for each contestant."""
+    """Return times divided by the time of superfacets: one row per mesh, one column per method."""
     rows = results["label_races"]
     races = list(dict.fromkeys((row["mesh"], row["faces"], row["k"]) for row in rows))
     ratios = {(row["mesh"], row["k"], row["who"], row["settings"]): row["ratio"] for row in rows}

@@ -23,7 +23,7 @@ from .meshes import SEED, Arrays
 
 
 class Outcome(NamedTuple):
-    """Labels of the rival's elements, and the seconds that each part of its work took."""
+    """Labels of the rival's elements, and the seconds of each part of the run."""
 
     labels: npt.NDArray[Any]
     seconds: dict[str, float]
@@ -34,11 +34,9 @@ class Rival(NamedTuple):
 
     name: str
     module: str
-    elements: str
-    """Name of the labeled elements."""
+    elements: str  # name of the labeled elements
     settings: str
-    prepare: Callable[[Arrays], Any]
-    """Function that makes the input from the mesh; it is not timed."""
+    prepare: Callable[[Arrays], Any]  # makes the input from the mesh; not timed
     run: Callable[[Any, int], Outcome]
 
 
@@ -72,7 +70,7 @@ def run_metis(arrays: Arrays, n_segments: int) -> Outcome:
 
 
 def face_adjacency(arrays: Arrays) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return offsets and neighbors of faces that share an edge, by one sort.
+    """Return offsets and neighbors of faces that share an edge, computed with a single sort.
 
     An edge must have at most two faces. pymetis uses int64 arrays without a copy.
     """
@@ -120,7 +118,7 @@ def _cluster_vertices(arrays: Arrays, cluster: Callable[[Any], npt.NDArray[Any]]
 
 
 def gray_image(n_pixels: int) -> npt.NDArray[np.float32]:
-    """Return a smooth image with a little noise, seeded, of about (at most) `n_pixels` pixels."""
+    """Return a smooth image with reproducible noise, of about, and at most, `n_pixels` pixels."""
     height = math.isqrt(n_pixels)
     width = n_pixels // height
     y, x = np.meshgrid(np.linspace(0, 9, height), np.linspace(0, 9, width), indexing="ij")
@@ -159,7 +157,7 @@ class ScipyOutcome(NamedTuple):
 
 
 def run_scipy(graph: sf.CellGraph, centers: npt.NDArray[np.int32]) -> ScipyOutcome:
-    """Classify once with SciPy's Dijkstra from all centers; arcs have both directions."""
+    """Run SciPy's Dijkstra from all centers once; the graph has each arc in both directions."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 

@@ -44,7 +44,7 @@ def measure(arrays: Arrays, cases: list[Case], repeats: int, expected: Expected)
     The labels of the warm-up are checked. All later runs, on any number of threads, must give the
     same labels.
     """
-    known: dict[str, tuple[str, str]] = {}  # by run: hash of labels, how they were checked
+    known: dict[str, tuple[str, str]] = {}  # hash of the labels of each run, and how it was checked
 
     def accept(case: Case, result: sf.Segmentation) -> tuple[sf.Segmentation, str]:
         run = run_name(case.n_segments, case.settings)
@@ -86,7 +86,7 @@ def _row(arrays: Arrays, case: Case, samples: list[Sample]) -> Row:
 
 
 def measure_orders(mesh: str, arrays: Arrays, n_segments: int, repeats: int) -> list[Row]:
-    """Return rows for a mesh in its order, with shuffled faces, and with shuffled vertices, too.
+    """Return rows for a mesh as it is, with shuffled faces, and with shuffled faces and vertices.
 
     Labels are checked by invariants, and must be the same in all runs of one order.
     """

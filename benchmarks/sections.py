@@ -19,8 +19,8 @@ from .plan import N_SEGMENTS, Plan
 SECTIONS = ("stages", "scaling", "passes", "orders", "rivals", "memory", "processes")
 
 MEMORABLE_FACES = 50_000
-"""Smallest mesh whose memory is measured, in faces. With smaller meshes, a run may only use memory
-that the allocator has retained."""
+"""Minimum number of faces for measuring memory. A run on a smaller mesh may use only memory that
+the allocator has retained."""
 
 Results = dict[str, Any]
 Say = Callable[[str], None]
@@ -83,7 +83,7 @@ def _measure_passes(plan: Plan, mesh: str, arrays: Arrays) -> list[dict[str, Any
 
 
 def _measure_memory(mesh: str, arrays: Arrays) -> dict[str, Any]:
-    """Measure the peak memory, and check that the labels equal those of this process."""
+    """Measure the peak memory, and check that the labels equal the labels in this process."""
     row = memory.measure(mesh, arrays, N_SEGMENTS[0])
     labels = sf.segment(arrays, N_SEGMENTS[0]).labels
     require(row.pop("labels") == hash_labels(labels), f"{mesh}: labels of another process differ")

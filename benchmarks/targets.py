@@ -1,4 +1,4 @@
-"""The rows that have a target: defaults, compared with a rival or with a bound of the machine."""
+"""Measurements that have a target: defaults, compared with a rival or a bound of the machine."""
 
 from __future__ import annotations
 
@@ -26,15 +26,14 @@ class Meshes(NamedTuple):
     """Names of the meshes."""
 
     ladder: tuple[str, ...] = ("bear60k", "bear60k-x4", "bear60k-x16")
-    """One surface at several resolutions. The last mesh is also shuffled, and made a cloud."""
+    """A surface at several resolutions; the last mesh is also used shuffled and as a cloud."""
     small: str = "bunny"
     even: str = "sphere-x65536"
     many: str = "hand-x16"
     large: str = "hand-x64"
 
 
-FEW, SOME, MANY = 150, 2_000, 100_000
-"""Numbers of regions."""
+FEW, SOME, MANY = 150, 2_000, 100_000  # numbers of regions
 
 SMALL_FACES = 100_000
 """Meshes with fewer faces get two additional runs, because their times vary more."""
@@ -66,12 +65,12 @@ def measure(
 
 
 class _Bench(NamedTuple):
-    """Input of all rows, and the rows so far."""
+    """Input of all measurements, and the rows measured so far."""
 
     data: Path | None
     repeats: int
     expected: Expected
-    speeds: tuple[float, float]  # bytes per second: new memory, and memory that is read
+    speeds: tuple[float, float]  # bytes per second for writing new memory, and for reading
     rows: list[Row]
     runs: list[Row]
     races: list[Row]
@@ -170,7 +169,7 @@ def _against_rivals(bench: _Bench, name: str, rival: str, target: float) -> None
     k = min(SOME, len(arrays.faces) // 4)
     rows = races.race_for_labels(name, arrays, k, bench.repeats, bench.expected)
     bench.races.extend(rows)
-    for row in [row for row in rows if row["who"] == rival][:1]:  # with its best settings
+    for row in [row for row in rows if row["who"] == rival][:1]:  # the first has the best settings
         place = f"{len(arrays.faces):,} faces, k = {k:,}"
         bench.add(f"{rival} over ours, {place}", row["ratio"], "x (more is better)", target)
 

@@ -1,13 +1,13 @@
-"""Times of `segment_tiled` on one and two workers, and a plan for larger meshes and clusters.
+"""Times of `segment_tiled` on one and two workers, and simulated times for larger meshes.
 
     python -m benchmarks.tiled compare scan.ply
     python -m benchmarks.tiled measure scan.ply -o measured.json
     python -m benchmarks.tiled plan measured.json
 
-`compare` times `superfacets segment` with and without tiles, in interleaved runs. `measure` runs a
-mesh in tiles with all arrays on the disk; for each pass over the tiles, it records the processor
-time and the bytes read and written, per face. `plan` simulates the same passes for more faces and
-workers.
+`compare` times `superfacets segment` with and without tiles, in interleaved runs. `measure`
+segments a mesh in tiles with all arrays on disk, and records the processor time and the bytes read
+and written per face, for each pass over the tiles. `plan` simulates the same passes for more faces
+and workers.
 """
 
 from __future__ import annotations
@@ -46,16 +46,16 @@ IO_FILE = Path("/proc/self/io")
 
 @dataclass(frozen=True)
 class Pass:
-    """Costs of one pass over the tiles, or over other pieces.
+    """Costs of one pass over the tiles, or over other work items.
 
     Attributes
     ----------
     name : str
-        Name of the function that works on a piece.
+        Name of the function that processes a tile or work item.
     jobs : int
-        Number of pieces in this pass.
+        Number of tiles or work items in this pass.
     pieces : int
-        Number of all pieces.
+        Number of all tiles or work items.
     seconds : float
         Processor time in seconds, per face of the mesh.
     n_read, n_written : float
@@ -131,7 +131,7 @@ class _Recorder(Run):
 
 
 def _spent() -> tuple[float, float, float]:
-    """Processor time, and bytes read and written, of this process so far."""
+    """Processor time in seconds, and bytes read and written, of this process until now."""
     counts = dict(line.split(": ") for line in IO_FILE.read_text().splitlines())
     return time.process_time(), float(counts["rchar"]), float(counts["wchar"])
 
@@ -172,7 +172,7 @@ def measure(
 
 @dataclass(frozen=True)
 class Cluster:
-    """Workers of a cluster, and their speed.
+    """Number and speed of the workers of a cluster.
 
     Attributes
     ----------
@@ -195,11 +195,11 @@ class Cluster:
 def simulate(
     measured: Measured, n_faces: int, tile_size: int, cluster: Cluster
 ) -> tuple[float, float]:
-    """Simulated seconds for a mesh, and the seconds in which only the driver works.
+    """Return simulated seconds for a mesh, and the seconds in which only the driver works.
 
-    Passes run one after the other. In a pass, each tile goes to the first free worker. The duration
-    of a tile is its processor time, plus the time to transfer its bytes. The relative size of halos
-    grows with the square root of 1 / (size of a tile).
+    Passes run one after the other. In a pass, each tile is sent to the first free worker. The
+    duration of a tile is its processor time, plus the time to transfer its bytes. The relative size
+    of halos is proportional to the square root of 1 / (size of a tile).
     """
     seconds = 0.0
     n_tiles = math.ceil(n_faces / tile_size)
@@ -217,7 +217,7 @@ def simulate(
 
 
 def _makespan(n_jobs: int, seconds: float, n_bytes: float, cluster: Cluster) -> float:
-    """Seconds until `n_jobs` equal jobs are done."""
+    """Seconds until `n_jobs` equal jobs are finished."""
     n_busy = min(n_jobs, cluster.workers)
     bandwidth = min(cluster.bandwidth, cluster.shared / n_busy)
     duration = seconds + n_bytes / bandwidth
@@ -279,7 +279,7 @@ def compare_command(mesh: Path, n_segments: int, repeats: int) -> None:
     alone, tiled = ([sample.seconds for sample in samples[name]] for name in files)
     click.echo(f"in memory {median(alone):.2f} s, in tiles {median(tiled):.2f} s (medians)")
     ratios = [after / before for before, after in zip(alone, tiled, strict=True)]
-    click.echo(f"ratio {median(ratios):.2f}, in each turn {' '.join(f'{r:.2f}' for r in ratios)}")
+    click.echo(f"ratio {median(ratios):.2f}, in each round {' '.join(f'{r:.2f}' for r in ratios)}")
 
 
 def _count_faces(mesh: Path, folder: Path) -> int:
@@ -293,15 +293,33 @@ def _count_faces(mesh: Path, folder: Path) -> int:
 @commands.command("plan")
 @click.argument("measured", type=click.Path(path_type=Path, exists=True))
 @click.option("--tile-size", type=int, default=1 << 20, show_default=True)
-@click.option("--bandwidth", type=float, default=1e9, show_default=True, help="Of one worker.")
-@click.option("--shared", type=float, default=20e9, show_default=True, help="Of all together.")
-@click.option("--dispatch", type=float, default=0.005, show_default=True)
+@click.option(
+    "--bandwidth",
+    type=float,
+    default=1e9,
+    show_default=True,
+    help="Bytes per second of one worker.",
+)
+@click.option(
+    "--shared",
+    type=float,
+    default=20e9,
+    show_default=True,
+    help="Bytes per second of all workers together.",
+)
+@click.option(
+    "--dispatch",
+    type=float,
+    default=0.005,
+    show_default=True,
+    help="Seconds for sending a tile and receiving its result.",
+)
 @click.option("--spread", multiple=True, help="Stage of the driver to simulate on the workers.")
 def plan_command(
     measured: Path, tile_size: int, bandwidth: float, shared: float, dispatch: float,
     spread: tuple[str, ...],
 ) -> None:  # fmt: skip
-    """Print passes, and simulated times for more faces and workers, from the file MEASURED."""
+    """Print the passes in the file MEASURED, and simulated times for more faces and workers."""
     runs = [_run_of(facts) for facts in json.loads(measured.read_text())]
     alone = next(run for run in runs if run.workers == 1)
     _print_passes(alone)
@@ -324,7 +342,7 @@ def plan_command(
 
 
 def _spread(run: Measured, stages: Sequence[str]) -> Measured:
-    """The run in which these stages of the driver are passes over the tiles."""
+    """Change a run so that these stages of the driver become passes over the tiles."""
     n_tiles = math.ceil(run.n_faces / run.tile_size)
     more = [Pass(stage, n_tiles, n_tiles, run.driver[stage], 0.0, 0.0, 0.0) for stage in stages]
     left = {stage: spent for stage, spent in run.driver.items() if stage not in stages}

@@ -179,7 +179,7 @@ def test_labels_that_break_an_invariant_are_refused(bear):
         "int64, not int32": {"labels": result.labels.astype(np.int64)},
         "have gaps": {"labels": np.zeros_like(result.labels)},
         "is in another region": {"labels": swapped},
-        "20 regions, 19 asked for": {"params": result.params | {"n_segments": 19}},
+        "20 regions, 19 requested": {"params": result.params | {"n_segments": 19}},
     }
     for message, changes in wrong.items():
         with pytest.raises(checks.WrongLabelsError, match=message):
@@ -202,7 +202,7 @@ def test_a_region_in_pieces_is_refused(bear):
     halted = result.params | {"radius_factor": 2.0}  # may leave pieces, not too few regions
     checks.check_invariants(bear, changed_result(result, labels=labels, params=halted))
     fewer = changed_result(result, params=halted | {"n_segments": 21})
-    with pytest.raises(checks.WrongLabelsError, match="20 regions, 21 asked for"):
+    with pytest.raises(checks.WrongLabelsError, match="20 regions, 21 requested"):
         checks.check_invariants(bear, fewer)
 
 
@@ -510,7 +510,7 @@ def test_growth_is_printed_as_a_table():
 def test_a_shape_that_is_not_known_is_one_line():
     done = run("doubling", "--shapes", "stars")
     assert done.exit_code == 2
-    assert "there is no 'stars': choose from flat grid, star" in done.output
+    assert "unknown name 'stars': choose from flat grid, star" in done.output
 
 
 def test_the_page_is_measured_in_a_browser(tmp_path):

@@ -46,7 +46,7 @@ def test_failures_are_lines_and_a_status(run, sheet, out):
     status, _, err = run("batch", sheet, "-o", out, "-q")
     assert (status, err) == (
         1,
-        "superfacets: error: 1 of 1 file failed in an earlier run: --retry-failed tries again\n",
+        "superfacets: error: 1 of 1 file failed in an earlier run: retry with --retry-failed\n",
     )
     assert len(run("batch", sheet, "-o", out, "--retry-failed")[2].splitlines()) == 2
     sheet.unlink()
@@ -78,7 +78,7 @@ def test_quiet_prints_nothing(run, sheet, out):
         (["--to", "npy,png"], "'png' is not one of ply, "),
         (["--workers", "0"], "is not a whole number of 1 or more"),
         (["--workers", "2", "--scheduler", "tcp://a:1"], "give scheduler or workers, not both"),
-        (["--paper", "--init", "flood"], "--paper has init of its own"),
+        (["--paper", "--init", "flood"], "--paper sets --init farthest"),
         (["-n", 5, "-r", 0.1], "give -n or -r, not both"),
     ],
 )

@@ -31,7 +31,7 @@ def run(*arguments, status=0):
 def test_a_cloud_is_segmented_and_described(folder):
     output = run("segment", "cloud.ply", "-n", 20, "-o", "labels.npy", "-o", "out.ply")
     assert "cloud.ply: 3000 points, 20 regions" in output
-    assert "replaced by properties of the labels: point property red" in output
+    assert "data of the input that labels replace: point property red" in output
     assert np.array_equal(sf.read_labels("out.ply"), np.load("labels.npy"))
     assert json.loads(run("info", "--json", "cloud.ply"))["n_points"] == 3000
     facts = json.loads(run("segment", "--json", "cloud.ply", "-n", 20, "-o", "labels.npy"))
@@ -132,7 +132,7 @@ def test_scans_of_an_e57_become_one_cloud(folder):
 def test_more_regions_than_points(folder):
     np.save("few.npy", np.eye(3))
     output = run("segment", "few.npy", "-n", 9, "-o", "labels.npy")
-    assert "the cloud has 3 points" in output
+    assert "the cloud has only 3 points" in output
 
 
 def test_a_mask_tells_how_many_points_it_leaves_out(folder):
@@ -170,7 +170,7 @@ def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
     [
         (["--scans"], 1, "cloud.ply: --scans is for meshes"),
         (["--viewpoint", 0, 0, "-n", 9], 2, "three numbers are needed, got '-n'"),
-        (["--paper", "--balance", 1], 2, "--balance is not part of the paper"),
+        (["--paper", "--balance", 1], 2, "give --paper or --balance, not both"),
     ],
 )
 def test_errors_name_the_option_that_was_typed(folder, options, status, message):

@@ -38,7 +38,7 @@ def test_segment_takes_masks_and_barriers_from_files(run, sheet, halves):
     assert np.array_equal(read_labels(halves / "out.ply"), expected)
     status, _, err = run("segment", sheet, "-n", 9999, *options[2:], "-o", out)
     assert status == 0
-    assert "9999 regions were asked for" in err
+    assert "9999 regions were requested" in err
     assert read_labels(out).max() == left.sum() - 1
 
 
@@ -63,8 +63,8 @@ def test_parts_that_barriers_keep_from_joining_are_told(run, tmp_path):
     status, _, err = run("segment", tmp_path / "strips.ply", "-n", 1, *options)
     assert status == 0
     assert err.splitlines() == [
-        "superfacets: note: 1 more region than asked for, for parts between barriers that got no"
-        " seed and cannot join a neighbor",
+        "superfacets: note: 1 more region than requested: parts between barriers without a seed"
+        " became regions",
         "superfacets: note: 1 island without a seed joined the nearest region",
     ]
 
@@ -157,7 +157,7 @@ def test_outputs_that_cannot_hold_the_labels_are_refused_before_the_work(run, sh
     for name in ("x.segs.json", "x.bin", "x_sp_label.npy"):
         status, _, err = run("segment", "none.ply", "--mask", "none.npy", "-o", halves / name)
         assert status == 2
-        assert "files have no id for cells that --mask leaves out" in err
+        assert "files cannot store cells that --mask leaves out" in err
 
 
 def test_clouds_have_no_labels_of_vertices(run, tmp_path, monkeypatch):
@@ -172,7 +172,7 @@ def test_clouds_have_no_labels_of_vertices(run, tmp_path, monkeypatch):
 def test_masks_and_barriers_are_not_replaced(run, sheet, halves):
     for option in ("--mask", "--barriers"):
         status, _, err = run("segment", sheet, option, halves / "low.npy", "-o", halves / "low.npy")
-        assert (status, "the output would replace the input" in err) == (2, True)
+        assert (status, "the output would overwrite the input" in err) == (2, True)
 
 
 def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
@@ -181,8 +181,8 @@ def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
     out = tmp_path / "out.npy"
     options = ("-n", 1, "--barrier-angle", 30, "--force", "-o", out)
     more = (
-        "superfacets: note: 6 more regions than asked for, for components of the mesh, or parts"
-        " between barriers, that got no seed\n"
+        "superfacets: note: 6 more regions than requested: components of the mesh, or parts between"
+        " barriers, without a seed became regions\n"
     )
     status, _, err = run("segment", tmp_path / "block.ply", *options)
     assert (status, err) == (0, more)

@@ -11,8 +11,8 @@ from numpy.testing import assert_array_equal
 from superfacets import read_attributes, read_labels, read_mesh, write_labels, write_mesh
 
 NO_LABELS = (
-    "superfacets: error: a.ply: there are no labels to {} (none called label): give a file of"
-    " LABELS, or --labels-named\n"
+    "superfacets: error: a.ply: there are no labels to {} (none called label): give a"
+    " label file as LABELS, or the name of the labels with --labels-named\n"
 )
 
 
@@ -46,7 +46,7 @@ def test_a_mesh_and_its_labels_are_written_in_other_formats(run, folder):
 def test_classes_that_lose_their_numbers_are_a_note(run, folder):
     write_labels("classes.npy", np.where(np.arange(72) < 36, 5, 40))
     assert (
-        "gaps in .bin; .segs.json keeps 5, 40"
+        "gaps in .bin; .segs.json keeps the labels 5, 40"
         in run("convert", "a.ply", "classes.npy", "-o", "a.bin")[2]
     )
     assert run("convert", "a.ply", "classes.npy", "-o", "a.segs.json")[2] == ""
@@ -133,10 +133,10 @@ def test_what_cannot_be_meant_is_refused(run, folder):
         (["a.ply"], "nothing to write: name a file with -o, or a folder with --split"),
         (
             ["a.ply", "--split", "b", "--to", "ply", "--to", "obj"],
-            "have one format: give --to once",
+            "writes a single format: give --to only once",
         ),
-        (["a.ply", "a.npy", "-o", "a.npy"], "a.npy: the output would replace the input"),
-        (["a.ply", "a.npy", "-o", "a.ply"], "a.ply: the output would replace the input"),
+        (["a.ply", "a.npy", "-o", "a.npy"], "a.npy: the output would overwrite the input"),
+        (["a.ply", "a.npy", "-o", "a.ply"], "a.ply: the output would overwrite the input"),
         (["a.ply", "-o", "b.tri"], "expected the ending .ply, .vtp"),
         (["a.ply", "a.npy", "-o", "b.npy", "--to", "seg"], "--to has no effect: the endings"),
     ):
@@ -161,7 +161,7 @@ def test_attributes_are_carried_over_with_a_note_on_what_is_not(run, folder):
     write_mesh("c.ply", shapes.bumpy_sheet(6), np.zeros(72, int))
     status, _, err = run("convert", "c.ply", "a.npy", "-o", "d.ply")
     assert status == 0
-    assert "replaced by properties of the labels: face property label" in err
+    assert "data of the input that labels replace: face property label" in err
     assert run("convert", "c.ply", "a.npy", "-o", "d.ply", "--drop-attributes")[2] == ""
     assert run("convert", "c.ply", "a.npy", "-o", "d.obj")[2] == ""  # has no place for any
     assert run("convert", "c.ply", "-o", "d.ply")[2] == ""  # the labels are its own
@@ -200,10 +200,10 @@ def test_regions_without_a_vertex_are_a_note(run, folder):
     status, _, err = run("convert", "cube.ply", "b.npy", "-o", "b.segs.json", "-o", "b.bin")
     assert status == 0
     assert err == (
-        "superfacets: note: .bin and .segs.json lack 4 regions, for which no vertex was"
-        " left\n"
-        "superfacets: note: labels are renumbered without gaps in .bin; .segs.json keeps 0, 1, 2,"
-        " ...\n"
+        "superfacets: note: 4 regions lost in .bin and .segs.json: all vertices have labels of"
+        " other regions\n"
+        "superfacets: note: labels are renumbered without gaps in .bin; .segs.json keeps the labels"
+        " 0, 1, 2, ...\n"
     )
     labels = np.zeros(72, int)
     labels[[10, 40]] = 1, 2  # single faces amid others get a vertex
@@ -261,8 +261,8 @@ def test_all_meshes_of_a_folder_are_converted(run, folder):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["own.ply.d", "a.npy", "-o", "x/"], "LABELS and --split belong to one mesh"),
-        (["own.ply.d", "--split", "x"], "LABELS and --split belong to one mesh"),
+        (["own.ply.d", "a.npy", "-o", "x/"], "LABELS and --split need a single mesh"),
+        (["own.ply.d", "--split", "x"], "LABELS and --split need a single mesh"),
         (["own.ply.d", "-o", "x.obj"], "x.obj is one file for 2 inputs: give -o a folder"),
     ],
 )

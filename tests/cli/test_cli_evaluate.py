@@ -47,7 +47,7 @@ def test_evaluate_refuses_what_does_not_fit(run, labeled_strip):
     assert error.endswith("short.seg: there are 1 label for 4 cells\n")
     status, _, error = run("evaluate", mesh, labels, labels)
     assert status == 2
-    assert "ground truth needs --gt" in error
+    assert "give ground truth with --gt" in error
     status, _, error = run("evaluate", mesh, labels, "--gt")
     assert status == 2
     assert error.endswith("'--gt' requires an argument. (see superfacets evaluate --help)\n")

@@ -77,7 +77,7 @@ def test_what_is_no_mesh_is_not_recognized(give, run, data):
     give(data)
     status, out, err = run("segment", "-")
     assert (status, out) == (1, "")
-    assert "standard input is of no known format: name it with --format" in err
+    assert "the format of standard input is unknown: give it with --format" in err
 
 
 def test_messages_name_standard_input(give):

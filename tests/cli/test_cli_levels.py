@@ -99,7 +99,7 @@ def test_levels_replaces_no_input(run, sheet, tmp_path, monkeypatch):
     ]:  # fmt: skip
         status, _, err = run("levels", "x.10.ply", "-n", "10,5", "-o", out, *options)
         assert status == 2
-        assert "the output would replace the input" in err
+        assert "the output would overwrite the input" in err
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
@@ -141,13 +141,17 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
         (("-n", "3", "-o", "out.xyz"), 2, "out.xyz: expected the ending .ply, .vtp,"),
         (("-n", "3", "-o", "no/out.npz"), 1, "the folder no does not exist"),
         (("-n", "3", "-o", "no/out.seg"), 1, "the folder no does not exist"),
-        (("-n", "3", "-o", "sheet.ply", "--labels", "sheet.3.ply"), 2, "replace the input"),
+        (("-n", "3", "-o", "sheet.ply", "--labels", "sheet.3.ply"), 2, "overwrite the input"),
         (
             ("-n", "3", "-o", "x_sp_label.npy", "--mask", "m.npy"),
             2,
-            "no id for cells that --mask leaves out",
+            "cannot store cells that --mask leaves out",
         ),
-        (("-n", "3", "-o", "x.npy", "--mask", "m", "--labels", "l"), 2, "leave --mask out"),
+        (
+            ("-n", "3", "-o", "x.npy", "--mask", "m", "--labels", "l"),
+            2,
+            "give --labels or --mask, not both",
+        ),
         (("-n", "3", "-o", "x.las"), 1, "faces are written as .ply, .vtp"),
         (
             ("-n", "3", "-o", "x.npy", "--features", "heat"),
@@ -184,7 +188,7 @@ def test_levels_writes_several_files_and_standard_output(run, sheet, tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("-o", "-", "-o", "-"), "-o takes at most one -"),
+        (("-o", "-", "-o", "-"), "-o takes at most one folder, and at most one -"),
         (("-o", "a.npz", "--to", "npz"), "--to has no effect: the endings of the files"),
         (("-o", "a.npz", "-o", "a.npz"), "the same output is given twice"),
     ],
@@ -201,7 +205,7 @@ def test_levels_carries_attributes_over(run, sheet, tmp_path):
     sf.write_mesh(tmp_path / "a.ply", mesh, np.zeros(mesh.n_faces, int), attributes=attributes)
     out = tmp_path / "b.ply"
     _, _, err = run("levels", tmp_path / "a.ply", "-n", 6, "-o", out)
-    assert "replaced by properties of the labels: face property label" in err
+    assert "data of the input that labels replace: face property label" in err
     kept = sf.read_attributes(tmp_path / "b.6.ply")
     assert np.array_equal(kept.face["part"], np.arange(mesh.n_faces))
     assert run("levels", tmp_path / "a.ply", "-n", 6, "-o", out, "--drop-attributes")[2] == ""

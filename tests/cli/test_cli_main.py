@@ -187,7 +187,7 @@ def test_the_documentation_has_the_help_of_every_command():
 def test_options_are_listed_in_groups(run):
     text = run("segment", "--help")[1]
     titles = re.findall(r"^(\w[^\n]*):$", text, re.MULTILINE)
-    assert titles[:3] == ["Used most", "Presets", "Creases and shape of regions"]
+    assert titles[:3] == ["Most used", "Presets", "Creases and shape of regions"]
     assert titles[-1] == "Other options"
     others = text.split("Other options:")[1]
     assert re.findall(r"--[a-z-]+", others) == ["--help"]

@@ -58,15 +58,15 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
     [
         (["a.ply", "b.ply", "-o", "x.npy"], "x.npy is one file for 2 inputs: give -o a folder"),
         (["a.ply", "b.ply", "-o", "-"], "-o - writes one result, but there are 2 inputs"),
-        (["a.ply", "-"], "standard input (-) has to be the only input"),
-        (["-", "-o", "results/"], "standard input has no name: give -o a file, not a folder"),
-        (["a.ply", "a.ply"], "a file is given twice"),
-        (["a.ply", "./a.ply"], "a file is given twice"),
+        (["a.ply", "-"], "standard input (-) must be the only input"),
+        (["-", "-o", "results/"], "standard input has no file name: give -o a file, not a folder"),
+        (["a.ply", "a.ply"], "the same input is given twice"),
+        (["a.ply", "./a.ply"], "the same input is given twice"),
         (["a.ply", "a.off"], "a.ply and a.off would both be written to a.superfacets.ply"),
         (["a.ply", "-o", "x.npy", "-o", "./x.npy"], "x.npy: the same output is given twice"),
         (["a.ply", "-o", "b/", "-o", "c/"], "-o takes at most one folder"),
         (["a.ply", "-o", "-", "-o", "-"], "-o takes at most one folder, and at most one -"),
-        (["a.ply", "-o", "results"], "got none (a folder is written as results/)"),
+        (["a.ply", "-o", "results"], "got none (for a folder, write results/)"),
         (
             ["a.ply", "-o", "b.tri"],
             "expected the ending .ply, .vtp, .obj, .off, .glb, .ids.png, .stl, .vtu, .vtk, .csv,"
@@ -79,8 +79,8 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         ),
         (["a.ply", "-o", ""], "'' is not a file"),
         (["a.ply", "-o", "x.npy", "--to", "npy"], "--to has no effect: the endings of the files"),
-        (["-", "--to", "npy", "--to", "txt"], "standard output holds one format"),
-        (["a.ply", "--to", "npy", "--to", "npy"], "--to names a format twice"),
+        (["-", "--to", "npy", "--to", "txt"], "standard output can have one format only"),
+        (["a.ply", "--to", "npy", "--to", "npy"], "--to names the same format twice"),
         (["a.ply", "--to", "tri"], "Invalid value for '--to'"),
         (["a.ply", "--format", "docx"], "Invalid value for '--format'"),
         ([], "Missing argument"),
@@ -99,7 +99,7 @@ def test_an_output_never_replaces_an_input(run, folder):
     run("segment", "a.ply")
     status, _, err = run("segment", "b.ply", "a.ply", "a.superfacets.ply")
     assert status == 2
-    assert "a.superfacets.ply: the output would replace the input" in err
+    assert "a.superfacets.ply: the output would overwrite the input" in err
     Path("link.npy").hardlink_to("b.ply")
     assert run("segment", "b.ply", "-o", "link.npy")[0] == 2
     assert not Path("b.superfacets.ply").exists()
@@ -176,7 +176,9 @@ def test_results_of_a_read_only_input_go_to_the_current_folder(run, folder):
     (folder / "data" / "a.ply").chmod(0o444)
     status, out, err = run("segment", "data/a.ply", "-n", 4)
     assert status == 0
-    assert err == ("superfacets: note: data/a.ply is read-only: results go to the current folder\n")
+    assert err == (
+        "superfacets: note: data/a.ply is read-only: results are written to the current folder\n"
+    )
     assert out.startswith("wrote a.superfacets.ply\n")
     assert files_in(folder / "data") == ["a.ply"]
     assert (folder / "a.superfacets.ply").exists()
@@ -197,4 +199,6 @@ def test_a_read_only_folder_is_named(run, folder):
     finally:
         (folder / "data").chmod(0o755)
     assert status == 0
-    assert err == "superfacets: note: data is read-only: results go to the current folder\n"
+    assert (
+        err == "superfacets: note: data is read-only: results are written to the current folder\n"
+    )

@@ -33,7 +33,7 @@ def test_the_table_is_printed_with_the_numbers_of_the_file(run, fold):
     assert [row["region"] for row in rows] == ["3", "7"]
     assert [float(row["area"]) for row in rows] == [3, 3]
     assert [float(row["normal_z"]) for row in rows] == pytest.approx([1, 0], abs=1e-9)
-    assert notes == f"{fold / 'fold.ply'}: 2 regions, 1 pair that touch\n"
+    assert notes == f"{fold / 'fold.ply'}: 2 regions, 1 pair of neighbors\n"
 
 
 def test_the_labels_in_the_mesh_are_used_without_labels(run, fold):
@@ -45,7 +45,7 @@ def test_the_labels_in_the_mesh_are_used_without_labels(run, fold):
     ]  # fmt: skip
     status, printed, notes = run("regions", fold / "fold.ply")
     assert (status, printed) == (1, "")
-    assert notes.endswith("fold.ply: holds no labels: give a file of LABELS\n")
+    assert notes.endswith("fold.ply has no labels: give a label file as LABELS\n")
 
 
 def test_a_column_has_the_most_frequent_value_of_each_region(run, tmp_path):
@@ -74,7 +74,7 @@ def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending):
     write_mesh(parts, FOLD, [7, 3])  # sorted by region: the faces change places
     status, printed, notes = run("regions", fold / "fold.ply", parts)
     assert (status, printed) == (1, "")
-    assert notes.startswith(f"superfacets: error: {parts}: has its faces in another order")
+    assert notes.startswith(f"superfacets: error: {parts}: the faces have another order")
     assert run("regions", parts, parts)[0] == 0
     write_mesh(parts, FOLD, [3, 7])  # the order of the mesh
     assert run("regions", fold / "fold.ply", parts)[0] == 0
@@ -153,7 +153,7 @@ def test_a_cloud_has_regions_and_no_lines(run, tmp_path):
     assert len(rows_of(run("regions", *given)[1])) == 2
     status, _, error = run("regions", *given, "--borders", tmp_path / "borders.obj")
     assert status == 2
-    assert "--borders needs a mesh of faces" in error
+    assert "--borders needs a mesh with faces" in error
 
 
 def test_wrong_outputs_are_refused_before_anything_is_read(run, tmp_path):
@@ -190,7 +190,7 @@ def test_no_input_is_replaced(run, fold, monkeypatch):
     ]:
         status, _, err = run("regions", *given)
         assert status == 2
-        assert "the output would replace the input" in err
+        assert "the output would overwrite the input" in err
     assert {path.name: path.read_bytes() for path in fold.iterdir()} == before
 
 
@@ -226,7 +226,7 @@ def test_faces_in_no_region_have_no_row_and_no_name(run, fold):
     status, printed, notes = run("regions", *files, "--borders", borders)
     assert status == 0
     assert [(row["region"], float(row["area"])) for row in rows_of(printed)] == [("7", 3)]
-    assert notes.endswith("1 region, 0 pairs that touch\n")
+    assert notes.endswith("1 region, 0 pairs of neighbors\n")
     names = [line for line in borders.read_text().splitlines() if line[0] == "g"]
     assert {*names} == {"g border_7_open"}
     (fold / "labels.seg").write_text("-1\n-1\n")

@@ -23,7 +23,7 @@ def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path)
 def test_rendering_wants_a_png(run, sheet, tmp_path):
     status, _, err = run("render", sheet, "-o", tmp_path / "picture.jpg")
     assert status == 2
-    assert "picture.jpg: must end in .png" in err
+    assert "picture.jpg must end in .png" in err
 
 
 @pytest.mark.parametrize(
@@ -59,8 +59,8 @@ def test_a_mesh_is_drawn_with_its_labels(run, sheet, tmp_path):
     assert run("render", sheet, "-o", plain) == (
         0,
         f"wrote {plain}\n",
-        f"superfacets: note: {sheet} holds no labels, so the picture is plain: give a"
-        " file with --labels\n",
+        f"superfacets: note: {sheet} has no labels, so no regions are drawn: give"
+        " labels with --labels\n",
     )
     assert run("render", tmp_path / "l.ply", "-o", labeled)[::2] == (0, "")
     assert run("render", sheet, "--labels", tmp_path / "l.npy", "-o", given)[0] == 0
@@ -125,12 +125,12 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "nothing to write: -o names a .png, --turntable a .gif or .mp4"),
-        (["--turntable", "turn.png"], "turn.png: must end in .gif or .mp4"),
+        ([], "nothing to write: give -o a .png, or --turntable a .gif or .mp4"),
+        (["--turntable", "turn.png"], "turn.png must end in .gif or .mp4"),
         (["-o", "p.png", "--size", "big"], "'big' is not a size such as 1200x900, with sides of 1"),
         (["-o", "p.png", "--size", "9000x10"], "'9000x10' is not a size such as 1200x900"),
         (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
-        (["-o", "p.png", "--view", "top", "--azimuth", 5], "--view sets --azimuth and"),
+        (["-o", "p.png", "--view", "top", "--azimuth", 5], "give --view, or --azimuth and"),
         (["-o", "p.png", "--color-by", "area"], "'area' is a property of regions: give labels"),
     ],
 )

@@ -133,8 +133,8 @@ def test_subdivide_writes_the_parts_and_labels_of_the_faces_of_the_input(run, bl
     assert n_lost > 0
     assert err == (
         f"superfacets: note: {mesh.n_faces} faces were subdivided into {parts.mesh.n_faces}\n"
-        f"superfacets: note: {n_lost} regions are smaller than the long faces of the input;"
-        " label files have no face of them\n"
+        f"superfacets: note: {n_lost} regions lost in label files: faces of the input are larger"
+        " than regions\n"
     )
     facts = json.loads(out)
     assert facts["sliver_share"] == 0
@@ -144,7 +144,10 @@ def test_subdivide_writes_the_parts_and_labels_of_the_faces_of_the_input(run, bl
 
 def test_a_mesh_that_is_fine_enough_is_not_said_to_be_subdivided(run, block, tmp_path):
     status, _, err = run("segment", block, "-n", 9, "--max-edge", 9, "-o", tmp_path / "a.npy")
-    assert (status, err) == (0, "superfacets: note: no edge is longer than max_edge\n")
+    assert (status, err) == (
+        0,
+        "superfacets: note: no face was subdivided: all edges are short enough\n",
+    )
 
 
 def test_subdivide_heeds_a_radius_or_a_longest_edge(run, block, tmp_path):
@@ -176,9 +179,9 @@ def test_more_regions_than_asked_for_are_explained(run, tmp_path):
     assert status == 0
     assert "2 regions" in out
     assert err == (
-        "superfacets: note: 1 more region than asked for,"
-        " for components of the mesh that got no seed;"
-        " with --islands nearest they join the nearest region\n"
+        "superfacets: note: 1 more region than requested:"
+        " components of the mesh without a seed became regions;"
+        " --islands nearest joins them to the nearest region\n"
     )
     status, out, err = run("segment", path, "-n", 1, "--islands", "nearest")
     assert "8 faces, 1 region, 1 iteration" in out
@@ -192,8 +195,8 @@ def test_seeds_that_do_not_give_the_number_asked_for_are_a_note(run, sheet, init
     made = segment(sheet, 7, init=init).n_segments
     assert made != 7
     assert run("segment", sheet, "-n", 7, "--init", init)[2] == (
-        f"superfacets: note: {made} regions in place of 7: --init {init} makes only about as many"
-        " as asked for\n"
+        f"superfacets: note: {made} regions instead of 7: --init {init} matches -n only"
+        " approximately\n"
     )
     assert run("segment", sheet, "-n", 7, "--init", init, "-q")[2] == ""
     assert run("segment", sheet, "-r", 0.1, "--init", init)[2] == ""
@@ -201,7 +204,7 @@ def test_seeds_that_do_not_give_the_number_asked_for_are_a_note(run, sheet, init
 
 def test_connect_without_paper_is_a_note(run, sheet):
     assert run("segment", sheet, "-n", 20, "--connect")[2] == (
-        "superfacets: note: --connect has no effect: only --paper gives regions in several pieces\n"
+        "superfacets: note: --connect has no effect: only --paper gives disconnected regions\n"
     )
     assert run("segment", sheet, "-n", 20, "--islands", "nearest", "--connect")[2] == ""
 
@@ -209,8 +212,8 @@ def test_connect_without_paper_is_a_note(run, sheet):
 def test_what_auto_denoising_took_is_a_note(run, sheet, tmp_path):
     write_mesh(tmp_path / "cube.ply", shapes.cube())
     auto = ("segment", tmp_path / "cube.ply", "-n", 6, "--denoise", "auto")
-    assert "note: denoise: auto took 0 steps\n" in run(*auto)[2]
-    assert "auto took 0 steps (--scans takes 5)\n" in run(*auto, "--scans")[2]
+    assert "note: --denoise auto used 0 smoothing steps\n" in run(*auto)[2]
+    assert "auto used 0 smoothing steps; --scans alone uses 5\n" in run(*auto, "--scans")[2]
     assert "denoise" not in run("segment", sheet, "-n", 6, "--scans")[2]
     assert run(*auto, "-q")[2] == ""
 
@@ -231,7 +234,7 @@ def test_options_of_other_tools_are_told_what_is_meant(run, sheet, name, meant):
 
 
 def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
-    note = "superfacets: note: the radius gives a single region: -r is a fraction of the mesh's"
+    note = "superfacets: note: the radius gives only one region: -r is a fraction of the mesh's"
     assert run("segment", sheet, "-r", 5)[2] == f"{note} diagonal\n"
     assert run("segment", sheet, "-n", 1)[2] == ""
     write_mesh(tmp_path / "islands.ply", shapes.two_islands())
@@ -263,14 +266,17 @@ def test_ascii_writes_text(run, sheet):
         (["--tol", -1], "Invalid value for '--tol'"),
         (["--threads", 0], "Invalid value for '--threads'"),
         (["--smoother"], "No such option"),
-        (["--paper", "--weights", "stk02"], "--paper has weights of its own: leave --weights out"),
+        (
+            ["--paper", "--weights", "stk02"],
+            "--paper sets --weights superfacets: leave --weights out",
+        ),
         (["--paper", "--parts"], "give --paper or --parts, not both"),
-        (["--paper", "--relocate"], "--relocate is not part of the paper"),
+        (["--paper", "--relocate"], "give --paper or --relocate, not both"),
         (
             ["--parts", "--weights", "creases"],
-            "--parts has weights of its own: leave --weights out",
+            "--parts sets --weights parts: leave --weights out",
         ),
-        (["--paper", "--init", "grid"], "--paper has init of its own: leave --init out"),
+        (["--paper", "--init", "grid"], "--paper sets --init farthest: leave --init out"),
         (["-o", "labels.xyz"], "labels.xyz"),
     ],
 )
@@ -300,7 +306,7 @@ def test_the_input_is_never_overwritten(run, sheet):
     before = sheet.read_bytes()
     status, _, err = run("segment", sheet, "-o", sheet)
     assert status == 2
-    assert "the output would replace the input" in err
+    assert "the output would overwrite the input" in err
     assert sheet.read_bytes() == before
 
 
@@ -406,8 +412,8 @@ def test_a_count_larger_than_the_mesh_gives_every_face_a_region(run, three):
     assert status == 0
     assert "72 faces, 72 regions" in out
     assert err == (
-        "superfacets: note: 73 regions were asked for; the mesh has 72 faces, each of which became"
-        " a region\n"
+        "superfacets: note: 73 regions were requested, but the mesh has only 72 faces: each face"
+        " became a region\n"
     )
     assert np.array_equal(np.load(output), segment(three[2], 72).labels)
     assert run("segment", three[2], "-n", 72, "-o", output)[2] == ""
@@ -445,8 +451,8 @@ def test_a_labeled_mesh_keeps_what_the_input_held(run, colored):
     status, _, err = run("segment", colored, "-n", 5, "-o", output)
     assert status == 0
     assert err.splitlines() == [
-        "superfacets: note: not kept from the input: element edge",
-        "superfacets: note: replaced by properties of the labels: face property label, face"
+        "superfacets: note: data of the input that is not copied: element edge",
+        "superfacets: note: data of the input that labels replace: face property label, face"
         " property quality, face property red, face property green, face property blue, face"
         " property alpha",
     ]

@@ -38,7 +38,7 @@ def served(monkeypatch):
 def test_the_address_is_printed_and_opened(run, sheet, served):
     status, out, err = run("studio", sheet)
     assert (status, err) == (0, "")
-    assert out == "superfacets studio: http://127.0.0.1:1/?token=t (Ctrl-C ends it)\n"
+    assert out == "superfacets studio: http://127.0.0.1:1/?token=t (press Ctrl-C to stop)\n"
     assert served[0][1][0] == "127.0.0.1"
     address, path, text, mode = served[1]
     assert address.startswith("file:///")
@@ -66,7 +66,7 @@ def test_a_port_in_use_is_an_error(run, sheet, served):
         port = other.getsockname()[1]
         status, out, err = run("studio", sheet, "--port", port)
     assert (status, out, served) == (1, "", [])
-    assert f"port {port} is in use: name another --port, or none" in err
+    assert f"port {port} is in use: choose another --port, or omit it" in err
 
 
 def test_a_port_that_may_not_be_opened_is_an_error(monkeypatch):

@@ -81,7 +81,7 @@ def test_a_missing_image_is_noted_and_then_refused(run, wall, tmp_path):
     (wall.parent / "facade.png").unlink()
     status, _, err = run("segment", wall, "-n", 5, "-o", tmp_path / "a.ply")
     assert status == 0
-    assert "not kept from the input: image 'facade.png', which is missing" in err
+    assert "data of the input that is not copied: image 'facade.png', which is missing" in err
     status, _, err = run(
         "segment", wall, "-n", 5, "--features", "texture", "-o", tmp_path / "b.ply"
     )

@@ -163,7 +163,7 @@ def test_notes_are_those_of_segment(run, tmp_path):
     write_mesh(path, shapes.together(apart))
     status, _, err = run("segment", path, "-n", 3, "--tiled")
     assert (status, run("segment", path, "-n", 3)[2]) == (0, err)
-    assert "2 more regions than asked for" in err
+    assert "2 more regions than requested" in err
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,10 @@ def test_notes_are_those_of_segment(run, tmp_path):
         (["--cache", 5], "--cache needs --tiled"),
         (["--workers", 2], "--workers needs --tiled"),
         (["--scheduler", "tcp://a:1"], "--scheduler needs --tiled"),
-        (["--tiled", "--workers", 2, "--scheduler", "tcp://a:1"], "give --scheduler or --workers"),
+        (
+            ["--tiled", "--workers", 2, "--scheduler", "tcp://a:1"],
+            "give --workers or --scheduler, not both",
+        ),
         (["--tiled", "--features", "color"], "--tiled does not support --features"),
         (["--tiled", "--subdivide"], "--tiled does not support --subdivide"),
         (["--tiled", "--min-size", 0.1], "--tiled does not support --min-size"),
@@ -188,9 +191,12 @@ def test_notes_are_those_of_segment(run, tmp_path):
         (["--tiled", "-o", "a.ply"], "with --tiled, give one output"),
         (["--tiled", "-o", "a.npy", "-o", "b.npy"], "with --tiled, give one output"),
         (["--tiled", "--to", "seg"], "with --tiled, give one output"),
-        (["--tiled", "-o", "-"], "--tiled reads and writes files"),
+        (["--tiled", "-o", "-"], "--tiled does not support standard input and output"),
         (["--tiled", "--cache", "-1"], "'-1' is not a whole number of 0 or more"),
-        (["--tiled", "--cache", 1, "--workers", 2], "--cache is for one process"),
+        (
+            ["--tiled", "--cache", 1, "--workers", 2],
+            "--cache cannot be used with --workers or --scheduler",
+        ),
     ],
 )
 def test_what_is_not_done_in_tiles_is_refused(run, bear, options, message):

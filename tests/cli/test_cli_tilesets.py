@@ -136,7 +136,7 @@ def test_a_damaged_tileset_is_one_failed_file(run, city, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["convert", "city", "a.npy", "-o", "out/"], "LABELS and --split belong to one mesh"),
+        (["convert", "city", "a.npy", "-o", "out/"], "LABELS and --split need a single mesh"),
         (["convert", "city/sub/two.json", "-o", "out/"], "two.glb is shown twice"),
         (["segment", "city/tileset.json", "-n", "9"], "tilesets are for batch, convert and"),
         (["segment", "city/sub/bad.json", "--tiled", "-n", "9"], "bad.json: not a tileset"),

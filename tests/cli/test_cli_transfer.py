@@ -67,7 +67,7 @@ def test_what_is_too_far_gets_no_label(run, folder):
     n_points = len(np.load("near.npy"))
     assert (status, out.splitlines()[-1]) == (
         0,
-        f"points.ply: {n_points} points, 5 labels, 1 without",
+        f"points.ply: {n_points} points, 5 labels, 1 without a label",
     )
     assert (np.load("near.npy") == -1).tolist() == [False] * (n_points - 1) + [True]
 
@@ -85,7 +85,7 @@ def test_labels_go_to_standard_output(run, folder):
 def test_properties_that_labels_replace_are_named(run, folder):
     assert run("transfer", "coarse.ply", "labels.npy", "fine.ply")[2] == ""
     _, _, err = run("transfer", "coarse.ply", "labels.npy", "coarse.ply", "-o", "again.ply")
-    assert "note: replaced by properties of the labels: face property label, face prop" in err
+    assert "note: data of the input that labels replace: face property label, face prop" in err
 
 
 def test_no_input_is_replaced(run, folder):
@@ -93,7 +93,7 @@ def test_no_input_is_replaced(run, folder):
     for name in ("coarse.ply", "labels.npy", "fine.ply"):
         status, _, err = run("transfer", "coarse.ply", "labels.npy", "fine.ply", "-o", name)
         assert status == 2
-        assert f"{name}: the output would replace the input" in err
+        assert f"{name}: the output would overwrite the input" in err
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
@@ -124,7 +124,7 @@ def test_classes_that_lose_their_numbers_are_a_note(run, folder):
     assert out.startswith(
         "wrote a_sp_label.npy (a label per vertex)\nwrote b.npy (a label per face)\n"
     )
-    assert "renumbered without gaps in _sp_label.npy; .segs.json keeps 5, 40\n" in err
+    assert "renumbered without gaps in _sp_label.npy; .segs.json keeps the labels 5, 40\n" in err
     assert set(np.load("a_sp_label.npy")) == {0, 1}
     assert run("transfer", *given, "-o", "a.segs.json")[2] == ""
     assert set(json.loads((folder / "a.segs.json").read_text())["segIndices"]) == {5, 40}

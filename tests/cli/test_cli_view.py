@@ -41,7 +41,7 @@ def test_labels_in_the_file_are_taken_and_their_lack_is_noted(run, tmp_path):
     write_mesh(mesh, strip(2))
     status, _, err = run("view", mesh, "--html", page)
     assert status == 0
-    assert "holds no labels: give a file with --labels" in err
+    assert "has no labels: give a label file with --labels" in err
 
 
 @pytest.mark.parametrize(("title", "shown"), [("a\ud800", "a?"), ("\udcff", "?")])
@@ -104,7 +104,7 @@ def test_labels_of_another_name_are_shown(run, tmp_path):
     page = tmp_path / "a.html"
     status, _, err = run("view", tmp_path / "a.ply", "--html", page, "--labels-named", "part")
     assert (status, err) == (0, "")
-    assert "holds no labels" in run("view", tmp_path / "a.ply", "--html", page)[2]
+    assert "has no labels" in run("view", tmp_path / "a.ply", "--html", page)[2]
 
 
 @pytest.mark.parametrize("has_browser", [True, False])

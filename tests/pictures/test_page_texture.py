@@ -92,7 +92,7 @@ def test_the_command_shows_textures_and_notes_missing_ones(run_view, tmp_path):
     assert '"tiles"' in (tmp_path / "a.html").read_text()
     (tmp_path / "facade.png").unlink()
     err = run_view(tmp_path / "a.obj", tmp_path / "b.html")
-    assert "note: no texture is shown: the image 'facade.png' is missing" in err
+    assert "note: the texture is not shown: the image 'facade.png' is missing" in err
     assert '"texture":null' in (tmp_path / "b.html").read_text()
 
 

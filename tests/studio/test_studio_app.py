@@ -136,20 +136,30 @@ def test_cells_in_any_order_are_painted_and_undone(client):
             "split",
             {"red": [0], "blue": [-1], "region": 0},
             400,
-            "blue has a cell that does not exist",
+            "blue contains a cell that does not exist",
         ),
-        ("split", {"red": [1 << 64], "blue": [1], "region": 0}, 400, "number of 64 bits"),
-        ("paint", {"class": 10**400, "cells": ""}, 400, "class must be a whole number of 64 bits"),
+        (
+            "split",
+            {"red": [1 << 64], "blue": [1], "region": 0},
+            400,
+            "each of red must fit into 64 bits",
+        ),
+        ("paint", {"class": 10**400, "cells": ""}, 400, "class must fit into 64 bits"),
         ("split", {"red": "x", "blue": [1], "region": 0}, 400, "red must be a list of numbers"),
-        ("split", {"red": [0], "blue": [1], "region": 0, "revision": 1}, 410, "revision 1 is gone"),
-        ("similar", {"revision": "a"}, 410, "revision a is gone"),
-        ("similar", {"revision": "a" * 9999}, 410, f"revision {'a' * 197}... is gone"),
+        (
+            "split",
+            {"red": [0], "blue": [1], "region": 0, "revision": 1},
+            410,
+            "revision 1 no longer exists",
+        ),
+        ("similar", {"revision": "a"}, 410, "revision a no longer exists"),
+        ("similar", {"revision": "a" * 9999}, 410, f"revision {'a' * 197}... no longer exists"),
         ("classes", {"classes": 3}, 400, "classes must be a list"),
         ("segment", {"n_segments": 0}, 400, "n_segments must be at least 1"),
         ("segment", {"n_segments": 2.5}, 400, "n_segments must be an integer"),
         ("segment", {"n_segments": 5000}, 400, "there are only 1152 cells"),
         ("segment", {"level": 21}, 400, "level is 21 but there are only 20 regions"),
-        ("segment", {"beta": 1}, 400, "there is no parameter beta"),
+        ("segment", {"beta": 1}, 400, "unknown parameter beta"),
         ("segment", {"alpha": -1}, 400, "alpha must be finite and not negative"),
         ("export", {"what": "all"}, 400, "what must be one of cells, objects"),
         ("export", {"what": "cells", "format": "exe"}, 400, "format must be one of npy"),
@@ -157,7 +167,7 @@ def test_cells_in_any_order_are_painted_and_undone(client):
         ("settle", {"accept": 3}, 400, "accept must be a list of pairs"),
         ("settle", {"accept": [[1]]}, 400, "accept must be a list of pairs"),
         ("settle", {"accept": [[1, "a"]]}, 400, "class must be a whole number"),
-        ("settle", {"reject": [7]}, 400, "there is no suggestion 7"),
+        ("settle", {"reject": [7]}, 400, "suggestion 7 does not exist"),
     ],
 )
 def test_wrong_requests_say_what_is_wrong(client, name, body, status, message):
@@ -171,13 +181,13 @@ def test_wrong_requests_say_what_is_wrong(client, name, body, status, message):
 def test_what_is_no_json_object(client):
     for content, message in (
         (b"{", "is not JSON"),
-        (b"[1]", "is no JSON object"),
+        (b"[1]", "is not a JSON object"),
         (b"[" * 100_000, "is nested too deeply"),
         (b'{"a":' * 100_000, "is nested too deeply"),
         (b'{"alpha":NaN}', "is not JSON"),
         (b'{"stroke":"\xff"}', "is not JSON"),
         (b'{"class":' + b"1" * 5000 + b"}", "is not JSON"),
-        (b'{"stroke":"\\udc00"}', "has half of a surrogate pair in a text"),
+        (b'{"stroke":"\\udc00"}', "contains text that is not valid Unicode"),
     ):
         answer = client.http.post("/api/files/0/paint", content=content)
         assert (answer.status_code, message in answer.json()["error"]) == (400, True)
@@ -186,8 +196,8 @@ def test_what_is_no_json_object(client):
 
 
 def test_files_and_routes_that_are_not_there(client):
-    assert client.get("state", 1).json() == {"error": "there is no file 1: there are 1"}
-    assert client.get("dance").json() == {"error": "there is no GET /api/files/0/dance"}
+    assert client.get("state", 1).json() == {"error": "file 1 does not exist: there are 1 files"}
+    assert client.get("dance").json() == {"error": "unknown route: GET /api/files/0/dance"}
     assert client.get("split").status_code == 405
     assert client.get("labels", revision="x").status_code == 400
     assert client.get("labels", revision="1" * 5000).status_code == 400
@@ -225,7 +235,7 @@ def test_old_revisions_are_gone(client):
         client.segment(n_segments=n)
     answer = client.get("labels", revision=first)
     assert answer.status_code == 410
-    assert f"revision {first} is gone" in answer.json()["error"]
+    assert f"revision {first} no longer exists" in answer.json()["error"]
 
 
 def test_as_many_revisions_as_promised_are_kept(client):
@@ -375,7 +385,7 @@ def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch):
 
     stand_in(monkeypatch, "import time; time.sleep(60)")
     monkeypatch.setattr(thumbnails, "SECONDS", 0.5)
-    with pytest.raises(RenderError, match=r"no picture after 0\.5 seconds"):
+    with pytest.raises(RenderError, match=r"drawing took more than 0\.5 seconds"):
         thumbnails.Thumbnails().png(sheet)
 
 
@@ -389,7 +399,7 @@ def test_a_studio_that_ends_waits_for_no_thumbnail(sheet, monkeypatch):
     timer = threading.Timer(0.5, thumbnails.close)
     timer.start()
     for _ in range(2):  # the one that is drawn, and one that is asked for afterwards
-        with pytest.raises(RenderError, match="drawing ended with -9"):
+        with pytest.raises(RenderError, match="drawing failed with status -9"):
             thumbnails.png(sheet)
     assert time.monotonic() - begin < 30
     timer.join()

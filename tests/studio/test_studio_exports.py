@@ -184,25 +184,28 @@ def test_a_cell_gets_what_most_of_its_corners_have():
 @pytest.mark.parametrize(
     ("files", "message"),
     [
-        ({}, "import one file of labels"),
-        ({"a.npy": b"", "b.npy": b""}, "import one file of labels"),
-        ({"a.aggregation.json": b"{}"}, "import one file of labels"),
+        ({}, "import one label file"),
+        ({"a.npy": b"", "b.npy": b""}, "import one label file"),
+        ({"a.aggregation.json": b"{}"}, "import one label file"),
         ({"a.sstk.json": b"[[["}, "is not JSON"),
         ({"a.segs.json": b"\xff"}, "is not JSON"),
         ({"a.exe": b""}, "expected the ending .sstk.json"),
         ({"a.seg": b"0\n1\n2\n"}, r"a\.seg: .*3 labels"),
-        ({"a.seg": b"0\n70000\n"}, "label 70000 is no class"),
+        ({"a.seg": b"0\n70000\n"}, "label 70000 is not a class"),
         ({"a.segs.json": b"{"}, r"a\.segs\.json: "),
-        ({"a.segs.json": b"{}"}, r"a\.segs\.json: it has no 'segIndices'"),
+        ({"a.segs.json": b"{}"}, r"a\.segs\.json: the entry 'segIndices' is missing"),
         ({"a.segs.json": b'{"segIndices":[1.5]}'}, "must be a list of whole numbers"),
-        ({"a.segs.json": b'{"segIndices":[1]}'}, "it has 1 labels, but there are 4 vertices"),
+        (
+            {"a.segs.json": b'{"segIndices":[1]}'},
+            "the file has 1 labels, but the mesh has 4 vertices",
+        ),
         (
             {"a.sstk.json": b'{"segmentation":[{"index":[1]}]}'},
-            "it has 1 labels, but the mesh has 2 cells",
+            "the file has 1 labels, but the mesh has 2 cells",
         ),
         (
             {"a.seg": b"0\n1\n", "a.aggregation.json": b'{"segGroups":[{"label":"x"}]}'},
-            r"a\.aggregation\.json: it has no 'segments'",
+            r"a\.aggregation\.json: the entry 'segments' is missing",
         ),
     ],
 )
@@ -214,7 +217,7 @@ def test_wrong_imports_say_what_is_wrong(files, message):
 @pytest.mark.parametrize(
     ("name", "data", "message"),
     [
-        ("a.sstk.json", b'{"segmentation":[]}', "a list in it is empty"),
+        ("a.sstk.json", b'{"segmentation":[]}', "it contains an empty list"),
         ("a.sstk.json", b"[" * 100_000, "it is nested too deeply"),
         ("a.segs.json", b'{"segIndices":[18446744073709551615]}', "which is too large"),
         ("a.segs.json", b'{"segIndices":[NaN,0,0,0]}', "must be a list of whole numbers"),

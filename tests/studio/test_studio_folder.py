@@ -152,7 +152,7 @@ def test_results_are_no_inputs(serve, folder):
 
 def test_a_folder_without_meshes_is_refused(tmp_path, sheet):
     sheet.rename(tmp_path / "sheet.classes.ply")
-    with pytest.raises(FileNotFoundError, match="holds only exported files"):
+    with pytest.raises(FileNotFoundError, match="contains only exported files"):
         Files.of(tmp_path, None, None, ())
     with pytest.raises(ValueError, match="--work is for one file"):
         Files.of(tmp_path, tmp_path / "work", None, ())
@@ -200,16 +200,16 @@ def test_a_list_of_names_is_a_list_of_classes(tmp_path):
     classes = read_classes(tmp_path / "names.txt")
     assert [(c["id"], c["name"], c["key"]) for c in classes] == [(1, "roof", "1"), (2, "wall", "2")]
     (tmp_path / "names.txt").write_text("\n")
-    with pytest.raises(ValueError, match=r"names\.txt: no list of classes: no line has a name"):
+    with pytest.raises(ValueError, match=r"names\.txt: not a list of classes: no line has a name"):
         read_classes(tmp_path / "names.txt")
     (tmp_path / "names.json").write_text("{")
-    with pytest.raises(ValueError, match=r"names\.json: no list of classes"):
+    with pytest.raises(ValueError, match=r"names\.json: not a list of classes"):
         read_classes(tmp_path / "names.json")
     (tmp_path / "names.json").write_text("[" * 100_000)
-    with pytest.raises(ValueError, match=r"names\.json: no list of classes: it is nested too"):
+    with pytest.raises(ValueError, match=r"names\.json: not a list of classes: nested too"):
         read_classes(tmp_path / "names.json")
     (tmp_path / "names.txt").write_bytes(b"\xff")
-    with pytest.raises(ValueError, match=r"names\.txt: no list of classes: 'utf-8' codec"):
+    with pytest.raises(ValueError, match=r"names\.txt: not a list of classes: 'utf-8' codec"):
         read_classes(tmp_path / "names.txt")
 
 
@@ -224,8 +224,8 @@ def test_a_list_of_names_is_a_list_of_classes(tmp_path):
         ({"id": 1, "name": "a" * 201}, "name must have 1 to 200 characters"),
         ({"id": 1, "name": "a", "color": "red"}, "color must be #rrggbb"),
         ({"id": 1, "name": "a", "key": "ab"}, "key must be one character"),
-        ({"id": 1, "name": "a\ud800"}, "name has half of a surrogate pair"),
-        ({"id": 1, "name": "a", "key": "\udcff"}, "key has half of a surrogate pair"),
+        ({"id": 1, "name": "a\ud800"}, "name is not valid Unicode"),
+        ({"id": 1, "name": "a", "key": "\udcff"}, "key is not valid Unicode"),
         ({"id": 2, "name": "a"}, "two classes have the same id: 2"),
         ({"id": 1, "name": "a", "key": "x"}, "two classes have the same key: x"),
     ],

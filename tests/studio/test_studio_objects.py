@@ -75,7 +75,7 @@ def test_a_work_file_of_the_first_version_opens(document):
 
 @pytest.mark.parametrize(
     ("entry", "reason"),
-    [({"object": 1000}, "object 1000 is not 0 to 999"), ({"object": "a"}, "object a is not"),
+    [({"object": 1000}, "must be 0 to 999, got 1000"), ({"object": "a"}, "to 999, got a"),
      ({"objects": "eA=="}, "damaged")],
 )  # fmt: skip
 def test_damaged_objects_in_a_work_file_are_told(document, entry, reason):
@@ -105,7 +105,7 @@ def test_pieces_of_an_object_become_objects(furnished):
     sizes = [furnished.areas[furnished.instances == number].sum() for number in (1001, 1003)]
     assert sizes[0] >= sizes[1] > 0
     assert furnished.split_object(1, 0) == [4]  # those without an object
-    with pytest.raises(ValueError, match="chair 1 is in one piece"):
+    with pytest.raises(ValueError, match="chair 1 has only one piece"):
         furnished.split_object(1, 1)
     with pytest.raises(ValueError, match="there is no object 9 of class 1"):
         furnished.split_object(1, 9)
@@ -146,7 +146,7 @@ def test_names_of_objects_are_kept_and_taken_away(client):
         ("review", {"reviewed": 1}, "reviewed must be True or False"),
         ("compare", {"files": [{"name": "a", "data": "eA=="}]}, "is not a work file"),
         ("compare", {"files": [{"name": str(i), "data": ""} for i in (1, 2)]}, "one work file"),
-        ("accept", {"cells": "", "side": "mine"}, "there is no work to compare with"),
+        ("accept", {"cells": "", "side": "mine"}, "there is nothing to compare with"),
         ("accept", {"cells": "", "side": "ours"}, "side must be one of mine, theirs"),
     ],
 )
@@ -317,12 +317,12 @@ def _file(name, content):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ({}, "it has no 'categories'"),
-        ({"categories": [], "annotations": [{}]}, "it has no 'segmentation'"),
+        ({}, "the entry 'categories' is missing"),
+        ({"categories": [], "annotations": [{}]}, "the entry 'segmentation' is missing"),
         (_one := {"categories": [{"id": 1, "name": "a"}], "annotations": [
-            {"category_id": 1, "segmentation": {"counts": [1, 2]}}]}, "an annotation is of 3 "),
+            {"category_id": 1, "segmentation": {"counts": [1, 2]}}]}, "an annotation has 3 "),
         ({**_one, "annotations": [{"category_id": 2, "segmentation": {"counts": [1, 1]}}]},
-         "it has no 2"),
+         "the entry 2 is missing"),
         ({**_one, "annotations": 1000 * [{"category_id": 1, "segmentation": {"counts": [1, 1]}}]},
          "a has more than 999 objects"),
     ],
@@ -426,7 +426,7 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     arguments = [str(path), str(mine), str(theirs), "-o", str(target), "--prefer", prefer]
     result = CliRunner().invoke(agree_command, arguments)
     assert result.exit_code == 0, result.output
-    assert "agreed 88.9 % of the area that both have labeled" in result.output
+    assert "both agree on 88.9 % of the area that both have labeled" in result.output
     merged = Document.open(path, target)
     assert merged.instances[[0, 10, 60, 70, 90, 100]].tolist() == [
         1001,
@@ -446,7 +446,7 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
 
 
 def test_the_work_on_another_mesh_is_not_compared(two, document):
-    with pytest.raises(ValueError, match="the work is about"):
+    with pytest.raises(ValueError, match="the work file belongs to"):
         document.compare("mine", two[1].read_bytes())
 
 
@@ -454,11 +454,11 @@ def test_more_objects_than_fit_are_refused(two, monkeypatch):
     path, mine, theirs = two
     document = Document.open(path, mine)
     document.paint(_range(110, 112), 1, objects=999)
-    with pytest.raises(ValueError, match="both works have 1000 objects or more of one class"):
+    with pytest.raises(ValueError, match="a class of both works has 1000 objects or more"):
         document.compare("theirs", theirs.read_bytes())
     monkeypatch.setattr("superfacets.studio.document.MAX_OBJECT", 9)
     document.paint(np.arange(0, 128, 2, dtype=np.uint32), 1, objects=1)
-    with pytest.raises(ValueError, match="41 pieces are too many: objects go to 9"):
+    with pytest.raises(ValueError, match="41 pieces are too many: objects end at 9"):
         document.split_object(1, 1)
     files = {"a.objects.json": json.dumps(_annotations(128, range(4))).encode()}
     seq = document.history.seq

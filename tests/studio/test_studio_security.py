@@ -76,7 +76,7 @@ def test_without_the_token_nothing_is_told(client, path, token):
 def test_another_page_is_refused_even_with_the_token(client, headers):
     answer = asked(client, "/api/quit", method="POST", **headers)
     assert answer.status_code == 403
-    assert answer.json() == {"error": "the request comes from another page"}
+    assert answer.json() == {"error": "the request comes from a page of another site"}
     assert client.quits == 0
 
 
@@ -135,7 +135,7 @@ def test_no_more_is_taken_of_a_body_than_there_may_be(client, monkeypatch, name)
 def test_no_path_leads_outside(client, path):
     answer = asked(client, path)
     assert answer.status_code in (404, 405)
-    assert answer.json()["error"].startswith("there is no GET")
+    assert answer.json()["error"].startswith("unknown route: GET")
 
 
 def test_a_websocket_is_not_answered(client):
@@ -158,7 +158,7 @@ def test_the_token_is_random_or_that_of_the_environment(monkeypatch):
     assert new_token() == TOKEN
     for text in ("short", "x" * 20 + "&", ""):
         monkeypatch.setenv(TOKEN_VARIABLE, text)
-        with pytest.raises(ValueError, match="must have 16 characters or more"):
+        with pytest.raises(ValueError, match="must have 16 to 200 characters"):
             new_token()
 
 

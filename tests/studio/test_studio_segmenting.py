@@ -101,7 +101,7 @@ def test_notes_say_what_segment_warns_of():
     segmenter = Segmenter(long)
     notes = segmenter.run(default_parameters(40, 20)).notes
     assert any("Triangles are long and thin" in note for note in notes)
-    assert "20 small loose pieces of the mesh became regions of their own." in notes
+    assert "20 small disconnected pieces of the mesh became additional regions." in notes
     segmenter.close()
 
 

@@ -129,7 +129,7 @@ def test_work_with_a_damaged_suggestion_is_refused(suggested):
         from superfacets.studio.journal import _coded
 
         work.write_bytes(b"".join([*lines[:-1], _coded(line)]))
-        with pytest.raises(JournalError, match="makes no sense"):
+        with pytest.raises(JournalError, match="is not valid"):
             Document.open(suggested.path)
         work.write_bytes(b"".join(lines))
 
@@ -138,7 +138,7 @@ def test_what_cannot_be_settled_changes_nothing(suggested, document):
     ids = ids_by_class(suggested)
     state = suggested.state.suggestions
     for accepted, message in (
-        ({99: 1}, "there is no suggestion 99"),
+        ({99: 1}, "suggestion 99 does not exist"),
         ({ids[2]: 77}, "there is no class 77"),
         ({ids[0]: 0}, "needs a class"),
     ):
@@ -148,7 +148,7 @@ def test_what_cannot_be_settled_changes_nothing(suggested, document):
         assert not suggested.state.paint.any()
     with pytest.raises(ValueError, match=f"suggestion {ids[2]} is both accepted and rejected"):
         suggested.settle({ids[2]: 2}, [ids[2]])
-    with pytest.raises(ValueError, match="name suggestions to accept or reject"):
+    with pytest.raises(ValueError, match="no suggestion to accept or reject was given"):
         suggested.settle({})
     suggested.paint(np.arange(900, 910, dtype=np.uint32), 2, objects=999)
     with pytest.raises(ValueError, match="at most 999 objects"):

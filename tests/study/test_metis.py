@@ -10,7 +10,12 @@ from models import read_off
 from superfacets import Mesh, MeshError, MissingExtraError, build_face_graph
 from superfacets.study.baselines import metis_partition
 from superfacets.study.baselines.face_cells import Component
-from superfacets.study.baselines.metis import _cap, _merge_pairs, _share_out, _whole_numbers
+from superfacets.study.baselines.metis import (
+    _cap,
+    _merge_pairs,
+    _parts_of_components,
+    _whole_numbers,
+)
 
 
 def valley(n):
@@ -81,10 +86,10 @@ def test_more_components_than_parts_are_one_part_each():
 
 
 def test_the_next_part_goes_to_the_component_of_most_area_per_part():
-    assert _share_out([6.0, 3.0, 1.0], [90, 90, 90], 10) == [6, 3, 1]
-    assert _share_out([6.0, 3.0, 1.0], [90, 90, 90], 2) == [1, 1, 1]
-    assert _share_out([6.0, 3.0, 1.0], [2, 90, 90], 8) == [2, 4, 2]
-    assert _share_out([0.0, 0.0], [3, 3], 5) == [3, 2]
+    assert _parts_of_components([6.0, 3.0, 1.0], [90, 90, 90], 10) == [6, 3, 1]
+    assert _parts_of_components([6.0, 3.0, 1.0], [90, 90, 90], 2) == [1, 1, 1]
+    assert _parts_of_components([6.0, 3.0, 1.0], [2, 90, 90], 8) == [2, 4, 2]
+    assert _parts_of_components([0.0, 0.0], [3, 3], 5) == [3, 2]
 
 
 def test_faces_that_share_several_edges_have_one_arc():

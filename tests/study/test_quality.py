@@ -188,8 +188,12 @@ def test_a_model_of_which_a_run_failed_is_left_out_and_named(folder, tmp_path):
     options = Options(benchmark=folder, output=tmp_path, ks=(6,), n_finer=0)
     report = study(options)
     assert {row["model"] for row in report.rows} == {3}
-    assert report.problems[-1].startswith("model 7, x1, default, k = 6: no record can be written")
-    with pytest.raises(sf.MeshError, match="every model failed; the first: model 7, x1, default"):
+    assert report.problems[-1].startswith(
+        "model 7, x1, default, k = 6: the record could not be written"
+    )
+    with pytest.raises(
+        sf.MeshError, match="all models failed; the first failure: model 7, x1, default"
+    ):
         study(replace(options, models=(7,)))
 
 
@@ -210,7 +214,7 @@ def test_what_is_not_installed_is_named(folder, tmp_path, monkeypatch):
     assert not (tmp_path / "out").exists()
     assert quality_study._usable_scales() == (
         ["x1", "x4", "x16"],
-        ("no coarser meshes: they need PyVista and SciPy",),
+        ("coarser meshes are left out: PyVista and SciPy are not installed",),
     )
 
 

@@ -278,11 +278,12 @@ def test_a_budget_ends_the_run_and_what_is_missing_is_named(run, benchmark, tmp_
     assert status == 0
     assert stdout.startswith("44 runs done, 0 failed, 44 not started")
     assert stderr.splitlines() == [
-        "superfacets: note: not started within the budget: superfacets on 1, 21, 400, 2 (24 runs)",
-        "superfacets: note: not started within the budget: stk02 on 1, 21, 400, 2 (20 runs)",
+        "superfacets: note: not started because time ran out: superfacets on 1, 21, 400, 2 (24"
+        " runs)",
+        "superfacets: note: not started because time ran out: stk02 on 1, 21, 400, 2 (20 runs)",
     ]
     assert sum(row["status"] == "missing" for row in rows_of(out)) == 44
-    assert "44 runs not started within the budget" in (out / "index.html").read_text()
+    assert "44 runs not started in time" in (out / "index.html").read_text()
 
 
 def test_the_page_holds_all_it_shows(run, benchmark, tmp_path):
@@ -293,7 +294,7 @@ def test_the_page_holds_all_it_shows(run, benchmark, tmp_path):
     assert sources
     assert all(source.startswith(("data:image/", "#")) for source in sources)
     assert not re.search(r"@import|url\(|<script|<link", page)
-    for text in ("4 models of 3 categories", "Figure 5", "Figure 6", "What is missing"):
+    for text in ("4 models of 3 categories", "Figure 5", "Figure 6", "Missing results"):
         assert text in page
     for text in ("Figure 4", "Figure 7", "All methods"):
         assert text not in page
@@ -372,8 +373,8 @@ def test_curves_are_compared_over_the_models_that_all_have():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--figures", "9"), "--figures: there is no '9', only 1, 2, 3, 4, 5, 6, 7, 8, rivals"),
-        (("--methods", "magic"), "--methods: there is no 'magic', only superfacets, "),
+        (("--figures", "9"), "--figures: '9' is not one of 1, 2, 3, 4, 5, 6, 7, 8, rivals"),
+        (("--methods", "magic"), "--methods: 'magic' is not one of superfacets, "),
         (("--ks", "5,many"), "expected whole numbers >= 1, got 'many'"),
         (("--ks", "0"), "expected whole numbers >= 1, got '0'"),
         (("--figures", "6", "--methods", "metis"), "nothing to run: no requested figure"),
@@ -617,7 +618,7 @@ def test_a_folder_in_the_place_of_a_record_fails_that_run_alone(run, benchmark, 
     assert status == 0
     assert stdout.startswith("23 runs done, 1 failed, 0 not started")
     assert re.fullmatch(
-        r"superfacets: note: failed: superfacets on 1 \(1 runs\): no record can be written:"
+        r"superfacets: note: failed: superfacets on 1 \(1 runs\): the record could not be written:"
         r" IsADirectoryError: .*\n",
         stderr,
     )

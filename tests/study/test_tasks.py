@@ -177,7 +177,7 @@ def test_a_record_that_cannot_be_written_is_told(tmp_path):
     dead.path.mkdir()
     lost = run_all(Divisions((blocked, done)), Divisions((dead,)))
     assert set(lost) == {blocked.path, dead.path}
-    assert lost[blocked.path].startswith("no record can be written: IsADirectoryError: ")
+    assert lost[blocked.path].startswith("the record could not be written: IsADirectoryError: ")
     assert [read_piece(piece) for piece in pieces] == [None, None, {"value": 0.25}]
 
 

@@ -1,9 +1,9 @@
 """Random cases for `tools/fuzz`, and the properties that must hold for each case.
 
-- `files`: damaged files of every reader are read, or refused in one short line.
+- `files`: damaged files of every format are read, or refused with a one-line message.
 - `studio`, `batches`: damaged work files and manifests.
 - `meshes`: random meshes, segmented with random options.
-- `graphs`: random cell graphs, compared with the readable twins.
+- `graphs`: random cell graphs, compared with the reference implementation.
 - `cells`: cells of every kind, with masks, barriers, features and levels.
 - `tiles`: labels that are computed in tiles, compared with labels that are computed in memory.
 - `promises`: properties that must hold for labels, and errors that are allowed.

@@ -36,13 +36,14 @@ Check = Callable[[np.random.Generator, Path], None]
 
 
 class Kind(NamedTuple):
-    """A kind of cases: the function that runs a case, its share of all cases, and its time limit.
+    """A kind of cases: the function that runs a case, its relative frequency, and its time limit.
 
-    Time limits are generous for busy machines. The documentation promises the limit for files.
+    Time limits are in seconds, and generous for busy machines. The documentation promises the limit
+    for files.
     """
 
     check: Check
-    share: int
+    frequency: int
     seconds: float = 60.0
 
 
@@ -73,7 +74,7 @@ def main() -> None:
     parser.add_argument("--formats", nargs="+", default=[], metavar="ENDING",
                         help="only files of these formats, such as .laz")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, help="seed of the random cases")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of processes")
     parser.add_argument("--case", type=int, help="run only this case, in this process")
     options = parser.parse_args()
     search = Search(options.seed, tuple(options.only), tuple(options.formats))
@@ -106,7 +107,7 @@ class Search(NamedTuple):
         return self._start_of(number)[0]
 
     def run_case(self, number: int, folder: Path) -> None:
-        """Run the case of this number; an error is raised if a property does not hold."""
+        """Run the case with this number; an error is raised if a property does not hold."""
         kind, rng = self._start_of(number)
         if kind == "files":
             check_file(rng, folder, self.formats)
@@ -115,12 +116,12 @@ class Search(NamedTuple):
 
     def _start_of(self, number: int) -> tuple[str, np.random.Generator]:
         rng = np.random.default_rng([self.seed, number])
-        shares = np.cumsum([KINDS[kind].share for kind in self.kinds])
-        place = np.searchsorted(shares, rng.integers(shares[-1]), side="right")
-        return self.kinds[place], rng
+        ends = np.cumsum([KINDS[kind].frequency for kind in self.kinds])
+        index = np.searchsorted(ends, rng.integers(ends[-1]), side="right")
+        return self.kinds[index], rng
 
     def failure_of(self, number: int) -> str | None:
-        """Run the case of this number; return the traceback of its failure, or None."""
+        """Run the case with this number; return the traceback of its failure, or None."""
         with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
             try:
                 self.run_case(number, Path(folder))
@@ -155,7 +156,7 @@ class Search(NamedTuple):
         return " ".join(words)
 
     def outcomes(self, numbers: Iterator[int], n_jobs: int) -> Iterator[tuple[int, str | None]]:
-        """Numbers of cases as they end, each with its failure or None."""
+        """Yield the number of each case that has ended, with its failure or None."""
         methods = multiprocessing.get_all_start_methods()
         context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
         with ProcessPool(n_jobs, context=context, initializer=prepare) as pool:

@@ -28,7 +28,7 @@ from .promises import check_labels, refusals
 Read = Callable[[Path], Any]
 
 MOST_CELLS = 2000
-"""Largest number of cells that are segmented; larger inputs are rare, and are only read."""
+"""Maximum number of cells that are segmented; larger inputs are rare, and are only read."""
 
 _POINTS = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n"
 _NODES = "".join(f"{i} {line}\n" for i, line in enumerate(_POINTS.splitlines(), 1))
@@ -172,10 +172,10 @@ def _checksum_table() -> tuple[int, ...]:
     """Table of CRC-32C for each byte."""
     table = []
     for byte in range(256):
-        rest = byte
+        remainder = byte
         for _ in range(8):
-            rest = rest >> 1 ^ (0x82F63B78 if rest & 1 else 0)
-        table.append(rest)
+            remainder = remainder >> 1 ^ (0x82F63B78 if remainder & 1 else 0)
+        table.append(remainder)
     return tuple(table)
 
 
@@ -215,7 +215,7 @@ def _odd_document(source: random.Random) -> dict[str, Any]:
 
 
 def _damaged(data: bytes, source: random.Random) -> bytes:
-    """The file: with changed bytes, truncated, with the start of another file, or unchanged."""
+    """Change bytes, truncate the file, insert the start of another file, or change nothing."""
     kind = source.random()
     if kind < 0.03:
         return data

@@ -1,4 +1,4 @@
-"""Random cell graphs, compared with the readable twins."""
+"""Random cell graphs, compared with the reference implementation."""
 
 from __future__ import annotations
 

@@ -13,8 +13,7 @@ import shapes
 
 THREADS = (1, 2, 3, 7)
 
-LONGEST_MESSAGE = 400
-"""Largest number of characters of a message, without the path."""
+LONGEST_MESSAGE = 400  # maximum number of characters of a message, without the path
 
 
 @contextlib.contextmanager
@@ -58,7 +57,7 @@ def check_result(result: Any, graph: Any) -> None:
 
 
 def check_number(result: Any, graph: Any, n_segments: int) -> None:
-    """Check that there are k regions, plus at most one for each component except one."""
+    """Check that there are k regions, plus at most one for each further component."""
     n_components = shapes.count_pieces(graph, np.zeros(graph.n_cells, int))
     assert n_segments <= result.n_segments <= n_segments + n_components - 1
 

@@ -15,7 +15,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Solid:
-    """An ellipsoid with radii along its axes; it is turned about x, y and z, in degrees."""
+    """An ellipsoid, rotated about x, then y, then z by the angles of `turn`, in degrees."""
 
     name: str
     center: tuple[float, float, float]
@@ -53,12 +53,12 @@ PART_NAMES = tuple(solid.name for solid in SOLIDS)
 class _Ellipsoids:
     """The solids as arrays: p is inside solid s where |frames[s] @ (p - centers[s])| < 1."""
 
-    centers: FloatArray  # (S, 3)
-    frames: FloatArray  # (S, 3, 3), rows are the axes of the solid divided by its radii
-    reach: FloatArray  # (S, 3), half of the side lengths of each solid's bounding box
+    centers: FloatArray  # center of each of the S solids, shape (S, 3)
+    frames: FloatArray  # rows are the axes of a solid divided by its radii, shape (S, 3, 3)
+    reach: FloatArray  # half of the side lengths of each solid's bounding box, shape (S, 3)
 
     def levels(self, solid: int, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Value, (N,), and gradient, (N, 3), of a function that is 0 on the solid's surface."""
+        """Value, (N,), and gradient, (N, 3), of a function that is 0 on the surface of a solid."""
         local = (points - self.centers[solid]) @ self.frames[solid].T
         radius = np.sqrt(np.einsum("ij,ij->i", local, local))
         np.maximum(radius, 1e-9, out=radius)  # the gradient is undefined at the center
@@ -99,7 +99,7 @@ def cut_into_blocks(rows: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
 
 
 def _rotation(about_x: float, about_y: float, about_z: float) -> FloatArray:
-    """Rotation matrix of turns about x, then y, then z, in radians."""
+    """Rotation matrix for rotations about x, then y, then z, in radians."""
     matrix = np.eye(3)
     for axis, angle in enumerate((about_x, about_y, about_z)):
         second, third = (axis + 1) % 3, (axis + 2) % 3

@@ -18,8 +18,8 @@ IndexArray = npt.NDArray[np.int64]
 class Lattice:
     """A regular grid, and whether each point is inside; the two outer layers are outside."""
 
-    inside: npt.NDArray[np.bool_]  # (Z, Y, X), contiguous
-    origin: FloatArray  # (3,), position x, y, z of the first point
+    inside: npt.NDArray[np.bool_]  # whether each point is inside, shape (Z, Y, X), contiguous
+    origin: FloatArray  # position x, y, z of the first point, shape (3,)
     spacing: float
 
     @property

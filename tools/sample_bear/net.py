@@ -8,8 +8,7 @@ from .bear import FloatArray, cut_into_blocks, ellipsoids
 from .lattice import IndexArray, Lattice, cells_around, crossed_edges
 from .quads import QuadSurface, solids_of_vertices
 
-_RELAX_STEPS = 6
-"""Smoothing steps per round. They remove slivers, and further steps change little."""
+_RELAX_STEPS = 6  # smoothing steps per round, which remove slivers; more steps change little
 
 
 def surface_net(lattice: Lattice) -> QuadSurface:

@@ -16,9 +16,9 @@ from .lattice import IndexArray
 class QuadSurface:
     """A closed surface of quads, each of which belongs to one solid."""
 
-    points: FloatArray  # (V, 3)
-    quads: IndexArray  # (Q, 4), counterclockwise seen from outside
-    owners: IndexArray  # (Q,), the solid of each quad
+    points: FloatArray  # position of each vertex, shape (V, 3)
+    quads: IndexArray  # vertices of each quad, counterclockwise from outside, shape (Q, 4)
+    owners: IndexArray  # solid of each quad, shape (Q,)
 
 
 def solids_of_vertices(surface: QuadSurface) -> IndexArray:
@@ -31,7 +31,7 @@ def solids_of_vertices(surface: QuadSurface) -> IndexArray:
 
 
 def is_on_seam(solids_of_vertex: IndexArray) -> npt.NDArray[np.bool_]:
-    """Whether each vertex is on several solids: whether several bits are set."""
+    """Whether each vertex is on several solids, so that several bits are set."""
     return np.asarray(solids_of_vertex & (solids_of_vertex - 1) != 0)
 
 

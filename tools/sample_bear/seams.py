@@ -16,10 +16,10 @@ def place_seams(surface: QuadSurface) -> QuadSurface:
     """Assign each quad to the nearest solid, then smooth the seams between solids.
 
     Vertices on a seam are later moved onto the crease. A quad with all corners on seams would then
-    be flat, and a spur of two quads would fold over. So quads that are outvoted by their neighbors
-    change their solid, one at a time around a vertex. Only quads that are outvoted at the start,
-    and flat quads, may change; otherwise small parts would disappear. A few rounds suffice, except
-    for creases that the grid cannot resolve.
+    be flat, and a spur of two quads would fold over. Therefore quads that are outvoted by their
+    neighbors change their solid, one at a time around a vertex. Only quads that are outvoted at the
+    start, and flat quads, may change; otherwise small parts would disappear. A few rounds suffice,
+    except for creases that the grid cannot resolve.
     """
     middles = surface.points[surface.quads].mean(axis=1)
     owners = ellipsoids().nearest(middles).astype(np.int64)

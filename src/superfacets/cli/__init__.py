@@ -1,8 +1,9 @@
 """The command `superfacets`.
 
-- `main`: the group of commands, and exit statuses. Each command is in the module of its name, which
-  is imported when the command is called.
-- `inputs`, `outputs`: the files of a command line. `options`, `segment_options`: shared options.
-- `progress`: bars. `report`: notes and results. `failures`: errors as lines and exit statuses.
-- `interrupts`: signals, and work that a signal can end.
+- `main`: the entry point. Most commands are in a module of the same name, which is imported only
+  when the command is called.
+- `inputs`, `outputs`: reading of input files, and planning of output files.
+- `options`, `segment_options`: options that several commands share.
+- `progress`: progress bars. `report`: notes and summaries. `failures`: error messages.
+- `interrupts`: signal handling, and background threads.
 """

@@ -21,7 +21,7 @@ from .segment_options import SegmentCommand, file_options, options_of, segment_o
 def _formats(
     ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Callback of an option: join the names of all comma-separated lists into one tuple."""
+    """Option callback: split comma-separated lists of formats into one tuple of names."""
     names = tuple(name.strip() for text in given for name in text.split(","))
     for name in names:
         if name not in OUTPUT_FORMATS:
@@ -34,15 +34,17 @@ def _formats(
 @click.argument("inputs", metavar="IN...", nargs=-1, required=True)
 @options(
     option("-o --output DIR", FOLDER,
-           "Folder for the results and the manifest; folders in it mirror the folders of IN.",
+           "Folder for the results and the manifest. Its subfolders mirror the folders of IN.",
            required=True),
     option("--to --format formats LIST", None,
-           "Formats of the results, such as npy,ply.  [default: ply; vtu for tetrahedra]",
+           "Comma-separated formats of the results, such as npy,ply.  [default: ply; vtu for"
+           " tetrahedra]",
            multiple=True, callback=_formats),
-    option("--workers", COUNT, "Worker processes on this machine.  [default: one per core]"),
+    option("--workers", COUNT,
+           "Number of worker processes on this machine.  [default: one per core]"),
     option("--scheduler ADDRESS", None,
            "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."),
-    option("--retry-failed", FLAG, "Also try files that failed in an earlier run."),
+    option("--retry-failed", FLAG, "Retry files that failed in an earlier run."),
     segment_options,
     file_options,
     quiet_option,
@@ -56,10 +58,10 @@ def batch_command(
 ) -> None:  # fmt: skip
     """Segment thousands of files on all cores, or on a cluster.
 
-    IN are files, folders, tilesets (tileset.json), patterns in quotes ("scans/**/*.ply"), or @LIST,
-    a text file with a path per line. DIR/manifest.jsonl gets a line per file. A second run segments
-    only files without a valid result. If a file fails, the others are still processed, and the exit
-    status is 1.
+    Each IN is a file, a folder, a tileset (tileset.json), a quoted pattern ("scans/**/*.ply"), or
+    @LIST, a text file with one path per line. DIR/manifest.jsonl gets one line per file. A second
+    run segments only files that have no valid result yet. If a file fails, the remaining files are
+    still processed, and the exit status is 1.
     """
     arguments = options_of(**given).arguments
     tried: list[str] = []
@@ -84,19 +86,18 @@ def batch_command(
     if result.n_failed:
         failed = f"{result.n_failed} of {counted(len(result.records), 'file')} failed"
         if not tried:
-            failed += " in an earlier run: --retry-failed tries again"
+            failed += " in an earlier run: retry with --retry-failed"
         print_error(failed)
         ctx.exit(EXIT_DATA)
 
 
 def _failure(record: dict[str, Any]) -> str:
-    """Reason why a file failed, starting with its name."""
+    """Error message of a failed file, starting with the file name."""
     name, error = record["input"], record["error"]
     return error if name in error else f"{name}: {error}"
 
 
 def _facts(result: BatchResult, output: Path) -> dict[str, Any]:
-    """The batch as a JSON object."""
     counts = {name: getattr(result, name) for name in ("n_done", "n_kept", "n_failed", "n_cells")}
     failed = {record["name"]: record["error"] for record in result.records if "error" in record}
     facts = {"n_files": len(result.records), **counts, "seconds": result.seconds}
@@ -104,7 +105,6 @@ def _facts(result: BatchResult, output: Path) -> dict[str, Any]:
 
 
 def _summary(result: BatchResult) -> str:
-    """The batch in one line."""
     pace = result.n_cells / result.seconds
     kept = f", {result.n_kept} done before" if result.n_kept else ""
     return (

@@ -37,13 +37,14 @@ from .report import notes_on_numbers, notes_on_written
 @click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
 @options(
     output_option(
-        "Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
-        " for standard output."),
+        "Output file in any format that segment -o writes; may be given several times. Or a folder"
+        " (results/), or - for standard output."),
     option("--split folder DIR", opts.FOLDER,
-           "Write each region to a file of its own in this folder: DIR/region_17.ply."),
-    to_option("Format of outputs whose name has no known ending"),
+           "Write each region to a separate file in this folder, such as DIR/region_17.ply."),
+    to_option("Format of outputs whose file name is not given"),
     option("--segments FILE", FILE,
-           "Old .segs.json, if IN is an .aggregation.json.  [default: the file that IN names]"),
+           "The .segs.json that belongs to IN, if IN is an .aggregation.json.  [default: the file"
+           " named in IN]"),
     opts.labels_named_option,
     opts.format_option("IN"),
     opts.ascii_option,
@@ -62,18 +63,18 @@ def convert_command(
 ) -> None:  # fmt: skip
     """Write meshes with their labels in other formats.
 
-    Without LABELS, the labels in IN are written, if IN has any. If IN is a FOLDER, all its meshes
-    and point clouds are converted, to the folder that -o names. If IN is a tileset.json, all its
-    models are converted, each in its place. If IN is an .aggregation.json, LABELS are new segments
-    (.segs.json), and the objects of IN are written as groups of the new segments; a table shows how
-    many vertices each object loses and gains.
+    If LABELS is not given, labels stored in IN are written. All meshes and point clouds of a FOLDER
+    are converted, and written to the folder that -o names. All models of a tileset.json are
+    converted, and moved to their positions in the tileset. If IN is an .aggregation.json, LABELS
+    are new segments (.segs.json): the objects of IN are rewritten as groups of the new segments,
+    and a table shows how many vertices each object loses and gains.
     """
     if mesh.name.endswith(GROUPS):
         chosen = {"segments": segments, "force": force}
         _regroup(mesh, labels, outputs, chosen, is_quiet=is_quiet, as_json=as_json)
         return
     if segments is not None:
-        raise click.UsageError("--segments needs an .aggregation.json as IN")
+        raise click.UsageError("--segments can be given only if IN is an .aggregation.json")
     sources = _sources_of(mesh, labels, folder)
     jobs, ending = _plan(sources, labels, outputs, folder, formats, ascii=ascii)
     form = FormatOptions.checked(
@@ -94,9 +95,11 @@ def _regroup(
     groups: Path, labels: Path | None, outputs: tuple[str, ...], chosen: dict[str, Any], *,
     is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Write an aggregation for other segments; print how many vertices objects lose and gain."""
+    """Rewrite an .aggregation.json for new segments, and print the changes of its objects."""
     if labels is None or len(outputs) != 1:
-        raise click.UsageError("an .aggregation.json needs new segments (.segs.json) and one -o")
+        raise click.UsageError(
+            "to convert an .aggregation.json, give new segments (.segs.json) as LABELS, and one -o"
+        )
     objects = regroup_segments(groups, labels, outputs[0], **chosen)
     if as_json:
         facts = {"file": str(groups), "objects": [found._asdict() for found in objects]}
@@ -111,28 +114,28 @@ def _regroup(
 
 @dataclass(frozen=True)
 class _Run:
-    """Options of the command, with which each file is converted."""
+    """Options of the command that apply to every file."""
 
-    placements: dict[str, Placement | None]  # of the inputs
+    placements: dict[str, Placement | None]  # position of each input in a tileset
     labels: Path | None
     labels_named: str
-    format: str | None  # of the input
+    format: str | None  # input format
     form: FormatOptions
-    folder: Path | None  # for files of regions
-    ending: str | None  # of files of regions
+    folder: Path | None  # folder of --split
+    ending: str | None  # file ending of --split; None for the default format
     keeps_attributes: bool
     is_quiet: bool
     as_json: bool
 
     def do(self, job: Job) -> None:
-        """Convert one file, and report it."""
+        """Convert one file, and print a report."""
         check_outputs(job.files, force=self.form.force)
         cells, labels, attributes = run_in_background(lambda: self._read(job))
         if labels is None and (self.folder is not None or job.holds_labels):
             task = "write" if self.folder is None else "split it by"
             raise MeshError(
                 f"{job.input}: there are no labels to {task} (none called {self.labels_named}):"
-                " give a file of LABELS, or --labels-named"
+                " give a label file as LABELS, or the name of the labels with --labels-named"
             )
         n_lost = job.write(cells, labels, attributes=attributes, options=self.form)
         parts: list[str] = []
@@ -142,7 +145,7 @@ class _Run:
             )
             parts = [str(path) for path in paths]
         if not self.is_quiet:
-            replaces = self.labels is not None  # else the labels are in the input itself
+            replaces = self.labels is not None  # otherwise the labels come from the input itself
             print_notes(
                 notes_on_written(cells, attributes, job.endings, n_lost, are_replaced=replaces)
                 + notes_on_numbers(labels, job.endings, n_lost)
@@ -165,19 +168,20 @@ class _Run:
         cells, attributes = load_cells_and_attributes(
             job.input, self.format, keep=keep, placement=self.placements[job.input]
         )
-        if self.labels is None and self.format is not None:  # labels are found by the ending of IN
-            return cells, None, attributes
         path = Path(job.input)
+        # The reader of labels relies on the ending of IN, which is wrong if a format is given.
+        if self.labels is None and self.format is not None:
+            return cells, None, attributes
         return cells, labels_beside(path, self.labels, cells, self.labels_named), attributes
 
 
 def _sources_of(mesh: Path, labels: Path | None, folder: Path | None) -> list[Source]:
-    """The file; or the files of a folder or a tileset."""
+    """The input file, or all files of an input folder or tileset."""
     if not holds_files(mesh):
         return [Source(str(mesh), mesh.name)]
     if labels is not None or folder is not None:
         what = "folder" if mesh.is_dir() else "tileset"
-        raise click.UsageError(f"LABELS and --split belong to one mesh: IN is a {what}")
+        raise click.UsageError(f"LABELS and --split need a single mesh, but IN is a {what}")
     return find_sources(mesh)
 
 
@@ -185,7 +189,7 @@ def _plan(
     sources: Sequence[Source], labels: Path | None, outputs: tuple[str, ...],
     folder: Path | None, formats: tuple[str, ...], *, ascii: bool,
 ) -> tuple[list[Job], str | None]:  # fmt: skip
-    """The files to convert, and the ending of region files if a format is given."""
+    """Jobs for all inputs, and the file ending for --split (None: the default format)."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
     inputs = [source.input for source in sources]
@@ -203,7 +207,7 @@ def _plan(
         jobs = plan_jobs(inputs, outputs, formats, ascii=ascii, also_read=also_read, names=names)
         return jobs, None
     if len(formats) > 1:
-        raise click.UsageError("files of regions have one format: give --to once")
+        raise click.UsageError("--split writes a single format: give --to only once")
     ending = ENDING_OF_FORMAT[formats[0]] if formats else None
     if not outputs:
         return [Job(inputs[0], ())], ending

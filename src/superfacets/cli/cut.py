@@ -29,12 +29,12 @@ from .outputs import OneRun, one_output_options
 @click.argument("mesh", metavar="IN", type=FILE)
 @option(
     "-n --n-segments", COUNT,
-    "Segment the mesh in this many regions first.  [default: the labels in IN, if it has any;"
-    f" otherwise {DEFAULT_N_SEGMENTS}]",
+    "Segment the mesh into this many regions first.  [default: use the labels in IN; if IN has no"
+    f" labels, {DEFAULT_N_SEGMENTS}]",
 )  # fmt: skip
 @option(
     "--labels L", FILE,
-    "Regions of IN, instead of -n: a .npy, .seg, .txt or labeled .ply or .vtp.",
+    "Label file with the regions of IN, instead of -n: .npy, .seg, .txt, or labeled .ply or .vtp.",
 )  # fmt: skip
 @one_output_options("The cut mesh with its labels, or the labels of its faces alone", "IN")
 @format_option("IN")
@@ -43,8 +43,9 @@ def cut_command(
 ) -> None:
     """Cut a mesh along smooth borders of its regions.
 
-    Borders of regions run in zigzag along edges. This command replaces them by smooth curves, and
-    cuts faces along these curves. Borders in creases stay, and closed meshes stay closed.
+    Borders between regions zigzag along mesh edges. This command replaces the borders by smooth
+    curves, and cuts faces along these curves. Borders that follow creases do not change, and closed
+    meshes stay closed.
     """
     if n_segments is not None and labels is not None:
         raise click.UsageError("give -n or --labels, not both")
@@ -58,7 +59,7 @@ def cut_command(
             found = labels_beside(mesh, labels, surface, run.labels_named)
         if found is None:
             found = segment(surface, n_segments, n_threads=run.n_threads).labels
-        compact, names = ranked_labels(found)  # labels in a file may have gaps
+        compact, names = ranked_labels(found)  # label numbers in a file may have gaps
         if not len(names):
             raise MeshError(f"{labels or mesh}: no face is in a region: all labels are -1")
         return cut_borders(surface, compact, n_threads=run.n_threads), names
@@ -70,7 +71,7 @@ def cut_command(
     facts = {
         "n_faces": cut.n_sources, "n_regions": n_regions, "n_new_faces": n_new, "n_kept": n_kept,
     }  # fmt: skip
-    kept = f", of which {n_kept} kept their faces" if n_kept else ""
+    kept = f" ({n_kept} kept their old borders)" if n_kept else ""
     faces = f"{counted(cut.n_sources, 'face')} cut into {n_new}"
     run.report(facts, f"{faces}, {counted(n_regions, 'region')}{kept}")
 
@@ -79,5 +80,5 @@ def _load(path: Path, format: str | None) -> FaceMesh:
     cells = load_cells(str(path), format)
     kind = kind_of(cells)
     if not kind.has_faces:
-        raise MeshError(f"{path}: holds {kind.plural}: only a mesh of faces can be cut")
+        raise MeshError(f"{path}: contains {kind.plural}, but only a mesh of faces can be cut")
     return as_mesh(cells)

@@ -20,7 +20,7 @@ from .report import summary_of
 def demo_command(output: Path) -> None:
     """Segment the sample mesh of the package.
 
-    DIR gets a labeled mesh and a picture of it.
+    The labeled mesh and a picture of the mesh are written to DIR.
     """
     from ..pictures.rendering import check_rendering, render
     from ..sample import sample_mesh

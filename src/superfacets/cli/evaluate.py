@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from ..io.guards import counted
 from ..io.readers.read import read_cells
 from ..metrics.cuts import DEFAULT_TOLERANCE
 from .inputs import labels_for
@@ -20,27 +21,27 @@ from .options import FILE, NOT_NEGATIVE, json_option, labels_named_option, optio
 @click.argument("more", nargs=-1, type=FILE, metavar="[--gt SEG...]")
 @options(
     option("--gt truths SEG...", FILE,
-           "Ground truth: one or more files of labels, such as seg/1/*.seg.", multiple=True),
+           "One or more label files with the ground truth, such as seg/1/*.seg.", multiple=True),
     option("--tolerance", NOT_NEGATIVE,
-           "How far apart borders may be to count as one, as a fraction of the mesh's diagonal.",
+           "Maximum distance between matching borders, as a fraction of the mesh's diagonal.",
            default=DEFAULT_TOLERANCE),
     labels_named_option,
-    json_option("the metrics as JSON"),
+    json_option(),
 )  # fmt: skip
 def evaluate_command(
     mesh: Path, labels: Path, truths: tuple[Path, ...], more: tuple[Path, ...], tolerance: float,
     labels_named: str, as_json: bool,
 ) -> None:  # fmt: skip
-    """Print how good labels are.
+    """Measure the quality of labels.
 
-    LABELS of the mesh IN are compared with ground truth, if --gt is given. All labels are read from
-    .npy, .seg, .txt or labeled .ply or .vtp files.
+    The metrics rate LABELS, a label file of the mesh IN. With --gt, more metrics compare LABELS
+    with ground truth. Label files are .npy, .seg, .txt, or labeled .ply or .vtp.
     """
     from ..metrics import evaluate
 
     if more and not truths:
         raise click.UsageError(
-            f"Got unexpected extra argument ({more[0]}): ground truth needs --gt"
+            f"Got unexpected extra argument ({more[0]}): give ground truth with --gt"
         )
 
     def compute() -> dict[str, float]:
@@ -52,7 +53,7 @@ def evaluate_command(
     values = run_in_background(compute)
     n_truths = len(truths) + len(more)
     if n_truths:
-        click.echo(f"labels: {labels}; ground truths: {n_truths}", err=True)
+        click.echo(f"{labels} compared with {counted(n_truths, 'ground truth')}", err=True)
     if as_json:
         files = {"file": str(mesh), "labels": str(labels), "n_ground_truths": n_truths}
         click.echo(json.dumps(files | values))

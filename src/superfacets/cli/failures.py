@@ -1,4 +1,4 @@
-"""Failures of files and of the machine: one line on stderr, and an exit status."""
+"""Error messages and notes on stderr, and exit statuses."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from ..errors import MeshError, MissingExtraError, RenderError
 EXIT_DATA, EXIT_USAGE = 1, 2
 
 FAILURES = (OSError, MeshError, MissingExtraError, RenderError, MemoryError)
-"""Errors of files and of the machine. Any other ValueError is about a parameter."""
+"""Errors caused by files or by the machine. Any other ValueError means a wrong parameter."""
 
 
 def message_of(error: BaseException) -> str:
-    """Text of an error, starting with the file name if the system reports one."""
+    """Text of an error, starting with the file name if the operating system reports one."""
     if isinstance(error, MemoryError):
         return "not enough memory"
     if isinstance(error, OSError) and error.strerror is not None:
@@ -28,11 +28,12 @@ def count_failures(
     do: Callable[[int], object],
     failed: Callable[[int, str], object] = lambda _, message: None,
 ) -> int:
-    """Call `do` with the index of each input; print each failure, and return their number.
+    """Call `do` with the index of each input, print all failures, and return their number.
 
-    `failed` is called with the index and the message of a failed input. The ValueError of a single
-    input is raised: it is about a parameter, and means a wrong command line. A BrokenPipeError is
-    raised, too: click then ends the process silently, as other programs in a pipe end.
+    `failed` is called with the index and the error message of each failed input. If there is only
+    one input, a ValueError is raised again, because it means a wrong parameter on the command line.
+    A BrokenPipeError is raised again, too: click then ends the process silently, as is usual in a
+    pipe.
     """
     n_failed = 0
     is_one_of_many = len(names) > 1
@@ -66,7 +67,7 @@ def print_note(message: str) -> None:
 
 
 def print_notes(messages: Iterable[str]) -> None:
-    """Print several notes."""
+    """Print each note as one line on stderr."""
     for message in messages:
         print_note(message)
 

@@ -21,25 +21,25 @@ from .options import INPUT, format_option, json_option
 Info = MeshInfo | TetInfo | CloudInfo
 
 MAX_BYTES_OF_ATTRIBUTES = 100 << 20
-"""Largest size of a file whose attributes are read, to name the constant ones."""
+"""Maximum size of a file whose attributes are read, to report properties that are constant."""
 
 
 @click.command("info")
 @click.argument("inputs", metavar="IN...", type=INPUT, nargs=-1, required=True)
 @format_option("the inputs", of_stream=True)
-@json_option("the facts as JSON, an object and a line per IN")
+@json_option("the results as JSON, one line per IN")
 @click.pass_context
 def info_command(
     ctx: click.Context, inputs: tuple[str, ...], format: str | None, as_json: bool
 ) -> None:
     """Print counts and sizes of meshes and point clouds.
 
-    IN may be - for standard input. If an input fails, the others are still read, and the exit
-    status is 1.
+    IN may be - for standard input. If an input fails, the remaining inputs are still read, and the
+    exit status is 1.
     """
     check_inputs(inputs)
 
-    def tell(index: int) -> None:
+    def report(index: int) -> None:
         text = inputs[index]
         info, attributes = run_in_background(lambda: _read(text, format))
         slivers = info.sliver_share if isinstance(info, MeshInfo) else 0.0
@@ -58,7 +58,7 @@ def info_command(
             rows = [("file", name_of(text)), *rows]
         click.echo("\n".join(f"{name:<20} {value}" for name, value in rows))
 
-    if count_failures([name_of(text) for text in inputs], tell):
+    if count_failures([name_of(text) for text in inputs], report):
         ctx.exit(EXIT_DATA)
 
 
@@ -70,7 +70,7 @@ def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None]:
 
 
 def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
-    """Names of properties with a single value, which no border can follow."""
+    """Names of properties with the same value everywhere, which are useless as `--features`."""
     if attributes is None:
         return []
     stored = {**attributes.vertex, **attributes.face}
@@ -84,7 +84,7 @@ def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
 
 
 def _coordinate(value: float, diagonal: float) -> str:
-    """A coordinate, to a millionth of the diagonal, which takes more digits far from the origin."""
+    """Format a coordinate with a precision of a millionth of the diagonal."""
     if not 1e-4 < diagonal < 1e12:
         return f"{value:g}"
     n_digits = max(0, 6 - math.floor(math.log10(diagonal)))
@@ -113,23 +113,23 @@ _NAMES = {
     "n_nonmanifold_edges": "non-manifold edges",
     "n_nonmanifold_triangles": "non-manifold",
 }
-"""Names of counts that differ from the words of their field."""
+"""Row titles of fields whose title cannot be derived from the field name."""
 
 
 def _name_of(count: str) -> str:
-    """The name of a count in a row: ``n_flat_tets`` are flat tetrahedra."""
+    """Row title of a count; the title of ``n_flat_tets`` is "flat tetrahedra"."""
     return _NAMES.get(count, count[2:].replace("_", " ").replace("tets", "tetrahedra"))
 
 
 def _colors_of(info: CloudInfo) -> str:
-    """Whether a cloud has colors, and whether they differ."""
+    """Whether a cloud has colors, and whether all colors are equal."""
     if not info.has_colors:
         return "no: all values are 0" if info.are_colors_zero else "no"
     return "yes" if info.colors_differ else "yes, all equal"
 
 
 def _normals_of(info: CloudInfo) -> str:
-    """Whether a cloud has normals; if not, what they are estimated from."""
+    """Whether a cloud has normals; if not, how normals are estimated and oriented."""
     if info.has_normals:
         return "yes"
     source = "shortest axes of splats" if info.has_axes else "no: estimated"

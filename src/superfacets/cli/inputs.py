@@ -27,12 +27,12 @@ VALUE_ENDINGS = (".npy", ".txt")
 
 
 def check_inputs(inputs: tuple[str, ...]) -> None:
-    """Raise a usage error if inputs cannot be combined, or one is not a file name."""
+    """Raise a usage error if an input is not a file name, or inputs cannot be combined."""
     for text in inputs:
         if text != STANDARD_STREAM and not Path(text).name:
-            raise click.UsageError(f"{text or repr(text)} is not a file")
+            raise click.UsageError(f"{text or repr(text)} is not a file name")
     if STANDARD_STREAM in inputs and len(inputs) > 1:
-        raise click.UsageError("standard input (-) has to be the only input")
+        raise click.UsageError("standard input (-) must be the only input")
 
 
 def name_of(text: str) -> str:
@@ -41,10 +41,10 @@ def name_of(text: str) -> str:
 
 
 def load_cells(text: str, format: str | None) -> Cells:
-    """Return the mesh or cloud in a file, or on standard input for ``-``.
+    """Return the mesh or point cloud in a file, or on standard input for ``-``.
 
-    The format is `format` if it is given. Otherwise the ending of the file tells it or, on standard
-    input, the content.
+    If `format` is None, the format is taken from the file ending, or recognized from the content of
+    standard input.
     """
     return load_cells_and_attributes(text, format, keep=False)[0]
 
@@ -52,9 +52,10 @@ def load_cells(text: str, format: str | None) -> Cells:
 def load_cells_and_attributes(
     text: str, format: str | None, *, keep: bool = True, placement: Placement | None = None
 ) -> tuple[Cells, MeshAttributes | None]:
-    """Return the mesh or cloud; with `keep`, also its attributes, if there are any, else None.
+    """Return the mesh or point cloud of an input, and its attributes.
 
-    `placement` moves a model of 3D Tiles.
+    The attributes are None without `keep`, or if the input has no attributes. `placement` moves a
+    model to its position in a 3D Tiles tileset.
     """
     data, ending, folder = _content(text, None if format is None else f".{format}")
     try:
@@ -64,9 +65,10 @@ def load_cells_and_attributes(
 
 
 def labels_for(cells: Cells, path: Path, name: str) -> Ints:
-    """Labels of these cells from a file; `name` is as for `read_labels`.
+    """Read labels of `cells` from a label file; `name` is passed to `read_labels`.
 
-    From one label per vertex of a mesh, each cell gets the most frequent label of its corners.
+    If the file has one label per vertex of a mesh, each cell gets the most frequent label of its
+    corners.
     """
     if path.name.lower().endswith(".segs.json"):
         labels: Array = _labels_of_segments(cells, path)
@@ -82,7 +84,7 @@ def labels_for(cells: Cells, path: Path, name: str) -> Ints:
 
 
 def _labels_of_segments(cells: Cells, path: Path) -> Array:
-    """The segment of each cell, from a file with the segment of each vertex."""
+    """Read the segment of each vertex, and return the most frequent segment of each cell."""
     from ..interop.aggregation import read_segments
 
     labels = read_segments(path)
@@ -101,22 +103,22 @@ def _from_vertices(cells: Cells, labels: Array) -> Array:
 
 
 def _check_same_order(cells: Cells, path: Path) -> None:
-    """Raise a MeshError if a file of parts has other faces, or faces in another order."""
+    """Raise a MeshError if a file with labeled parts has other faces or another face order."""
     expected, given = (
         kind_of(some).positions(some) for some in (cells, load_cells(str(path), None))
     )
     tolerance = 1e-4 * np.ptp(expected, axis=0).max()
     if expected.shape != given.shape or np.abs(expected - given).max() > tolerance:
         raise MeshError(
-            f"{path}: has its faces in another order than the mesh, so its labels do not fit:"
+            f"{path}: the faces have another order than in the mesh, so the labels do not fit:"
             f" use {path.name} as the mesh, or give labels as .npy"
         )
 
 
 def labels_beside(mesh: Path, labels: Path | None, cells: Cells, name: str) -> Ints | None:
-    """Labels from a file, or else from the file of the mesh; None if that has no labels.
+    """Read labels from a label file if given, else from the mesh file; None without labels.
 
-    `name` is the name of the labels in files that hold more than labels.
+    `name` is the name of the labels in files that also contain other data.
     """
     if labels is None and not has_labels(mesh, name=name):
         return None
@@ -126,7 +128,7 @@ def labels_beside(mesh: Path, labels: Path | None, cells: Cells, name: str) -> I
 
 
 def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
-    """Content of an input, the ending that names its format, and the folder of the file."""
+    """Content of an input, the file ending of its format, and the folder of the file."""
     if text != STANDARD_STREAM:
         path = Path(text)
         return read_content(path), ending or cell_ending(path), path.parent
@@ -137,12 +139,12 @@ def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
         raise MeshError("standard input is empty")
     ending = ending or recognized_ending(data)
     if ending is None:
-        raise MeshError("standard input is of no known format: name it with --format")
+        raise MeshError("the format of standard input is unknown: give it with --format")
     return data, ending, None
 
 
 def read_values(path: Path) -> Array:
-    """The numbers in a file, one per cell or region."""
+    """Read numbers from a .npy or .txt file, one per cell or region."""
     ending = known_ending(path, VALUE_ENDINGS)
     data = read_content(path)
     try:
@@ -155,21 +157,21 @@ def read_values(path: Path) -> Array:
 
 constraint_options = options(
     option("--mask FILE", FILE,
-           "Leave out faces or points whose value in this file of labels is 0 (or False): they get"
-           " label -1."),
+           "Label file with one value per face or point. Cells with value 0 (or False) are left out"
+           " and get label -1."),
     option("--mask-values N,N", None,
-           "Keep the faces or points with these values in the file of --mask, such as 6 or 2,6."
+           "Keep only cells with one of these values in the file of --mask, for example 6 or 2,6."
            "  [default: all values except 0]", callback=partial(numbers, least=0)),
     option("--barriers FILE", FILE,
-           "A file of labels: one whole number per face or point. No region contains two different"
-           " numbers."),
+           "Label file with one whole number per face or point. Cells with different numbers never"
+           " share a region."),
 )  # fmt: skip
 """Adds the options ``--mask``, ``--mask-values`` and ``--barriers`` to a command."""
 
 barrier_angle_option = option(
     "--barrier-angle DEG", Real(0.0, 180.0, min_open=True),
-    "No region extends across an edge that bends by this angle or more, convex or concave. With"
-    " -n 1 and an angle of 30, each face of a CAD part becomes one region.",
+    "No region extends across an edge at which the surface bends by at least this angle, convex or"
+    " concave. With -n 1 and an angle of 30, each face of a CAD part becomes one region.",
 )  # fmt: skip
 
 
@@ -177,10 +179,10 @@ def constraints_of(
     mask: Path | None, values: tuple[int, ...] | None, barriers: Path | None, n_cells: int,
     name: str,
 ) -> dict[str, Any]:  # fmt: skip
-    """Read the files, and return them as keywords of `segment`.
+    """Read the label files, and return them as keyword arguments of `segment`.
 
-    `values` are the values of the mask that are kept; by default all except 0. `name` is as for
-    `read_labels`.
+    Cells whose value in the mask is one of `values` are kept. If `values` is None, cells with any
+    value except 0 are kept.
     """
     keywords: dict[str, Any] = {}
     if mask is not None:
@@ -192,7 +194,7 @@ def constraints_of(
 
 
 def _read_mask(path: Path, n_cells: int, name: str) -> Ints:
-    """The label of each cell; 0 and 1 for False and True in a .npy."""
+    """Read the value of each cell in a mask; False is 0, and True is 1."""
     if known_ending(path, LABEL_ENDINGS) != ".npy":
         return read_labels(path, n_cells, name=name)
     data = read_content(path)

@@ -1,4 +1,4 @@
-"""Signals, and work in a separate thread, so that Ctrl-C is handled while the core computes."""
+"""Signal handling, and background threads, so that Ctrl-C works while the core computes."""
 
 from __future__ import annotations
 
@@ -10,25 +10,23 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import NoReturn, TypeVar
 
-EXIT_INTERRUPTED = 130
-"""Exit status after Ctrl-C, as in shells."""
+EXIT_INTERRUPTED = 130  # exit status after Ctrl-C, as in shells
 
-INTERRUPTED = "interrupted"
-"""Message after Ctrl-C."""
+INTERRUPTED = "interrupted"  # message after Ctrl-C
 
 _ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that end the command as Ctrl-C does. Windows has no SIGHUP."""
 
 GRACE = 3.0
-"""Seconds for cleaning up after a signal. Ending worker processes takes 0.3 seconds."""
+"""Time in seconds for cleaning up after a signal. Ending worker processes takes 0.3 seconds."""
 
 
 def hear_signals() -> None:
-    """Let SIGTERM and SIGHUP raise a KeyboardInterrupt, so that temporary files are removed.
+    """Make SIGTERM and SIGHUP raise a KeyboardInterrupt, so that temporary files are removed.
 
-    Only the first signal does this, because `timeout` sends two, and the second would interrupt the
-    removal. A signal that this process was started to ignore, such as SIGHUP under nohup, stays
-    ignored.
+    Only the first signal raises, because the program `timeout` sends two signals, and the second
+    would interrupt the removal. Signals that are ignored when the process starts, such as SIGHUP
+    under nohup, stay ignored.
     """
     for number in _ENDING:
         if signal.getsignal(number) is not signal.SIG_IGN:
@@ -37,14 +35,15 @@ def hear_signals() -> None:
 
 @contextlib.contextmanager
 def while_importing() -> Iterator[None]:
-    """Let Ctrl-C, SIGTERM and SIGHUP end the process at once, with the usual message and status.
+    """Make Ctrl-C, SIGTERM and SIGHUP end the process immediately while modules are imported.
 
-    A KeyboardInterrupt raised during an import may be lost there, or change the exit status.
+    The import system could swallow a KeyboardInterrupt, or change the exit status.
     """
-    if threading.current_thread() is not threading.main_thread():  # which alone may set handlers
+    # Only the main thread may set signal handlers.
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
-    raising = (signal.default_int_handler, _interrupt)  # other handlers are kept
+    raising = (signal.default_int_handler, _interrupt)  # handlers of other code are not replaced
     heard = {
         number: handler
         for number in (signal.SIGINT, *_ENDING)
@@ -67,15 +66,15 @@ def _interrupt(*_: object) -> NoReturn:
 
 
 def _ignore(*_: object) -> None:
-    """Ignore a signal. Unlike SIG_IGN, child processes do not inherit this."""
+    """Ignore a signal. Unlike SIG_IGN, this handler is not inherited by child processes."""
 
 
 @contextlib.contextmanager
 def soon_ended() -> Iterator[None]:
-    """Let a signal end the process if the block has not ended within `GRACE` seconds.
+    """After a signal, end the process if the block has not finished within `GRACE` seconds.
 
-    Python handles signals only between two of its instructions. An instruction may take forever
-    when it reads from a dead network drive, or computes in the core.
+    Python runs signal handlers only between two bytecode instructions. A single instruction may
+    block for very long, if it reads from a dead network drive or computes in the core.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -103,25 +102,24 @@ def soon_ended() -> Iterator[None]:
 
 
 def _end(*_: object) -> NoReturn:
-    with contextlib.suppress(OSError):  # standard error is closed
+    with contextlib.suppress(OSError):  # standard error may be closed
         os.write(2, f"superfacets: error: {INTERRUPTED}\n".encode())
     os._exit(EXIT_INTERRUPTED)
 
 
 T = TypeVar("T")
 
-_NAME = "superfacets-work"
-"""Name of the threads of `run_in_background`."""
+_NAME = "superfacets-work"  # name of the threads of `run_in_background`
 
 SECONDS_BETWEEN_TICKS = 0.1
-"""Seconds between two calls of `tick`: short enough for a moving bar and a quick interrupt."""
+"""Seconds between calls of `tick`: short enough for a smooth progress bar and a quick Ctrl-C."""
 
 
 def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None = None) -> T:
-    """Return the result of `work`, or raise its error, and call `tick` while it runs.
+    """Run `work` in a thread, and return its result or raise its error; `tick` is called meanwhile.
 
-    A KeyboardInterrupt ends the waiting but not the work, which continues until the process ends.
-    So `work` must not write files.
+    A KeyboardInterrupt ends only the waiting: the thread continues until the process ends.
+    Therefore `work` must not write files.
     """
     results: list[T] = []
     errors: list[BaseException] = []
@@ -145,5 +143,5 @@ def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None =
 
 
 def is_busy() -> bool:
-    """Whether abandoned work is still running."""
+    """Whether a thread of `run_in_background` is still running."""
     return any(thread.name == _NAME for thread in threading.enumerate())

@@ -37,42 +37,36 @@ from .inputs import (
 )
 from .interrupts import run_in_background
 from .options import FILE, numbers, option, options
-from .outputs import (
-    TO_IS_UNUSED,
-    Job,
-    check_files,
-    check_mask,
-    check_terminal,
-    output_option,
-)
+from .outputs import check_mask, output_option, plan_jobs
 from .report import notes_on_written
 
 ARRAYS = ".npz"
-ALL_LEVELS = (ARRAYS, ".sstk.json")
-"""Endings of files that hold all levels."""
+ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all levels in one file
 
 
 @click.command("levels")
 @click.argument("input", metavar="IN", type=opts.INPUT)
 @options(
     option("-n --n-segments counts K,K...", None,
-           "Number of regions on each level, say 2000,500,100.", callback=numbers, required=True),
+           "Number of regions on each level, such as 2000,500,100.", callback=numbers,
+           required=True),
     output_option(
-        "A .npz or .sstk.json that holds all levels; or any other file that segment writes: OUT.ply"
-        " then becomes OUT.2000.ply, OUT.500.ply and so on. May be given several times; or - for"
-        " standard output.", required=True),
+        "A .npz or .sstk.json file for all levels. In any other format that segment writes, each"
+        " level is a separate file: OUT.ply becomes OUT.2000.ply, OUT.500.ply and so on. May be"
+        " given several times. Or - for standard output.", required=True),
     option("--to format_of_stream", tuple(ending.lstrip(".") for ending in ALL_LEVELS),
            "Format of standard output.  [default: npz]"),
     option("--labels L", FILE,
-           "Merge these regions, from a .npy, .seg, .txt or labeled mesh.  [default: the regions of"
-           " superfacets segment for the largest K]"),
+           "Label file with the regions to merge: .npy, .seg, .txt or a labeled mesh.  [default:"
+           " segment IN into the largest K]"),
     option("--islands", ISLANDS,
            "Merge only regions that touch (keep), or also the nearest regions across gaps between"
-           " components.", default="keep"),
+           " components (nearest).", default="keep"),
     option("--features NAME", None,
-           "Merge regions by this feature in place of geometry; the finest level follows it, too:"
-           " color, normals, height (z), or a property of the faces, points or vertices in IN; may"
-           " be given several times.", multiple=True),
+           "Merge regions with similar values of this feature, instead of similar geometry; borders"
+           " of the finest level follow the feature, too. NAME is color, normals, height (z), or a"
+           " property of the faces, points or vertices in IN; may be given several times.",
+           multiple=True),
     constraint_options,
     opts.drop_attributes_option("IN"),
     opts.labels_named_option,
@@ -95,26 +89,31 @@ def levels_command(
     """
     check_inputs((input,))
     if labels is not None and mask is not None:
-        raise click.UsageError("--labels leaves out cells of label -1 already: leave --mask out")
-    stream = _checked_stream(outputs, format_of_stream)
+        raise click.UsageError(
+            "give --labels or --mask, not both: cells with label -1 are left out already"
+        )
     named = [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
-    paths = [path for output in named for path in _paths_of_levels(output, counts)]
-    job = Job(input, tuple(paths), stream)
-    check_mask(mask, mask_values, job.endings)
+    streams = [text for text in outputs if text == opts.STANDARD_STREAM]
+    paths = [str(path) for output in named for path in _paths_of_levels(output, counts)]
+    format_of_stream = format_of_stream or ("npz" if streams else None)
     also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
-    check_files([job], also_read)
-    checked_targets(paths)
+    (job,) = plan_jobs(
+        (input,), [*paths, *streams], [format_of_stream] if format_of_stream else [], ascii=False,
+        also_read=also_read,
+    )  # fmt: skip
+    check_mask(mask, mask_values, job.endings)
+    checked_targets(job.files)
     keeps = job.holds_attributes and not drop_attributes
 
     def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy]:
         cells, attributes = load_cells_and_attributes(input, format, keep=keeps or bool(features))
         given = None
-        if labels is not None:  # a file's labels may have gaps
+        if labels is not None:  # label numbers in a file may have gaps
             given, _ = ranked_labels(labels_for(cells, labels, labels_named))
         check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
         table: Any = features_of(features, cells, attributes, checked_threads(options["n_threads"]))
         constraints = constraints_of(mask, mask_values, barriers, cells.n_cells, labels_named)
-        with warnings.catch_warnings():  # levels have exact numbers of regions
+        with warnings.catch_warnings():  # merging corrects the number of regions
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
             nested = hierarchy(
@@ -123,13 +122,13 @@ def levels_command(
         return cells, attributes if keeps else None, nested
 
     cells, attributes, nested = run_in_background(compute)
-    with atomic_outputs(paths) as temporaries:
+    with atomic_outputs(job.files) as temporaries:
         writers = _writers(named, cells, attributes, nested)
         for temporary, write in zip(temporaries, writers, strict=True):
             with temporary.open("wb") as file:
                 write(file)
-        if stream is not None:
-            _write_all(sys.stdout.buffer, stream, nested)
+        if job.stream is not None:
+            _write_all(sys.stdout.buffer, job.stream, nested)
             sys.stdout.buffer.flush()
     if not is_quiet:
         print_notes(notes_on_written(cells, attributes, job.endings, 0))
@@ -142,21 +141,8 @@ def levels_command(
     job.report(facts, text, kind_of(cells).noun, as_json=as_json, is_quiet=is_quiet)
 
 
-def _checked_stream(outputs: tuple[str, ...], format: str | None) -> str | None:
-    """Ending of the output on standard output; None if there is none."""
-    if outputs.count(opts.STANDARD_STREAM) > 1:
-        raise click.UsageError("-o takes at most one -")
-    if opts.STANDARD_STREAM not in outputs:
-        if format is not None:
-            raise click.UsageError(TO_IS_UNUSED)
-        return None
-    stream = f".{format or 'npz'}"
-    check_terminal(stream, ascii=False)
-    return stream
-
-
 def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
-    """The file of all levels; or one per level, finest first, named by its number of regions."""
+    """Paths for one -o: a single file for all levels, or one file per level, finest first."""
     try:
         ending = known_ending(output, OUTPUT_ENDINGS)
     except ValueError as error:
@@ -170,7 +156,7 @@ def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
 def _writers(
     outputs: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
 ) -> Iterator[Callable[[IO[bytes]], None]]:
-    """Yield a function for each file, which writes it."""
+    """Yield one function per output file, which writes the file."""
     for output in outputs:
         ending = known_ending(output, OUTPUT_ENDINGS)
         if ending in ALL_LEVELS:
@@ -182,7 +168,7 @@ def _writers(
 
 
 def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> None:
-    """Write the labels of all levels; in an .npz, also the parents and the merge tree."""
+    """Write the labels of all levels; an .npz also gets the parents and the merge tree."""
     if ending != ARRAYS:
         write_sstk(file, nested.levels)
         return

@@ -35,17 +35,18 @@ from .outputs import OneRun, one_output_options
 @click.argument("cameras", metavar="CAMERAS", type=FILE)
 @options(
     option("--consistent-ids is_consistent", FLAG,
-           "The id of a mask means the same in all images, as the id of a class does, and becomes"
-           " the label.  [default: masks that share regions become objects, numbered from 0]"),
+           "A mask id means the same in all images, like a class id, and becomes the label."
+           "  [default: join masks that cover the same regions into objects, numbered from 0]"),
     option("--agreement", Real(0, 1, min_open=True),
-           "Without --consistent-ids: probability that two points of an object that are in masks of"
-           " an image are in the same mask. A higher value gives more and smaller objects.",
+           "Probability that two points of the same object are in the same mask of an image, given"
+           " that both are in masks. A higher value gives more and smaller objects. Not used with"
+           " --consistent-ids.",
            default=0.5),
     option("--overlap", get_args(Overlap),
-           "The mask that counts where masks of an image overlap.", default="smallest"),
+           "Which mask to use where masks of an image overlap.", default="smallest"),
     option("--intrinsics", FILE,
-           "A text file with fx fy cx cy, or a matrix of 3 or 4 rows, if CAMERAS is a folder of"
-           " poses."),
+           "Text file with the camera intrinsics, if CAMERAS is a folder of poses: fx fy cx cy, or"
+           " a matrix of 3 or 4 rows."),
 )  # fmt: skip
 @one_output_options("IN with the labels, or the labels alone", "IN")
 @format_option("IN")
@@ -54,13 +55,13 @@ def lift_command(
     source: Path, labels: Path, masks: Path, cameras: Path, is_consistent: bool, agreement: float,
     overlap: Any, intrinsics: Path | None, format: str | None, **given: Any,
 ) -> None:  # fmt: skip
-    """Label regions of a mesh by masks of images.
+    """Label regions of a mesh with image masks.
 
-    LABELS are the regions, in a file that segment writes; a labeled IN may be given twice. MASKS is
-    a folder with a .png, .npy or folder of .png for each image, with the name of the image. CAMERAS
-    is a COLMAP model, a transforms.json, or a folder of poses (a .txt of 4 x 4 numbers, camera to
-    world, for each image). Lenses must have no distortion. Each region gets the label of the masks
-    that show most of its visible area.
+    LABELS is a file with the regions, in any format that segment writes; if IN contains them, give
+    IN again. MASKS is a folder with an entry for each image, with the same name: a .png, a .npy, or
+    a folder of .png files. CAMERAS is a COLMAP model, a transforms.json, or a folder of poses (for
+    each image, a .txt with the 4 x 4 camera-to-world matrix). Images must have no lens distortion.
+    Each region gets the label whose masks cover most of the region's visible area.
     """
     run = OneRun(source, (labels, cameras), given)
     notes: list[str] = []
@@ -92,7 +93,7 @@ def _lifted(
     cells: Cells, regions: Ints, ids: dict[str, Ints], views: list[PinholeCamera],
     notes: list[str], **options: Any,
 ) -> LiftedLabels:  # fmt: skip
-    """Lift the masks that have a camera; adds notes on masks that are left out."""
+    """Lift all masks that have a camera; warnings and left-out masks are appended to `notes`."""
     stems = [Path(view.name).stem for view in views]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ViewWarning)
@@ -105,7 +106,7 @@ def _lifted(
 
 
 def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
-    """Print counts, shares of the area, and files."""
+    """Print counts, covered fractions of the area, and output files."""
     areas = measures_of(cells, 1)
     total = positive_total(areas)
     seen = float(areas[result.seen].sum()) / total

@@ -27,16 +27,16 @@ GROUPS = {
         "info": "Print counts and sizes of meshes and point clouds.",
         "render": "Draw a picture of a mesh or point cloud with its regions.",
         "view": "Show a mesh or point cloud with its regions in a browser.",
-        "studio": "Label a mesh or point cloud, or all of a folder, in a browser.",
+        "studio": "Label a mesh or point cloud, or all files of a folder, in a browser.",
         "agree": "Compare two people's work in the studio, and merge it.",
     },
     "Work with labels": {
         "convert": "Write meshes with their labels in other formats.",
         "regions": "Measure regions: areas, shapes, neighbors.",
         "cut": "Cut a mesh along smooth borders of its regions.",
-        "transfer": "Carry labels to another mesh or point cloud of the same object.",
-        "lift": "Label regions of a mesh by masks of images.",
-        "evaluate": "Print how good labels are.",
+        "transfer": "Transfer labels to another mesh or point cloud of the same object.",
+        "lift": "Label regions of a mesh with image masks.",
+        "evaluate": "Measure the quality of labels.",
     },
     "Studies": {
         "reproduce": "Repeat the paper's comparison on the Princeton benchmark.",
@@ -44,24 +44,25 @@ GROUPS = {
         "superpoints": "Compare superpoints with the segments of ScanNet's segmenter.",
     },
 }
-"""Summary of each command, so that the list of commands imports none of them."""
+"""Summaries of all commands, so that the main help text needs no imports."""
 
 COMMANDS = tuple(name for group in GROUPS.values() for name in group)
 
 _MODULES = {"agree": "studio", **dict.fromkeys(GROUPS["Studies"], "studies")}
-"""Module of each command that is not in a module of its own name."""
+"""Module of each command whose module has a different name."""
 
 _NO_WORKERS = {"-h", "--help", "--scheduler"}
 """Options of `batch` with which no workers start on this machine."""
 
 
 def main() -> NoReturn:
-    """Run the command. Wrong input gives one line on stderr and an exit status."""
+    """Run the command line. An error is one line on stderr, and an exit status."""
     hear_signals()
     try:
-        if sys.argv[1:2] == ["batch"] and _NO_WORKERS.isdisjoint(map(_option_of, sys.argv)):
-            with contextlib.suppress(OSError):  # else workers start later
-                prepare()  # workers import packages at the same time as the command
+        names = {word.partition("=")[0] for word in sys.argv}  # options without their values
+        if sys.argv[1:2] == ["batch"] and names.isdisjoint(_NO_WORKERS):
+            with contextlib.suppress(OSError):  # if this fails, workers start later
+                prepare()  # workers import packages at the same time as this process
         status = commands.main(standalone_mode=False)
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx else _command_path()
@@ -70,20 +71,20 @@ def main() -> NoReturn:
         _interrupted()
     except FAILURES as error:
         _fail(message_of(error), EXIT_DATA)
-    except ValueError as error:  # of a parameter, or of an environment variable
+    except ValueError as error:  # a wrong parameter or environment variable
         _fail(str(error), EXIT_USAGE)
     sys.exit(status if isinstance(status, int) else 0)
 
 
 class LazyGroup(click.Group):
-    """Commands that are imported when they are called."""
+    """A group of commands, each imported only when it is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names of all commands."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command of that name; None if there is none."""
+        """The command with this name, or None if the name is unknown."""
         if cmd_name not in COMMANDS:
             return None
         with while_importing():
@@ -103,8 +104,8 @@ class LazyGroup(click.Group):
     invoke_without_command=True,  # the default differs between click 8.1 and 8.2
     subcommand_metavar="COMMAND [ARGS]...",
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Exit status: 0 if all went well, 1 if a file or the machine failed, 2 if the command"
-    " line is wrong, 130 after Ctrl-C, SIGTERM or SIGHUP.",
+    epilog="Exit status: 0 on success, 1 if a file could not be processed, 2 if the command line is"
+    " wrong, 130 after Ctrl-C, SIGTERM or SIGHUP.",
 )
 @click.version_option(__version__, message="superfacets %(version)s")
 @click.pass_context
@@ -116,7 +117,7 @@ def commands(ctx: click.Context) -> None:
 
 
 def _text_of(error: click.UsageError) -> str:
-    """The message; for an option of another tool, it names the option of this command."""
+    """Message of a usage error, with a hint if the unknown option is an option of another tool."""
     if not isinstance(error, click.NoSuchOption):
         return error.format_message()
     from ..pipeline import OTHER_NAMES
@@ -131,11 +132,6 @@ def _text_of(error: click.UsageError) -> str:
     return f"No such option: {error.option_name}: use {option}{rest.removeprefix(name)}"
 
 
-def _option_of(word: str) -> str:
-    """The option in a word of the command line, without its value."""
-    return word.partition("=")[0]
-
-
 def _command_path() -> str:
     """Name of the command, for usage errors that click's parser raises without a context."""
     called = [name for name in sys.argv[1:2] if name in COMMANDS]
@@ -148,10 +144,10 @@ def _fail(message: str, status: int) -> NoReturn:
 
 
 def _interrupted() -> NoReturn:
-    with contextlib.suppress(OSError):  # the terminal is closed
+    with contextlib.suppress(OSError):  # the terminal may be closed
         print_error(INTERRUPTED)
     if is_busy():
-        # The interpreter must not exit while a thread is in the core.
+        # The interpreter must not shut down while a thread still runs in the core.
         with contextlib.suppress(OSError):
             sys.stdout.flush()
             sys.stderr.flush()

@@ -13,7 +13,7 @@ from ..io.readers.read import CELL_ENDINGS
 
 
 class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
-    """An integer from `low` up, or a word."""
+    """Option type: an integer of at least `low`, or one given word."""
 
     name = "count or word"
 
@@ -27,7 +27,7 @@ class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new vers
 
 
 class Count(click.IntRange):
-    """Integers with a lower bound."""
+    """Option type: an integer of at least `lowest`."""
 
     name = "count"
 
@@ -36,7 +36,7 @@ class Count(click.IntRange):
         self._lowest = lowest
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Return the number; a usage error names the numbers that are allowed."""
+        """Return the number; a usage error names the lower bound."""
         try:
             number = int(value)
         except ValueError:
@@ -47,18 +47,18 @@ class Count(click.IntRange):
 
 
 class Real(click.FloatRange):
-    """Finite numbers; click's FloatRange would accept NaN and infinity."""
+    """Option type: a finite number in a range. click's FloatRange also accepts NaN and infinity."""
 
     name = "number"
 
     def _describe_range(self) -> str:
-        """The range in a help text; nothing if there is no bound, where click says x<=None."""
+        """Range for the help text; empty without bounds, for which click prints x<=None."""
         return "" if self.min is None and self.max is None else super()._describe_range()
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Return the number; a usage error names the numbers that are allowed."""
+        """Return the number; a usage error names the allowed range."""
         try:
             number = float(value)
         except ValueError:
@@ -74,10 +74,10 @@ class GroupedCommand(click.Command):
     """A command whose help lists options in groups; options without a group come last."""
 
     groups: Mapping[str, tuple[str, ...]] = {}
-    """Names of parameters in each group, by title."""
+    """Parameter names of each group; the keys are the titles of the groups."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the options."""
+        """Write the options group by group."""
         rows = {param.name: param.get_help_record(ctx) for param in self.get_params(ctx)}
         listed = {
             title: [rows.pop(name, None) for name in names] for title, names in self.groups.items()
@@ -90,35 +90,30 @@ class GroupedCommand(click.Command):
 
 
 FILE = click.Path(path_type=Path)
-FOLDER = FILE
-"""A folder for results; `writable_folder` creates and checks it."""
+FOLDER = FILE  # an output folder, which `output_folder` creates
 
-INPUT = click.Path(allow_dash=True)
-"""A file, or - for standard input."""
+INPUT = click.Path(allow_dash=True)  # a file, or - for standard input
 
 EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 COUNT = Count(1)
 POSITIVE = Real(min=0, min_open=True)
 NOT_NEGATIVE = Real(min=0)
-FLAG = object()
-"""Marks options without a value."""
+FLAG = object()  # the `kind` of an option without a value, see `option`
 
-STANDARD_STREAM = "-"
-"""Name of standard input and standard output."""
+STANDARD_STREAM = "-"  # name of standard input and standard output
 
 INPUT_FORMATS = tuple(ending.lstrip(".") for ending in CELL_ENDINGS)
-"""Formats of meshes, then of point clouds."""
+"""Input formats: formats of meshes first, then formats of point clouds."""
 
-Decorator = Callable[[Any], Any]
-"""A function that adds options to a command."""
+Decorator = Callable[[Any], Any]  # a function that adds options to a command
 
 
 def option(words: str, kind: Any, help: str, **settings: Any) -> Decorator:
     """Add an option to a command.
 
-    `words` are its names, the name of its parameter if that differs, and its metavar in capitals.
-    `kind` is a type of click, a tuple of choices, `FLAG`, or None for text. `settings` are further
-    arguments of `click.option`.
+    `words` are separated by spaces: the names of the option, the name of the parameter if it
+    differs, and the metavar in capitals. `kind` is a click type, a tuple of choices, `FLAG`, or
+    None for text. `settings` are further arguments of `click.option`.
     """
     names = words.split()
     if not names[-1].startswith("-") and not names[-1].islower():
@@ -132,10 +127,10 @@ def option(words: str, kind: Any, help: str, **settings: Any) -> Decorator:
 
 
 def options(*given: Decorator) -> Decorator:
-    """Add several options to a command, which lists them in this order."""
+    """Add several options to a command; its help text lists the options in this order."""
 
     def decorate(command: Any) -> Any:
-        for add in reversed(given):  # click lists options in the opposite order of their addition
+        for add in reversed(given):  # click lists the last added option first
             command = add(command)
         return command
 
@@ -143,28 +138,28 @@ def options(*given: Decorator) -> Decorator:
 
 
 def format_option(what: str, *, name: str = "--format", of_stream: bool = False) -> Decorator:
-    """Add the option that names the format of an input, which may be standard input."""
-    stream = "; standard input by its content" if of_stream else ""
+    """Add the option that sets the format of an input, which may be standard input."""
+    stream = ", or from the content of standard input" if of_stream else ""
     listed = ", ".join(INPUT_FORMATS)
-    text = f"Format of {what}: {listed}.  [default: by the ending{stream}]"
+    text = f"Format of {what}: {listed}.  [default: from the file ending{stream}]"
     return option(f"{name} FORMAT", INPUT_FORMATS, text)
 
 
 def drop_attributes_option(what: str, listed: str = "") -> Decorator:
     """Add the option that drops all data of an input except the mesh."""
-    text = f"Drop all data of a .ply {what} except its mesh{listed}."
+    text = f"Do not copy data other than the mesh from a .ply {what} to the output{listed}."
     return option("--drop-attributes", FLAG, text)
 
 
-def json_option(what: str = "the facts as JSON") -> Decorator:
-    """Add the option that prints JSON for programs."""
+def json_option(what: str = "the results as JSON") -> Decorator:
+    """Add the option ``--json``, for output that programs read."""
     return option("--json as_json", FLAG, f"Print {what}.")
 
 
 def numbers(
     ctx: click.Context, parameter: click.Parameter, text: str | None, *, least: int = 1
 ) -> tuple[int, ...] | None:
-    """Callback of options: integers >= `least` from a comma-separated list, ascending."""
+    """Option callback: parse a comma-separated list of integers >= `least`, and sort it."""
     if text is None:
         return None
     wanted = [number.strip() for number in text.split(",")]
@@ -178,25 +173,27 @@ def numbers(
 
 ascii_option = option("--ascii", FLAG, "Write .ply and .vtp files as text.")
 quiet_option = option("-q --quiet is_quiet", FLAG, "Print only errors.")
-threads_option = option("--threads n_threads", COUNT, "Threads to use.  [default: one per core]")
+threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
 force_option = option(
     "--force", FLAG,
-    "Replace ground truth: an .aggregation.json of another tool, or the .segs.json that it names.",
+    "Overwrite ground truth: an .aggregation.json of another tool, or the .segs.json named in it.",
 )  # fmt: skip
 labels_named_option = option(
     "--labels-named NAME", None,
-    "Name of the labels in files that hold other data, too: .ply, .vtp, .vtu, .csv and .las.",
+    "Name of the labels in input files that also contain other data: .ply, .vtp, .vtu, .csv, .las.",
     default="label",
 )  # fmt: skip
 label_options = options(
     option("--label-name", None,
-           "Name of the array of labels in .vtp, .vtu and .vtk files; dental tools expect Label.",
+           "Name of the label array in .vtp, .vtu and .vtk outputs; dental tools expect Label.",
            default="label"),
-    option("--vertex-labels", FLAG, "Also store labels of the vertices in .ply files."),
+    option("--vertex-labels", FLAG, "Also store a label for each vertex in .ply files."),
 )  # fmt: skip
 camera_options = options(
     option("--up", ("auto", "x", "y", "z"),
            "Axis that points up; auto guesses y or z.", default="auto"),
-    option("--azimuth", Real(), "Degrees around the axis that points up.", default=30.0),
-    option("--elevation", Real(-90, 90), "Degrees above the horizon.", default=15.0),
+    option("--azimuth", Real(), "Direction of the camera around the up axis, in degrees.",
+           default=30.0),
+    option("--elevation", Real(-90, 90), "Angle of the camera above the horizon, in degrees.",
+           default=15.0),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Output files for each input."""
+"""Planning, checking and writing of output files."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ from .inputs import name_of
 from .options import option, options
 from .report import notes_on_numbers, notes_on_written
 
-OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
-"""Values of ``--to``."""
+OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)  # values of ``--to``
 
 TO_IS_UNUSED = "--to has no effect: the endings of the files that -o names set the formats"
-"""Message on ``--to`` if all outputs have names."""
+"""Usage error if ``--to`` is given although all outputs have file names."""
 
 TEXT_OUTPUTS = frozenset(
     (".obj", ".off", ".csv", ".seg", ".txt", ".segs.json", ".sstk.json", ".aggregation.json")
 )
 
 CELL_OUTPUTS = frozenset((*MESH_OUTPUTS, *CLOUD_OUTPUTS))
-"""Endings of files with the cells themselves; all others hold labels, or data made from labels."""
+"""File endings of formats that store the cells. All other formats store only labels, or data that
+are computed from labels."""
 
 ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk", ".pcd"))
-"""Endings of files that ``--ascii`` writes as text."""
+"""File endings of formats that ``--ascii`` writes as text."""
 
 
 def output_option(help: str, *, required: bool = False) -> opts.Decorator:
@@ -51,7 +51,7 @@ def output_option(help: str, *, required: bool = False) -> opts.Decorator:
 
 
 def to_option(about: str = "Output format when -o is a folder or omitted") -> opts.Decorator:
-    """Add the option ``--to`` for the formats of outputs without a name."""
+    """Add the option ``--to``, for the formats of outputs whose file name is not given."""
     text = (
         f"{about}: {', '.join(OUTPUT_FORMATS)}; may be given several times.  [default: ply; vtu for"
         " tetrahedra]"
@@ -60,7 +60,7 @@ def to_option(about: str = "Output format when -o is a folder or omitted") -> op
 
 
 def one_output_options(what: str, name: str) -> opts.Decorator:
-    """Add the options of a command that writes one input with its labels, for `OneRun`."""
+    """Add the options that `OneRun` needs to a command that processes a single input."""
     return options(
         output_option(
             f"{what}, in any format that segment writes; may be given several times. Or a folder"
@@ -77,8 +77,7 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
     )
 
 
-MANY_FILES = 8
-"""Number of output files up to which a report lists each."""
+MANY_FILES = 8  # reports list up to this number of output files one by one
 
 Names = Callable[[str, Sequence[str]], Sequence[str]]
 
@@ -89,7 +88,7 @@ class Job:
 
     input: str
     files: tuple[Path, ...]
-    stream: str | None = None  # ending of the output on standard output, if there is one
+    stream: str | None = None  # file ending of the format on standard output; None if not used
 
     @property
     def holds_attributes(self) -> bool:
@@ -98,19 +97,19 @@ class Job:
 
     @property
     def holds_labels(self) -> bool:
-        """Whether some output holds labels, or data made from labels, without the cells."""
+        """Whether some output stores labels, or data computed from labels, without the cells."""
         return not self.endings <= CELL_OUTPUTS
 
     @property
     def endings(self) -> set[str]:
-        """The endings of all outputs, which tell their formats."""
+        """File endings of all outputs, which determine the formats."""
         return {known_ending(path, OUTPUT_ENDINGS) for path in self.files} | (
             {self.stream} if self.stream else set()
         )
 
     @property
     def names(self) -> list[str]:
-        """The outputs as on a command line: paths, and - for standard output."""
+        """Outputs as on the command line: paths, and - for standard output."""
         return [*map(str, self.files), *([opts.STANDARD_STREAM] if self.stream else [])]
 
     @property
@@ -120,10 +119,10 @@ class Job:
         return name_of(self.input) if is_stream else Path(self.input).name
 
     def written(self, noun: str) -> list[str]:
-        """The outputs in reports; files of labels alone are followed by the elements they label.
+        """Outputs as named in reports; label files are followed by the kind of labeled elements.
 
-        If there are many files of one input, only their folder is named. `noun` is the name of the
-        labeled cells.
+        More than `MANY_FILES` files are reported as their number and folder. `noun` is the word for
+        a labeled cell.
         """
         if len(self.files) > MANY_FILES:
             return [f"{len(self.files)} files in {self.files[0].parent}"]
@@ -131,18 +130,18 @@ class Job:
         return files if self.stream is None else [*files, "standard output"]
 
     def write(self, cells: Cells, labels: Ints | None, **options: Any) -> int:
-        """Write all outputs; `options` and the result are as for `write_outputs`."""
+        """Write all outputs; see `write_outputs` for the options and the return value."""
         streams = {self.stream: sys.stdout.buffer} if self.stream else {}
         return write_outputs(self.files, cells, labels, streams=streams, **options)
 
     def print(self, text: str) -> None:
-        """Print on stdout, or on stderr if stdout holds the result."""
+        """Print on stdout, or on stderr if stdout is used for the result."""
         click.echo(text, err=self.stream is not None)
 
     def report(
         self, facts: Mapping[str, Any], text: str, noun: str, *, as_json: bool, is_quiet: bool
     ) -> None:
-        """Print the facts as a JSON object; or a line per output and the text."""
+        """Print the facts as a JSON object; or print a line for each output, and the text."""
         if as_json:
             self.print(json.dumps({"file": self.input, **facts, "outputs": self.names}))
         elif not is_quiet:
@@ -150,7 +149,7 @@ class Job:
 
 
 def _labeled(path: Path, noun: str) -> str:
-    """The elements that a file of labels alone labels, in brackets; nothing for other files."""
+    """For a label file, the labeled elements in brackets; otherwise an empty string."""
     ending = known_ending(path, OUTPUT_ENDINGS)
     if ending in LABEL_OUTPUTS:
         return f" (a label per {noun})"
@@ -160,12 +159,12 @@ def _labeled(path: Path, noun: str) -> str:
 
 
 def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
-    """Names of the results of an input: one per ending, or a default name without endings."""
+    """File names for the results of an input: one per file ending, or one default name."""
     return output_names(Path(text).name, endings)
 
 
 class OneRun:
-    """A command that writes one input with its labels: its outputs and shared options."""
+    """Outputs and common options of a command that processes a single input."""
 
     def __init__(self, input: Path, also_read: Sequence[Path], given: dict[str, Any]) -> None:
         """Plan and check the outputs; `given` are the options of `one_output_options`."""
@@ -185,7 +184,7 @@ class OneRun:
         self, cells: Cells, labels: Ints, attributes: MeshAttributes | None = None,
         notes: Iterable[str] = (), **form: Any,
     ) -> None:  # fmt: skip
-        """Write the outputs; print these notes, and notes on data that the outputs lack."""
+        """Write the outputs; print `notes`, and notes on data that the outputs do not store."""
         options = replace(self.form, **form)
         n_lost = self.job.write(cells, labels, attributes=attributes, options=options)
         if not self._is_quiet:
@@ -194,7 +193,7 @@ class OneRun:
             print_notes([*notes, *lacking, *numbers])
 
     def report(self, facts: Mapping[str, Any], text: str, noun: str = "face") -> None:
-        """Print the facts as a JSON object; or a line per output and the text."""
+        """Print the facts as a JSON object; or print a line for each output, and the text."""
         text = f"{self.job.name}: {text}"
         self.job.report(facts, text, noun, as_json=self._as_json, is_quiet=self._is_quiet)
 
@@ -203,13 +202,14 @@ def plan_jobs(
     inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str], *, ascii: bool,
     also_read: Sequence[str] = (), names: Names = names_of_results,
 ) -> list[Job]:  # fmt: skip
-    """The job for each input; a usage error if the command line is ambiguous.
+    """Return the job of each input; raise a usage error if the command line is ambiguous.
 
-    Inputs are files, or one ``-``. Outputs are files, a folder, or ``-``. By default, the output is
-    standard output for standard input, and files beside the inputs otherwise. Formats are for
-    outputs without a name, by default PLY, or VTU for tetrahedra. With `ascii`, meshes are written
-    as text, which a terminal can show. No output may replace a file of `also_read`. `names` takes
-    an input and endings, and returns the names of its results in a folder.
+    `inputs` are files, or one ``-``. `outputs` are files, a folder, or ``-``. Without `outputs`,
+    results are written beside the inputs, or from standard input to standard output. `formats`
+    apply to outputs whose file name is not given (default: PLY, or VTU for tetrahedra). With
+    `ascii`, meshes are written as text, so standard output may be a terminal. No output may
+    overwrite a file of `also_read`. `names` returns the file names in a folder for an input and its
+    file endings.
     """
     folders = [text for text in outputs if _is_folder(text)]
     _check_outputs(inputs, outputs, folders)
@@ -236,21 +236,21 @@ def plan_jobs(
 
 
 def _folder_beside(text: str) -> Path:
-    """The folder of an input; if it or the input is read-only, the current folder, with a note."""
+    """Folder of an input; the current folder, with a note, if the input or folder is read-only."""
     path = Path(text)
-    if not path.exists():  # the run reports it
+    if not path.exists():  # reading the input will report the error
         return path.parent
     if path.parent.samefile(Path()):
         return Path()
     for place in (path, path.parent):
         if not (os.access(place, os.W_OK) and place.stat().st_mode & 0o222):
-            print_note(f"{place} is read-only: results go to the current folder")
+            print_note(f"{place} is read-only: results are written to the current folder")
             return Path()
     return path.parent
 
 
 def _is_folder(text: str) -> bool:
-    """Whether an output is a folder: it ends in a slash, or exists and has no ending of a file."""
+    """Whether an output ends in a slash, or is an existing folder without a known file ending."""
     if text.endswith(("/", os.sep)):
         return True
     return bool(text) and Path(text).is_dir() and not text.lower().endswith(OUTPUT_ENDINGS)
@@ -261,36 +261,36 @@ def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[
         if text == opts.STANDARD_STREAM or text in folders:
             continue
         if not Path(text).name:
-            raise click.UsageError(f"{text or repr(text)} is not a file")
+            raise click.UsageError(f"{text or repr(text)} is not a file name")
         try:
             known_ending(Path(text), OUTPUT_ENDINGS)
         except ValueError as error:
             is_file = Path(text).is_file() or Path(text).suffix.lower() in MESH_ENDINGS
-            hint = "" if is_file else f" (a folder is written as {text}/)"
+            hint = "" if is_file else f" (for a folder, write {text}/)"
             raise click.UsageError(f"{error}{hint}") from None
         if len(inputs) > 1:
             raise click.UsageError(
-                f"{text} is one file for {len(inputs)} inputs: give -o a folder, as results/"
+                f"{text} is one file for {len(inputs)} inputs: give -o a folder, such as results/"
             )
     if list(outputs).count(opts.STANDARD_STREAM) > 1 or len(folders) > 1:
         raise click.UsageError("-o takes at most one folder, and at most one -")
     if opts.STANDARD_STREAM in outputs and len(inputs) > 1:
         raise click.UsageError(f"-o - writes one result, but there are {len(inputs)} inputs")
     if folders and opts.STANDARD_STREAM in inputs:
-        raise click.UsageError("standard input has no name: give -o a file, not a folder")
+        raise click.UsageError("standard input has no file name: give -o a file, not a folder")
 
 
 def _check_formats(formats: Sequence[str], has_stream: bool, *, is_used: bool) -> None:
     if formats and not is_used:
         raise click.UsageError(TO_IS_UNUSED)
     if has_stream and len(formats) > 1:
-        raise click.UsageError("standard output holds one format: give --to once")
+        raise click.UsageError("standard output can have one format only: give --to once")
     if len(set(formats)) < len(formats):
-        raise click.UsageError("--to names a format twice")
+        raise click.UsageError("--to names the same format twice")
 
 
 def check_terminal(stream: str, ascii: bool) -> None:
-    """Raise a usage error if standard output cannot take a result with this ending."""
+    """Raise a usage error if a binary format would be written to a terminal."""
     if sys.stdout is None:
         raise OSError("standard output is closed")
     is_binary = stream not in TEXT_OUTPUTS and not (ascii and stream in ASCII_OUTPUTS)
@@ -302,17 +302,17 @@ def check_terminal(stream: str, ascii: bool) -> None:
 
 
 def check_files(jobs: Sequence[Job], also_read: Sequence[str]) -> None:
-    """Raise a usage error if an output would replace another output, or an input."""
+    """Raise a usage error if an output would overwrite an input or another output."""
     inputs = {_identity(job.input): job.input for job in jobs if job.input != opts.STANDARD_STREAM}
     if len(inputs) < sum(job.input != opts.STANDARD_STREAM for job in jobs):
-        raise click.UsageError("a file is given twice")
+        raise click.UsageError("the same input is given twice")
     inputs |= {_identity(path): path for path in also_read}
     writers: dict[tuple[int, int] | str, str] = {}
     for job in jobs:
         for path in job.files:
             identity = _identity(path)
             if identity in inputs:
-                raise click.UsageError(f"{inputs[identity]}: the output would replace the input")
+                raise click.UsageError(f"{inputs[identity]}: the output would overwrite the input")
             if writers.get(identity) == job.input:
                 raise click.UsageError(f"{path}: the same output is given twice")
             if identity in writers:
@@ -324,7 +324,7 @@ def check_files(jobs: Sequence[Job], also_read: Sequence[str]) -> None:
 
 
 def _identity(path: str | Path) -> tuple[int, int] | str:
-    """Key that is the same for all names and links of a file."""
+    """Key that is equal for all names of a file, including links."""
     try:
         found = Path(path).stat()
     except OSError:
@@ -342,5 +342,5 @@ def check_mask(mask: Path | None, values: tuple[int, ...] | None, endings: Itera
     refusing = sorted({*endings} & {*VERTEX_OUTPUTS})
     if mask is not None and refusing:
         raise click.UsageError(
-            f"{refusing[0]} files have no id for cells that --mask leaves out: use another format"
+            f"{refusing[0]} files cannot store cells that --mask leaves out: use another format"
         )

@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-if TYPE_CHECKING:  # not imported for a bar of one file
+if TYPE_CHECKING:
     from ..batches.batching import BatchProgress
 
 SHARES = {
@@ -23,8 +23,8 @@ SHARES = {
     "regions": 0.08,
     "export": 0.12,
 }
-"""Fractions of the time of a run with the defaults, measured on 1 and 3 million faces in binary PLY
-with k = 150 and 2,000. `classify` is the whole loop. Reading 1 million faces as OBJ takes 0.12."""
+"""Fraction of the run time that each stage takes with default options. Measured on binary PLY files
+with 1 and 3 million faces, for 150 and 2,000 regions. `classify` is the whole loop."""
 
 NAMES = {
     "mesh": "reading",
@@ -32,21 +32,21 @@ NAMES = {
     "classify": "iterations",
     "export": "writing",
 }
-"""Names of stages in the bar."""
+"""Names of stages in the progress bar, where they differ from the keys of `SHARES`."""
 
 ITERATIONS = 8.0
-"""After n iterations, 1 - exp(-n / 8) of the loop counts as done. Their number is not known in
-advance, and later iterations are shorter: on the same meshes, 13 to 18 iterations gave 0.8 to 0.9,
-and half of the time was spent after 6 to 8."""
+"""The bar shows a fraction of 1 - exp(-n / 8) of the loop as finished after n iterations, because
+the number of iterations is not known in advance, and later iterations are shorter. On the meshes
+above, the loop ran for 13 to 18 iterations, and half of its time was spent after 6 to 8."""
 
 NEARLY = 0.95
 """Largest fraction of a stage, except the loop, that the bar shows before the stage ends."""
 
 
 class Estimate:
-    """Estimate of the finished fraction of a run, by its stages and the time in the current one.
+    """Estimates the finished fraction of a run from its stage and the time spent in that stage.
 
-    `now` is the time, in seconds on some clock, when the run begins. `stage` is the current stage.
+    `now` is the start time of the run, in seconds of any clock. `stage` is the current stage.
     """
 
     def __init__(self, now: float) -> None:
@@ -55,14 +55,14 @@ class Estimate:
         self._n_iterations = 0
 
     def begin(self, stage: str, now: float) -> None:
-        """Begin a stage; stages before the current one are ignored."""
+        """Begin a stage; a stage before the current one is ignored."""
         stages = list(SHARES)
         if stages.index(stage) > stages.index(self.stage):
             self.stage = stage
             self._begin_of_stage = now
 
     def iterate(self, n_iterations: int) -> None:
-        """Set the number of iterations done."""
+        """Set the number of finished iterations."""
         self._n_iterations = n_iterations
 
     def fraction(self, now: float) -> float:
@@ -87,8 +87,7 @@ class Estimate:
 class Bar:
     """A progress bar on stderr; draws nothing if stderr is not a terminal, or if `is_quiet`."""
 
-    layout: ClassVar[str]
-    """Format of the bar, for tqdm."""
+    layout: ClassVar[str]  # layout of the bar, as a format string for tqdm
 
     def __init__(self, *, is_quiet: bool = False) -> None:
         self._is_shown = not is_quiet and sys.stderr.isatty()
@@ -118,7 +117,7 @@ class Bar:
 
 
 class RunBar(Bar):
-    """The bar of a run in memory: the stage, and the estimated share of the time."""
+    """Progress bar of a run in memory: the stage, and the estimated finished fraction."""
 
     layout = "{desc} {percentage:3.0f}% |{bar}| {elapsed}"
 
@@ -134,7 +133,7 @@ class RunBar(Bar):
         self.draw()
 
     def on_iteration(self, n_iterations: int, _n_moved: int) -> None:
-        """Count an iteration of the loop."""
+        """Set the number of finished iterations of the loop."""
         self._estimate.iterate(n_iterations)
 
     def draw(self) -> None:
@@ -145,12 +144,11 @@ class RunBar(Bar):
 
 
 class TileBar(Bar):
-    """The bar of a run in tiles: the stage, and the tiles that are done in it."""
+    """Progress bar of a tiled run: the stage, and the number of tiles finished in the stage."""
 
     layout = "{desc} {n_fmt}/{total_fmt} |{bar}| {elapsed}"
 
-    SECONDS = 0.1
-    """Shortest time between two updates of the bar."""
+    SECONDS = 0.1  # minimum time in seconds between two updates of the bar
 
     def __init__(self, name: str, *, is_quiet: bool = False) -> None:
         super().__init__(is_quiet=is_quiet)
@@ -162,11 +160,11 @@ class TileBar(Bar):
         self.on_tile(0, 1)
 
     def on_iteration(self, n_iterations: int, _n_moved: int) -> None:
-        """Show the number of iterations on coarse cells."""
+        """Show the number of finished iterations on the coarse cells."""
         self.on_tile(n_iterations, n_iterations)
 
     def on_tile(self, n_done: int, n_tiles: int) -> None:
-        """Show how many tiles, or other pieces of a pass, are done."""
+        """Show how many tiles, or other work items of the stage, are finished."""
         now = time.monotonic()
         if n_done >= n_tiles or now >= self._drawn + self.SECONDS:
             self._drawn = now
@@ -174,7 +172,7 @@ class TileBar(Bar):
 
 
 class FileBar(Bar):
-    """The bar of a batch: files that have ended, cells per second, and the time left."""
+    """Progress bar of a batch: finished files, cells per second, and the remaining time."""
 
     layout = "{n_fmt}/{total_fmt} files |{bar}| {desc}"
 

@@ -35,7 +35,7 @@ from .options import FILE, option, options
 from .outputs import Job, check_files
 
 _Drawn = tuple[Floats, list[tuple[str, Ints]]]
-"""Vertices of a mesh, and named lines along its edges."""
+"""Vertices of a mesh, and a list of (name, vertex indices along the line)."""
 
 
 @click.command("regions")
@@ -43,14 +43,14 @@ _Drawn = tuple[Floats, list[tuple[str, Ints]]]
 @click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
 @options(
     option("-o --output", click.Path(path_type=Path, allow_dash=True),
-           "A .csv, .json or .parquet file for the table of regions, or - for standard output: CSV."
-           "  [default: -]"),
+           "Write the table of regions to this .csv, .json or .parquet file, or as CSV to standard"
+           " output (-).  [default: -]"),
     option("--arcs", FILE,
-           "A .csv, .json or .parquet file for the table of pairs of regions that touch."),
-    option("--borders", FILE, "An .obj file for the borders, as lines."),
+           "Write a table of all pairs of adjacent regions to this .csv, .json or .parquet file."),
+    option("--borders", FILE, "Write the borders of regions as polylines to this .obj file."),
     option("--majority NAME", None,
-           "Add a column majority_NAME: the most frequent value of this integer property of IN in"
-           " each region, such as classification; may be given several times.", multiple=True),
+           "Add a column majority_NAME with the most frequent value of this integer property of IN,"
+           " such as classification, in each region; may be given several times.", multiple=True),
     opts.format_option("IN", of_stream=True),
     opts.labels_named_option,
     option("-q --quiet is_quiet", opts.FLAG, "Print only the table and errors."),
@@ -63,9 +63,9 @@ def regions_command(
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 
-    IN may be a point cloud, or - for standard input. The table has a row for each region: area,
-    perimeter, centroid, normal, shape, neighbors and more. Labels are read from a .npy, .seg, .txt
-    or labeled mesh or cloud file. Without LABELS, the labels in IN are used.
+    IN may be a point cloud, or - for standard input. The table has one row per region with area,
+    perimeter, centroid, normal, shape, neighbors and more. LABELS is a .npy, .seg or .txt file, or
+    a labeled mesh or point cloud. If LABELS is not given, the labels in IN are used.
     """
     check_inputs((cells,))
     if majority and cells == opts.STANDARD_STREAM:
@@ -79,10 +79,10 @@ def regions_command(
         whole: Any = load_cells(cells, format)
         given = labels_beside(Path(cells), labels, whole, labels_named)
         if given is None:
-            raise MeshError(f"{name_of(cells)}: holds no labels: give a file of LABELS")
+            raise MeshError(f"{name_of(cells)} has no labels: give a label file as LABELS")
         if borders is not None and not kind_of(whole).has_faces:
-            raise click.UsageError("--borders needs a mesh of faces")
-        compact, names = ranked_labels(given)  # labels in a file may have gaps
+            raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
+        compact, names = ranked_labels(given)  # label numbers in a file may have gaps
         if not len(names):
             raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
@@ -114,7 +114,7 @@ def regions_command(
         facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
         click.echo(json.dumps({**facts, "outputs": names_written}), err=output is None)
         return
-    found = f"{counted(graph.n_regions, 'region')}, {counted(graph.n_arcs, 'pair')} that touch"
+    found = f"{counted(graph.n_regions, 'region')}, {counted(graph.n_arcs, 'pair')} of neighbors"
     if is_quiet:
         return
     for path in files:
@@ -132,7 +132,7 @@ def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
 def _checked_outputs(
     output: Path | None, arcs: Path | None, borders: Path | None
 ) -> tuple[Path, ...]:
-    """Paths of the given outputs; a usage error if an ending is wrong."""
+    """Paths of all given outputs; a usage error if a file ending is wrong."""
     try:
         for path in (output, arcs):
             if path is not None:
@@ -145,7 +145,7 @@ def _checked_outputs(
 
 
 def _named(lines: BorderLines, names: Ints) -> Iterator[tuple[str, Ints]]:
-    """Border lines, named like ``border_3_7``, or ``border_3_open`` at the boundary of the mesh."""
+    """Yield border lines with names: ``border_3_7``, or ``border_3_open`` at the mesh boundary."""
     for i, (low, high) in enumerate(lines.regions.tolist()):
         line = lines.line(i)
         other = "open" if high < 0 else names[high]

@@ -29,7 +29,7 @@ _MAX_SIDE = 8192
 def _checked_size(
     ctx: click.Context, parameter: click.Parameter, text: str | None
 ) -> tuple[int, int] | None:
-    """Width and height in pixels."""
+    """Option callback: parse a text such as 1200x900 into width and height in pixels."""
     if text is None:
         return None
     match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text, re.ASCII)
@@ -44,7 +44,7 @@ def _checked_turntable(
     ctx: click.Context, parameter: click.Parameter, path: Path | None
 ) -> Path | None:
     if path is not None and path.suffix.lower() not in MOVING_ENDINGS:
-        raise click.BadParameter(f"{path}: must end in .gif or .mp4", ctx, parameter)
+        raise click.BadParameter(f"{path} must end in .gif or .mp4", ctx, parameter)
     return path
 
 
@@ -55,12 +55,12 @@ def _chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) 
     source = click.get_current_context().get_parameter_source
     given = click.core.ParameterSource.COMMANDLINE
     if given in (source("azimuth"), source("elevation")):
-        raise click.UsageError("--view sets --azimuth and --elevation: leave them out")
+        raise click.UsageError("give --view, or --azimuth and --elevation, not both")
     return View.named(side, up=up)
 
 
 def _values_named(color_by: str | None) -> Array | str | None:
-    """Values read from a file, or the name of a column of the region table as it is given."""
+    """Read the values if ``--color-by`` names a file; otherwise return the column name."""
     if color_by is None or Path(color_by).suffix.lower() not in VALUE_ENDINGS:
         return color_by
     return read_values(Path(color_by))
@@ -69,29 +69,31 @@ def _values_named(color_by: str | None) -> Array | str | None:
 @click.command("render")
 @click.argument("mesh", metavar="IN", type=FILE)
 @options(
-    option("-o --output OUT", FILE, "A .png file."),
+    option("-o --output OUT", FILE, "Write the picture to this .png file."),
     camera_options,
     option("--labels L", FILE,
-           "A .npy, .seg, .txt, .segs.json or labeled .ply, .vtp, .las or .laz, with a label per"
-           " face or vertex.  [default: the labels in IN, if it has any]"),
+           "Label file with one label per face or vertex: .npy, .seg, .txt, .segs.json, or labeled"
+           " .ply, .vtp, .las or .laz.  [default: labels in IN]"),
     labels_named_option,
-    option("--turntable OUT", FILE, "A .gif or .mp4 file of the mesh as it turns.",
+    option("--turntable OUT", FILE,
+           "Write an animation of the rotating mesh to this .gif or .mp4 file.",
            callback=_checked_turntable),
     option("--compare L", FILE,
-           "Labels to draw side by side, after the labels of --labels; may be given several times.",
+           "Label file for another picture beside the first; may be given several times.",
            multiple=True),
     option("--color-by WHAT", None,
-           "A .npy or .txt file with a value per cell or per region, or a column of superfacets"
-           " regions, such as area."),
-    option("--view side", VIEW_NAMES, "A side, instead of --azimuth and --elevation."),
+           "Color by values: a .npy or .txt file with one value per cell or per region, or a column"
+           " of the table that superfacets regions prints, such as area."),
+    option("--view side", VIEW_NAMES,
+           "Side from which to look, instead of --azimuth and --elevation."),
     option("--size WxH", None,
-           "Pixels of each picture.  [default: 1200x900; 640x480 with --turntable]",
+           "Size of each picture in pixels.  [default: 1200x900; 640x480 with --turntable]",
            callback=_checked_size),
     option("--clip", CLIPS,
-           "Show one half of a mesh of tetrahedra: x keeps the half with larger x, -x the half with"
-           " smaller x.  [default: the outside of the whole]"),
+           "Cut a mesh of tetrahedra open: x keeps the half with larger x, -x the half with smaller"
+           " x.  [default: draw the outer surface]"),
     option("--smooth-borders", FLAG,
-           "Draw borders of regions of a mesh as smooth curves, as superfacets cut makes them."),
+           "Draw region borders of a mesh as smooth curves, as computed by superfacets cut."),
 )  # fmt: skip
 def render_command(
     mesh: Path, output: Path | None, up: Up, azimuth: float, elevation: float,
@@ -101,15 +103,15 @@ def render_command(
 ) -> None:  # fmt: skip
     """Draw a picture of a mesh or point cloud with its regions.
 
-    Borders between regions of a mesh are dark lines. Color-blind people, too, can tell apart the
-    colors of regions that touch.
+    Borders between regions of a mesh are drawn as dark lines. Adjacent regions have colors that
+    color-blind people can distinguish.
     """
     from ..pictures.plotting import plot
 
     if output is None and turntable is None:
-        raise click.UsageError("nothing to write: -o names a .png, --turntable a .gif or .mp4")
+        raise click.UsageError("nothing to write: give -o a .png, or --turntable a .gif or .mp4")
     if output is not None and output.suffix.lower() != ".png":
-        raise click.UsageError(f"{output}: must end in .png")
+        raise click.UsageError(f"{output} must end in .png")
     view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     cells = read_cells(mesh)
     shown, others, titles = _series_of(mesh, labels, compare, cells, labels_named)
@@ -132,12 +134,12 @@ def render_command(
 def _series_of(
     mesh: Path, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str
 ) -> tuple[Array | None, list[Array], list[str] | None]:
-    """Labels of the first picture, or None if it is plain; labels of the other pictures; titles."""
+    """Labels of the first picture (None: no labels), labels of further pictures, and titles."""
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
         first, *others = [labels_for(cells, path, name) for path in paths]
         return first, others, [path.stem for path in paths] if compare else None
     shown = labels_beside(mesh, None, cells, name)
     if shown is None:
-        print_note(f"{mesh} holds no labels, so the picture is plain: give a file with --labels")
+        print_note(f"{mesh} has no labels, so no regions are drawn: give labels with --labels")
     return shown, [], None

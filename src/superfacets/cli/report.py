@@ -1,4 +1,4 @@
-"""The report of a run of `segment`: notes, a line, or a JSON object."""
+"""Reports of commands: notes on the result, and a summary as text or JSON."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from ..pipeline import SCANS, fewer_note, whole_parts
 def notes_of(
     outcome: Outcome, asked: int | None, endings: Collection[str], n_lost: int, holds_labels: bool
 ) -> list[str]:
-    """Notes on results that may surprise.
+    """Notes on unexpected results of `segment`.
 
-    `asked` is the number of regions given with -n. `n_lost` is as for `notes_on_written`.
-    `holds_labels` tells whether some output holds labels without the cells.
+    `asked` is the number of regions given with -n. `n_lost` is explained in `notes_on_written`.
+    `holds_labels` is True if some output stores labels without the cells.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
     kind = kind_of(mesh)
@@ -36,13 +36,13 @@ def notes_of(
     if listed is not None:
         is_same = len(listed) == mesh.n_cells
         said = f"{len(listed)} faces were subdivided into {mesh.n_cells}"
-        notes.append("no edge is longer than max_edge" if is_same else said)
+        notes.append("no face was subdivided: all edges are short enough" if is_same else said)
     n_kept = int(np.count_nonzero(result.labels >= 0))
     if asked is not None and asked > n_kept:
         whole = "cloud" if kind.are_points else "mesh"
         notes.append(
-            f"{asked} regions were asked for; the {whole} has"
-            f" {counted(n_kept, kind.noun)}, each of which became a region"
+            f"{asked} regions were requested, but the {whole} has only"
+            f" {counted(n_kept, kind.noun)}: each {kind.noun} became a region"
         )
     notes += notes_on_result(result)
     if listed is not None and holds_labels:
@@ -51,98 +51,94 @@ def notes_of(
 
 
 def notes_on_result(result: Segmentation) -> list[str]:
-    """Notes on regions that differ from expectations."""
-    asked: int | None = result.params["n_segments"]  # None if a radius was given
+    """Notes on an unexpected number of regions, and on merged, isolated or disconnected regions."""
+    params = result.params
+    asked: int | None = params["n_segments"]  # None if a radius was given
+    is_kept = params["islands"] == "keep"
     notes = _notes_on_number(result, asked)
     n_own = 0 if asked is None else max(0, result.n_segments + result.n_merged - asked)
     n_nearest = result.n_unreached - n_own
-    if n_nearest > 0 and result.params["islands"] == "nearest":
+    if n_nearest > 0 and not is_kept:
         notes.append(f"{counted(n_nearest, 'island')} without a seed joined the nearest region")
     if result.n_joined:
-        notes.append(f"{counted(result.n_joined, 'stray piece')} joined a neighbor")
-    elif _is_connected_anyway(result.params):
-        notes.append("--connect has no effect: only --paper gives regions in several pieces")
+        pieces = counted(result.n_joined, "disconnected piece")
+        notes.append(f"{pieces} of regions joined a neighboring region")
+    elif params["enforce_connectivity"] and params["radius_factor"] is None and is_kept:
+        notes.append("--connect has no effect: only --paper gives disconnected regions")
     if result.n_merged:
-        notes.append(f"{counted(result.n_merged, 'small region')} joined a neighbor")
+        notes.append(f"{counted(result.n_merged, 'small region')} joined a neighboring region")
     if result.n_islands:
-        notes.append(f"{counted(result.n_islands, 'small region')} without a neighbor stayed")
+        islands = counted(result.n_islands, "small region")
+        notes.append(f"{islands} without a neighbor could not be merged")
     if result.n_extra_pieces:
-        pieces = counted(result.n_extra_pieces, "separate piece")
-        notes.append(f"regions have {pieces} not connected with the rest of their region")
+        pieces = counted(result.n_extra_pieces, "additional piece")
+        notes.append(f"some regions are disconnected: they have {pieces}")
     slivers = sliver_note(result.sliver_share or 0.0, "try --subdivide")
     return notes if slivers is None else [*notes, slivers]
 
 
-def _is_connected_anyway(params: Mapping[str, Any]) -> bool:
-    """Whether --connect was given although the regions are connected without it."""
-    is_exact = params["radius_factor"] is None and params["islands"] == "keep"
-    return is_exact and params["enforce_connectivity"]
-
-
 def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
-    """A note if there are more or fewer regions than asked for, or if a radius gives one region."""
+    """A note if the number of regions is not the requested one, or if a radius gives one region."""
     params = result.params
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
     if asked is None:
-        note = "the radius gives a single region: -r is a fraction of the mesh's diagonal"
+        note = "the radius gives only one region: -r is a fraction of the mesh's diagonal"
         return [] if n_made - n_kept > 1 else [note]
     if n_made != asked and params["init"] in ("flood", "grid"):
         return [
-            f"{counted(n_made, 'region')} in place of {asked}: --init {params['init']} makes only"
-            " about as many as asked for"
+            f"{counted(n_made, 'region')} instead of {asked}: --init {params['init']} matches -n"
+            " only approximately"
         ]
     if n_made <= asked:
         fewer = fewer_note(result)
         return [] if fewer is None else [fewer]
-    more = f"{counted(n_made - asked, 'more region')} than asked for"
+    more = f"{counted(n_made - asked, 'more region')} than requested"
     if params["islands"] == "nearest":
-        return [f"{more}, for parts between barriers that got no seed and cannot join a neighbor"]
-    why = f"{whole_parts(params)} that got no seed"
+        return [f"{more}: parts between barriers without a seed became regions"]
+    parts = f"{whole_parts(params)} without a seed"
     if params["radius_factor"] is not None:
-        why += ", or faces that no center reached"
-    advice = "; with --islands nearest they join the nearest region"
-    return [f"{more}, for {why}{'' if 'barriers' in params else advice}"]
+        parts += ", and faces that no center reached,"
+    advice = "" if "barriers" in params else "; --islands nearest joins them to the nearest region"
+    return [f"{more}: {parts} became regions{advice}"]
 
 
 def _notes_on_listed(result: Segmentation, listed: Longs) -> list[str]:
-    """Notes on regions that files of labels lack because the input was subdivided."""
+    """A note on regions that do not occur in label files, because the input was subdivided."""
     n_lost = result.n_segments - len(np.unique(listed[listed >= 0]))
     if not n_lost:
         return []
-    are, them = ("is", "it") if n_lost == 1 else ("are", "them")
     lost = counted(n_lost, "region")
-    return [
-        f"{lost} {are} smaller than the long faces of the input; label files have no face of {them}"
-    ]
+    return [f"{lost} lost in label files: faces of the input are larger than regions"]
 
 
 def notes_on_written(
     cells: Cells, attributes: MeshAttributes | None, endings: Collection[str], n_lost: int, *,
     are_replaced: bool = True,
 ) -> list[str]:  # fmt: skip
-    """Notes on data that files of these cells with these endings lack.
+    """Notes on data that outputs with these file endings do not store.
 
-    `n_lost` regions have no vertex in files of vertex labels. Without `are_replaced`, the labels
-    come from the input itself, so none of its properties are replaced.
+    `n_lost` is the number of regions without a vertex in files with vertex labels. `are_replaced`
+    is False if the labels come from the input, so that no property of the input is replaced.
     """
     notes = []
     if n_lost:
         named = sorted({*endings} & {*VERTEX_OUTPUTS})
-        lack = f"{' and '.join(named)} lack{'s' if len(named) == 1 else ''}"
-        notes.append(f"{lack} {counted(n_lost, 'region')}, for which no vertex was left")
+        lost = counted(n_lost, "region")
+        files = " and ".join(named)
+        notes.append(f"{lost} lost in {files}: all vertices have labels of other regions")
     if attributes is None:
         return notes
     of_points = kind_of(cells).are_points
     if attributes.left_out:
-        notes.append(f"not kept from the input: {', '.join(attributes.left_out)}")
+        notes.append(f"data of the input that is not copied: {', '.join(attributes.left_out)}")
     replaced = names_replaced(attributes, of_points=of_points)
-    if of_points and {".ply", ".pcd"}.isdisjoint(endings):  # LAS keeps colors
+    if of_points and {".ply", ".pcd"}.isdisjoint(endings):  # LAS files keep the input's colors
         replaced = [name for name in replaced if name.endswith(" label")]
     if not of_points and {".ply", ".vtp"}.isdisjoint(endings):
         replaced = []
     if replaced and are_replaced:
-        notes.append(f"replaced by properties of the labels: {', '.join(replaced)}")
+        notes.append(f"data of the input that labels replace: {', '.join(replaced)}")
     if attributes.texture is not None:
         corners = kind_of(cells).corners(cells)
         has_polygons = corners is not None and corners.size != 3
@@ -151,7 +147,7 @@ def notes_on_written(
 
 
 def notes_on_numbers(labels: Ints | None, endings: Collection[str], n_lost: int) -> list[str]:
-    """A note if these files renumber the labels; `n_lost` is as for `notes_on_written`."""
+    """A note if formats of the outputs renumber labels; for `n_lost`, see `notes_on_written`."""
     renumbered = sorted({*endings} & {*RENUMBERED_OUTPUTS})
     if labels is None or not renumbered:
         return []
@@ -160,19 +156,19 @@ def notes_on_numbers(labels: Ints | None, endings: Collection[str], n_lost: int)
         return []
     shown = ", ".join(map(str, given[:3])) + (", ..." if len(given) > 3 else "")
     files = " and ".join(renumbered)
-    return [f"labels are renumbered without gaps in {files}; .segs.json keeps {shown}"]
+    return [f"labels are renumbered without gaps in {files}; .segs.json keeps the labels {shown}"]
 
 
 def notes_on_denoising(asked: object, taken: int | None, *, scans: bool) -> list[str]:
-    """A note on the steps that ``--denoise auto`` took."""
+    """A note on the number of smoothing steps that ``--denoise auto`` chose."""
     if asked != "auto":
         return []
-    other = f" (--scans takes {SCANS['denoise']})" if scans else ""
-    return [f"denoise: auto took {counted(taken or 0, 'step')}{other}"]
+    other = f"; --scans alone uses {SCANS['denoise']}" if scans else ""
+    return [f"--denoise auto used {counted(taken or 0, 'smoothing step')}{other}"]
 
 
 def facts_of(result: Segmentation, timings: Mapping[str, float], noun: str) -> dict[str, Any]:
-    """The run as a JSON object; `noun` is the name of the labeled elements."""
+    """Contents of the JSON report; `noun` is the word for a labeled element."""
     return {
         f"n_{noun}s": len(result.labels),
         "n_segments": result.n_segments,
@@ -189,7 +185,7 @@ def facts_of(result: Segmentation, timings: Mapping[str, float], noun: str) -> d
 def summary_of(
     result: Segmentation, timings: Mapping[str, float], noun: str = "face", n_left_out: int = 0
 ) -> str:
-    """The run in one line; `noun` is the name of the labeled elements."""
+    """One-line summary of a run; `noun` is the word for a labeled element."""
     left_out = f" ({n_left_out} left out)" if n_left_out else ""
     seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in timings.items())
     return (

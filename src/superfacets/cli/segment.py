@@ -48,9 +48,9 @@ from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles,
     labels_named_option,
     output_option(
         "A mesh with labels (.ply, .vtp, .obj, .stl, .off or .glb; .vtu or .vtk for tetrahedra), a"
-        " point cloud with labels (.ply, .csv, .pcd, .las or .laz), labels (.npy, .seg or .txt),"
-        " labels of vertices (.segs.json, .bin, _sp_label.npy or .pth), a .sstk.json or"
-        " .aggregation.json, or a graph of regions (.npz); may be given several times. Or a folder"
+        " point cloud with labels (.ply, .csv, .pcd, .las or .laz), labels alone (.npy, .seg or"
+        " .txt), vertex labels (.segs.json, .bin, _sp_label.npy or .pth), annotations (.sstk.json"
+        " or .aggregation.json), or a region graph (.npz); may be given several times. Or a folder"
         " (results/) for the files of all inputs, or - for standard output."
         "  [default: IN.superfacets.ply beside IN]"),
     to_option(),
@@ -58,7 +58,7 @@ from .tiled import TileOptions, names_by_tiles, noun_of_tiled, segment_by_tiles,
     file_options,
     tile_options,
     quiet_option,
-    json_option("the facts as JSON, an object and a line per IN"),
+    json_option("the results as JSON, one line per IN"),
 )  # fmt: skip
 @click.pass_context
 def segment_command(
@@ -69,9 +69,9 @@ def segment_command(
 ) -> None:  # fmt: skip
     """Segment meshes and point clouds, and write their labels.
 
-    IN may be - for standard input. The result then goes to standard output, unless -o names another
-    output. If standard output holds the result, messages go to stderr. If an input fails, the
-    others are still processed, and the exit status is 1.
+    IN may be - for standard input. The result is then written to standard output, unless -o names
+    another output. If the result is written to standard output, messages are printed on stderr. If
+    an input fails, the remaining inputs are still processed, and the exit status is 1.
     """
     tiles = TileOptions.taken_from(given)
     scans = given["scans"]
@@ -97,13 +97,13 @@ def segment_command(
         as_json,
     )  # fmt: skip
     named = [name_of(job.input) for job in jobs]
-    if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.tell(jobs[i], m)):
+    if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.print_failure(jobs[i], m)):
         ctx.exit(EXIT_DATA)
 
 
 @dataclass(frozen=True)
 class _Run:
-    """Options of the command, with which each job is run."""
+    """Options of the command that apply to every job."""
 
     options: FileOptions
     format: str | None
@@ -116,13 +116,13 @@ class _Run:
     is_quiet: bool
     as_json: bool
 
-    def tell(self, job: Job, message: str) -> None:
-        """Report a failure to programs, too."""
+    def print_failure(self, job: Job, message: str) -> None:
+        """Print a failure as a JSON object if ``--json`` is given."""
         if self.as_json:
             job.print(json.dumps({"file": job.input, "error": message}))
 
     def do(self, job: Job) -> None:
-        """Do one job, and report it."""
+        """Run one job, and print a report."""
         check_outputs(job.files, force=self.form.force)
         if self.tiles is not None:
             self._do_by_tiles(job, self.tiles)
@@ -157,7 +157,7 @@ class _Run:
         self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str,
         n_left_out: int = 0,
     ) -> None:  # fmt: skip
-        """Print counts, seconds and files."""
+        """Print the number of smoothing steps, the summary and the output files."""
         asked = self.options.keywords.get("denoise")
         if not self.is_quiet:
             print_notes(notes_on_denoising(asked, result.params["denoise"], scans=self.scans))
@@ -166,7 +166,7 @@ class _Run:
         job.report(facts, text, noun, as_json=self.as_json, is_quiet=self.is_quiet)
 
     def _compute(self, job: Job, bar: RunBar, timings: dict[str, float]) -> Outcome:
-        """Read, subdivide and segment; write nothing."""
+        """Read, subdivide and segment the input, without writing files."""
         return segment_file(
             lambda keep: self._load(job, keep=keep),
             self.options,
@@ -179,18 +179,20 @@ class _Run:
         )
 
     def _load(self, job: Job, *, keep: bool) -> tuple[Cells, MeshAttributes | None]:
-        """Read the input; an error if the outputs could not hold such cells."""
+        """Read the input; raise an error if an output format cannot store this kind of cells."""
         cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
         self._check_kind(job, cells)
         check_fit(cells, None, job.endings, self.form)
         return cells, attributes
 
     def _check_kind(self, job: Job, cells: Cells) -> None:
-        """Raise an error for options that a point cloud lacks."""
+        """Raise a MeshError if options for meshes are given with a point cloud."""
         if not kind_of(cells).are_points:
             return
         typed = "--subdivide" if self.options.subdivide else None
         if self.options.keywords.get("denoise") is not None:
             typed = "--scans" if self.scans else "--denoise"
         if typed is not None:
-            raise MeshError(f"{name_of(job.input)}: {typed} is for meshes, but this is a cloud")
+            raise MeshError(
+                f"{name_of(job.input)}: {typed} is for meshes, but this is a point cloud"
+            )

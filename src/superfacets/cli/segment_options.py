@@ -16,7 +16,7 @@ from .options import COUNT, option, options
 
 
 def _defaults_of(parameter: str) -> str:
-    """All different defaults of a parameter among the kinds of weights, as text."""
+    """Distinct defaults of a parameter over all kinds of weights, as text."""
     used = [
         weight.defaults[parameter] for weight in WEIGHTS.values() if parameter in weight.defaults
     ]
@@ -24,13 +24,13 @@ def _defaults_of(parameter: str) -> str:
 
 
 def _default_by_weights(parameter: str) -> str:
-    """The default of a parameter with each kind of weights that uses it, as text."""
+    """Default of a parameter for each kind of weights that uses the parameter, as text."""
     used = {name: weight.defaults.get(parameter) for name, weight in WEIGHTS.items()}
     return ", ".join(f"{value:g} with {name}" for name, value in used.items() if value is not None)
 
 
 _GROUPS = {
-    "Used most": ("n_segments", "radius", "alpha", "output", "outputs", "formats", "is_quiet"),
+    "Most used": ("n_segments", "radius", "alpha", "output", "outputs", "formats", "is_quiet"),
     "Presets": ("scans", "paper", "parts"),
     "Creases and shape of regions": (
         "weights", "eta_convex", "ridges", "smooth", "relocate", "min_size", "islands",
@@ -55,7 +55,7 @@ _GROUPS = {
     ),
     "Running": ("n_threads", "workers", "scheduler", "retry_failed", "as_json"),
 }  # fmt: skip
-"""Groups of options in the help of ``segment`` and ``batch``."""
+"""Groups of options in the help texts of ``segment`` and ``batch``: parameter names by title."""
 
 
 class SegmentCommand(opts.GroupedCommand):
@@ -69,72 +69,78 @@ segment_options = options(
     option("-r --radius", opts.POSITIVE,
            "Radius of a region, as a fraction of the mesh's diagonal, instead of -n."),
     option("-a --alpha", opts.NOT_NEGATIVE,
-           f"How much borders follow creases.  [default: by weights: {_defaults_of('alpha')}]"),
+           "How strongly borders follow creases."
+           f"  [default: depends on --weights: {_defaults_of('alpha')}]"),
     option("--eta eta_convex", opts.NOT_NEGATIVE,
-           "Weight of convex creases relative to concave ones."
-           f"  [default: by weights: {_defaults_of('eta_convex')}]"),
+           "Weight of convex creases relative to concave creases."
+           f"  [default: depends on --weights: {_defaults_of('eta_convex')}]"),
     option("--ridges", opts.NOT_NEGATIVE,
            "Weight of sharp convex edges between flat faces, as on machine parts, relative to"
-           f" concave creases; 0 for none.  [default: {_default_by_weights('ridges')}]"),
+           f" concave creases; 0 ignores them.  [default: {_default_by_weights('ridges')}]"),
     option("--weights NAME", tuple(WEIGHTS),
            "Cost of a step between neighbors: parts (creases, and steps from one part of a shape to"
            " another), creases, superfacets (as in the paper), or stk02 (Shlafman, Tal and Katz)."
            "  [default: parts]"),
     option("--init", INITS,
-           "How the first centers are placed; flood and grid make only approximately -n regions."
-           "  [default: geodesic; curve for 10,000 regions or more of less than 100 cells]"),
-    option("--paper", opts.FLAG, "The algorithm of the paper, exactly as published."),
+           "How the initial centers are placed; flood and grid match -n only approximately."
+           "  [default: geodesic; curve for 10,000 or more regions of less than 100 cells each]"),
+    option("--paper", opts.FLAG, "Use the algorithm of the paper exactly as published."),
     option("--parts", opts.FLAG,
-           "Regions within the parts of a shape: --weights parts --relocate, the default."),
-    option("--scans", opts.FLAG, "For fused scans of rooms: --denoise 5 --alpha 80."),
+           "Keep regions within the parts of a shape: same as --weights parts --relocate, the"
+           " default."),
+    option("--scans", opts.FLAG,
+           "Preset for fused scans of rooms: same as --denoise 5 --alpha 80."),
     option("--denoise N|auto", opts.CountOr("auto", 0),
-           "Measure creases on positions smoothed in N steps; auto: 5 if the mesh is noisy, else 0."
-           " Results belong to the mesh as it is.  [default: 0; 5 with --scans]"),
+           "Measure creases on a copy of the mesh, smoothed in N steps; auto uses 5 steps if the"
+           " mesh is noisy, else 0. Output meshes are not smoothed.  [default: 0; 5 with --scans]"),
     option("--max-iter max_num_iter", opts.Count(0),
-           "Maximum number of iterations; with 0, the first centers stay.", default=50),
+           "Maximum number of iterations; 0 keeps the initial centers.", default=50),
     option("--tol", opts.NOT_NEGATIVE,
-           "Stop when centers move less than this, in radii of a region."
+           "Stop when centers move less than this, as a fraction of a region's radius."
            "  [default: 0.02; 0 with --paper]"),
     option("--relocate/--no-relocate", None,
-           "Let centers jump to where regions are large and uneven, and iterate again."
+           "Move some centers to places where regions are large and uneven, and iterate again."
            "  [default: yes; no with --paper or other weights]", default=None),
     option("--smooth/--no-smooth", None,
-           "Make borders straight where the surface is smooth.  [default: yes; no with --paper]",
+           "Straighten borders where the surface is smooth.  [default: yes; no with --paper]",
            default=None),
     option("--connect enforce_connectivity", opts.FLAG,
-           "Keep one piece of each disconnected region, which --paper may give."),
+           "Keep one piece of each disconnected region, and join its other pieces to neighbors."
+           " Only --paper gives disconnected regions."),
     option("--min-size", opts.NOT_NEGATIVE,
-           "Regions smaller than this join a neighbor, in multiples of the mean size."),
+           "Merge regions smaller than this fraction of the mean size into a neighbor."),
     option("--islands", ISLANDS,
-           "Components without a seed, and small regions without a neighbor, stay separate regions"
-           " (keep), or join the nearest region, which makes -n exact (except with --init flood or"
-           " grid).  [default: keep]"),
+           "What to do with components without a seed, and with small regions without a neighbor:"
+           " keep them as regions (keep), or join them to the nearest region (nearest), which makes"
+           " -n exact except with --init flood or grid.  [default: keep]"),
     option("--balance", opts.Real(0.0, 1.0),
-           "How equal the areas (or volumes) of regions shall be, 0 to 1.  [default: 0]"),
+           "How equal the areas or volumes of regions should be, from 0 to 1.  [default: 0]"),
     option("--max-measure", opts.POSITIVE,
-           "Greatest area or volume of a region, in the unit of the mesh squared or cubed."),
-    option("--min-measure", opts.NOT_NEGATIVE, "Least area or volume of a region."),
+           "Maximum area or volume of a region, in squared or cubed units of the mesh."),
+    option("--min-measure", opts.NOT_NEGATIVE,
+           "Minimum area or volume of a region, in squared or cubed units of the mesh."),
     option("--cells-per-region", COUNT,
            "Exact number of faces in each region, instead of -n; the remaining faces of each"
-           " component are one smaller region."),
+           " component form one smaller region."),
     option("--subdivide is_subdivided", opts.FLAG,
-           "Bisect edges longer than a quarter of a region's radius first, for meshes of long thin"
-           " faces. A .ply or .vtp then holds the subdivided mesh; label files hold, for each face"
-           " of IN, the label with the most area in the face."),
+           "First bisect edges longer than a quarter of a region's radius, for meshes with long and"
+           " thin faces. A .ply or .vtp then contains the subdivided mesh. Label files contain one"
+           " label for each face of IN: the label that covers most of the face."),
     option("--max-edge", opts.POSITIVE,
-           "Subdivide until no edge is longer than this, in the unit of the mesh."),
+           "First bisect edges longer than this, in the unit of the mesh."),
     option("--features NAME", None,
            "Data that borders follow besides creases: color, texture, normals, height (z), or a"
            " property of the faces, points or vertices in IN; may be given several times.",
            multiple=True),
     option("--viewpoint", opts.Real(),
-           "Place from which all points were seen, for clouds without normals: estimated normals"
-           " face this place.", nargs=3, metavar="X Y Z"),
+           "Position of the scanner, for point clouds without normals: estimated normals point"
+           " toward this position.", nargs=3, metavar="X Y Z"),
     option("--min-opacity P", opts.Real(0.0, 1.0),
-           "Leave out Gaussian splats with a lower opacity than this, 0 to 1; they get label -1.",
+           "Leave out Gaussian splats with an opacity below this, 0 to 1; they get label -1.",
            default=0.0, show_default=False),
     option("--feature-weight", opts.NOT_NEGATIVE,
-           "Weight of features, in radii of a region per standard deviation.  [default: 5]"),
+           "Weight of features: a difference of one standard deviation adds this many region radii"
+           " to the length of a path.  [default: 5]"),
     opts.threads_option,
 )  # fmt: skip
 """Adds the options of the computation to a command."""
@@ -143,7 +149,7 @@ file_options = options(
     opts.ascii_option,
     opts.label_options,
     opts.drop_attributes_option(
-        "input", ": colors, normals, texture coordinates, further properties, comments"
+        "input", ": colors, normals, texture coordinates, other properties, comments"
     ),
     opts.force_option,
 )
@@ -156,7 +162,7 @@ _OF_FILES = {field.name for field in fields(FileOptions)}
 def options_of(
     *, paper: bool, parts: bool, scans: bool, is_subdivided: bool, **given: Any
 ) -> FileOptions:
-    """Return the given options, completed by a preset; a usage error if they contradict."""
+    """Complete the given options by a preset; a usage error if options contradict each other."""
     of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
     keywords = {name: value for name, value in given.items() if value is not None}
     if {"n_segments", "radius"} <= keywords.keys():
@@ -165,20 +171,19 @@ def options_of(
         other = "--parts" if parts else "--scans"
         raise click.UsageError(f"give --paper or {other}, not both")
     if paper and given.get("relocate"):
-        raise click.UsageError("--relocate is not part of the paper: leave --paper or it out")
+        raise click.UsageError("give --paper or --relocate, not both")
     for name in ("balance", "max_measure", "min_measure", "cells_per_region"):
         if paper and keywords.get(name):
-            typed = f"--{name.replace('_', '-')}"
-            raise click.UsageError(f"{typed} is not part of the paper: leave --paper or it out")
+            raise click.UsageError(f"give --paper or --{name.replace('_', '-')}, not both")
     presets = ((paper, "--paper", PAPER), (parts, "--parts", PARTS), (scans, "--scans", SCANS))
     for is_given, name_of_preset, preset in presets:
         for name in ("weights", "init") if is_given else ():
             if name in preset and keywords.get(name, preset[name]) != preset[name]:
                 raise click.UsageError(
-                    f"{name_of_preset} has {name} of its own: leave --{name} out"
+                    f"{name_of_preset} sets --{name} {preset[name]}: leave --{name} out"
                 )
         keywords = {**preset, **keywords} if is_given else keywords
     try:
         return FileOptions(keywords, subdivide=is_subdivided, **of_files)
-    except ValueError as error:  # options that contradict each other
+    except ValueError as error:
         raise click.UsageError(str(error)) from error

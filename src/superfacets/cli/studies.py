@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..study.reproduce.reproduction import Report
 
 _results_option = option("-o --output OUT", opts.FOLDER, "Folder for the results.", required=True)
-_jobs_option = option("--jobs n_jobs", COUNT, "Processes.  [default: one per core]")
+_jobs_option = option("--jobs n_jobs", COUNT, "Number of processes.  [default: one per core]")
 
 
 @click.command("reproduce")
@@ -24,13 +24,17 @@ _jobs_option = option("--jobs n_jobs", COUNT, "Processes.  [default: one per cor
 @options(
     _results_option,
     option("--subset is_subset", opts.FLAG,
-           "Only the smallest model of each category, k = 50, 150, 300, and fewer alphas."),
-    option("--figures LIST", None, "Only these figures, such as 4,6 (1 to 8, rivals)."),
-    option("--methods LIST", None, "Only these methods, such as superfacets,stk02."),
+           "Use only the smallest model of each category, 50, 150 and 300 regions, and fewer values"
+           " of alpha."),
+    option("--figures LIST", None,
+           "Figures to reproduce, such as 4,6: numbers from 1 to 8, or rivals.  [default: all]"),
+    option("--methods LIST", None,
+           "Methods to compare, such as superfacets,stk02.  [default: all]"),
     option("--ks LIST", None, "Numbers of regions, such as 50,150.", callback=numbers),
-    option("--meshes DIR", opts.EXISTING_FOLDER, "Large meshes for Figure 1 and Table 1."),
+    option("--meshes DIR", opts.EXISTING_FOLDER,
+           "Folder with large meshes for Figure 1 and Table 1."),
     option("--budget-minutes", opts.NOT_NEGATIVE,
-           "Start no task after this many minutes. Pictures and plots take more time."),
+           "Start no runs after this many minutes. Drawing the figures takes additional time."),
     _jobs_option,
 )  # fmt: skip
 def reproduce_command(
@@ -40,8 +44,9 @@ def reproduce_command(
 ) -> None:  # fmt: skip
     """Repeat the paper's comparison on the Princeton benchmark.
 
-    BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT. A
-    second start repeats only missing and failed runs. OUT/index.html shows all results.
+    BENCHMARK is a folder with the files off/N.off and seg/Benchmark/N/N_j.seg. Each run writes a
+    record to OUT, and a second start repeats only missing and failed runs. OUT/index.html shows all
+    results.
     """
     from ..study.reproduce.methods import METHODS
     from ..study.reproduce.plan import FIGURES, KS, SUBSET_KS, Choice
@@ -58,7 +63,7 @@ def reproduce_command(
         benchmark=benchmark, output=output, meshes=meshes, choice=choice, budget_seconds=budget,
         n_jobs=checked_threads(n_jobs),
     )  # fmt: skip
-    _tell(reproduce(chosen))
+    _print_report(reproduce(chosen))
 
 
 @click.command("quality")
@@ -66,18 +71,19 @@ def reproduce_command(
 @options(
     _results_option,
     option("--ks LIST", None, "Numbers of regions.  [default: 50 to 300]", callback=numbers),
-    option("--models LIST", None, "Only these models, such as 5,125,397.", callback=numbers),
-    option("--every", COUNT, "Step through the models; 2 means every second model.", default=1),
+    option("--models LIST", None,
+           "Numbers of the models to use, such as 5,125,397.  [default: all]", callback=numbers),
+    option("--every", COUNT, "Use every N-th model only; 2 means every second model.", default=1),
     option("--finer n_finer", opts.Count(0),
-           "Number of models that are also subdivided and decimated.", default=10),
+           "Number of models that are also tested at other resolutions.", default=10),
     _jobs_option,
 )  # fmt: skip
 def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any) -> None:
     """Compare variants of the method on the Princeton benchmark.
 
-    BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT. A
-    second start repeats only missing and failed runs. Tables are printed, and written to
-    OUT/tables.md. OUT/runs.csv has a row for every run.
+    BENCHMARK is a folder with the files off/N.off and seg/Benchmark/N/N_j.seg. Each run writes a
+    record to OUT, and a second start repeats only missing and failed runs. Tables are printed, and
+    written to OUT/tables.md. OUT/runs.csv has one row per run.
     """
     from ..study.quality.measure import KS
     from ..study.quality.study import Options, study
@@ -92,10 +98,10 @@ def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any
 def superpoints_command(rooms: Path) -> None:
     """Compare superpoints with the segments of ScanNet's segmenter.
 
-    ROOMS is a folder of .npz files. Each holds vertices, faces, instances (the true object of each
-    vertex) and felzenszwalb (the segments of ScanNet's segmenter). A superpoint gets the object of
-    most of its vertices. The table has the share of vertices with a wrong object, and the IoU of
-    objects.
+    ROOMS is a folder of .npz files. Each file contains the arrays vertices, faces, instances (the
+    true object of each vertex) and felzenszwalb (the segment of each vertex from ScanNet's
+    segmenter). Each superpoint is assigned to the object that most of its vertices belong to. The
+    table shows the fraction of vertices with a wrong object, and the IoU of objects.
     """
     from ..study.superpoints import study
 
@@ -109,17 +115,17 @@ def _names(text: str | None, known: tuple[str, ...], what: str) -> tuple[str, ..
     wanted = [name.strip() for name in text.split(",")]
     for name in wanted:
         if name not in known:
-            raise click.UsageError(f"--{what}: there is no {name!r}, only {', '.join(known)}")
+            raise click.UsageError(f"--{what}: {name!r} is not one of {', '.join(known)}")
     return tuple(name for name in known if name in wanted)
 
 
-def _tell(report: Report) -> None:
+def _print_report(report: Report) -> None:
     """Print problems on stderr and results on stdout."""
     results: Any = report.results
     print_notes(results.plan.problems)
     print_notes(f"failed: {line}" for line in results.reasons())
-    print_notes(f"not drawn: {line}" for line in report.picture_problems)
-    print_notes(f"not started within the budget: {line}" for line in results.not_started())
+    print_notes(f"picture not drawn: {line}" for line in report.picture_problems)
+    print_notes(f"not started because time ran out: {line}" for line in results.not_started())
     counts = (len(results.done), len(results.failed), len(results.missing))
     click.echo(
         "{} runs done, {} failed, {} not started".format(*counts)

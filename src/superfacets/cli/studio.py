@@ -22,22 +22,23 @@ from .options import COUNT, FILE, FLAG, json_option, option, options
 @click.argument("path", metavar="IN|FOLDER", type=click.Path(path_type=Path, exists=True))
 @options(
     option("-n --n-segments", COUNT, "Number of regions for new work.  [default: 150]"),
-    option("--work FILE", FILE, "File of the work.  [default: IN.studio.jsonl, beside IN]"),
+    option("--work FILE", FILE,
+           "File in which the work is saved.  [default: IN.studio.jsonl, beside IN]"),
     option("--classes FILE", FILE,
-           "Classes for new work: a .json that the studio has written, or a .txt with one name per"
-           " line."),
+           "Classes for new work: a .json file written by the studio, or a .txt file with one class"
+           " name per line."),
     option("--port", click.IntRange(1, 65_535),
            "Port that the server listens on.  [default: a free port]"),
-    option("--list is_list", FLAG, "Print the progress of each file, and exit."),
-    option("--no-browser", FLAG, "Print the address, but open no browser."),
+    option("--list is_list", FLAG, "Print the labeled percentage of each file, and exit."),
+    option("--no-browser", FLAG, "Print the address without opening a browser."),
 )  # fmt: skip
 def studio_command(
     path: Path, n_segments: int | None, work: Path | None, classes: Path | None,
     port: int | None, is_list: bool, no_browser: bool,
 ) -> None:  # fmt: skip
-    """Label a mesh or point cloud, or all of a folder, in a browser.
+    """Label a mesh or point cloud, or all files of a folder, in a browser.
 
-    Only this machine can open the page. All work is saved at once.
+    Only browsers on this machine can open the page. Every change is saved immediately.
     """
     _check_extra()
     from ..studio.address import address_file, kept_address, open_again, redirection
@@ -56,15 +57,15 @@ def studio_command(
         return
     opened, address = open_again(port, kept_address(address_file(files.home)))
     with opened, contextlib.ExitStack() as stack:
-        for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # so that the token file is removed
+        for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # exit after removing the token file
             number = getattr(signal, name)
             stack.callback(signal.signal, number, signal.signal(number, _end))
 
         def show(page: str) -> None:
-            click.echo(f"superfacets studio: {page} (Ctrl-C ends it)")
+            click.echo(f"superfacets studio: {page} (press Ctrl-C to stop)")
             sys.stdout.flush()
             if not no_browser:
-                with contextlib.suppress(OSError):  # no temporary file: the address is printed
+                with contextlib.suppress(OSError):  # the user can still open the printed address
                     webbrowser.open(stack.enter_context(redirection(page)))
 
         if files.folder is None:
@@ -84,8 +85,8 @@ def _end(number: int, _: object) -> NoReturn:
 @options(
     option("-o --output FILE", FILE, "Write the merged work to this new file."),
     option("--prefer", ("mine", "theirs"),
-           "Whose labels to use for cells on which both differ.", default="mine"),
-    json_option("JSON"),
+           "Whose labels to keep where the two differ.", default="mine"),
+    json_option(),
 )  # fmt: skip
 def agree_command(
     mesh: Path, mine: Path, theirs: Path, output: Path | None, prefer: str, as_json: bool
@@ -93,15 +94,15 @@ def agree_command(
     """Compare two people's work in the studio, and merge it.
 
     MINE and THEIRS are work files of the mesh or point cloud in the file IN. The command prints the
-    share of the area on which both agree, and the IoU of each class and object. Classes are matched
-    by name, and objects by the area they share. The merged work keeps labels of cells that only one
-    person has labeled.
+    percentage of the area on which both agree, and the IoU of each class and object. Classes are
+    matched by name, and objects by their overlap. The merged work keeps labels of cells that only
+    one person has labeled.
     """
     _check_extra()
     from ..studio.document import merged_work
 
     if output is not None and output.exists():
-        raise FileExistsError(f"{output}: exists already: name a new file")
+        raise FileExistsError(f"{output} exists already: choose another file name")
     found = merged_work(mesh, mine, theirs, output, prefer_theirs=prefer == "theirs")
     click.echo(json.dumps(found, indent=1) if as_json else _text(found))
     if output is not None:
@@ -109,7 +110,7 @@ def agree_command(
 
 
 def _text(found: dict[str, Any]) -> str:
-    lines = [f"agreed {100 * found['share']:.1f} % of the area that both have labeled"]
+    lines = [f"both agree on {100 * found['share']:.1f} % of the area that both have labeled"]
     for row in found["classes"]:
         lines.append(f"{row['iou']:.3f}  {row['name']}")
         lines += [f"  {one['iou']:.3f}  {row['name']} {one['object']}" for one in row["objects"]]

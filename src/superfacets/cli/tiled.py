@@ -1,4 +1,4 @@
-"""Options of ``superfacets segment --tiled``, for meshes and clouds larger than memory."""
+"""Options of ``superfacets segment --tiled``, for meshes and point clouds larger than memory."""
 
 from __future__ import annotations
 
@@ -20,22 +20,24 @@ from .progress import TileBar
 
 tile_options = options(
     option("--tiled is_tiled", FLAG,
-           "Work in tiles, for meshes and point clouds larger than memory. IN is a file, a folder"
-           " of files or a tileset.json, whose meshes are joined where vertices have the same"
-           " position. All labels go to one .npy. If IN and -o are folders, the labels of each file"
-           " go to a .npy of their own."),
+           "Process the input in tiles, for meshes and point clouds larger than memory. IN is a"
+           " file, a folder of files or a tileset.json; meshes of several files are joined where"
+           " vertices have the same position. All labels are written to one .npy file. If IN and -o"
+           " are folders, each file of IN gets a separate .npy file."),
     option("--tile-size", COUNT,
-           "Faces or points per tile, with --tiled; the memory of each worker grows with it."
-           "  [default: 262144]"),
+           "Number of faces or points per tile, with --tiled. Larger tiles need more memory per"
+           " worker.  [default: 262144]"),
     option("--scratch", FOLDER,
-           "Folder for temporary arrays, with --tiled: about 250 bytes per face, 400 per point."
-           "  [default: beside the output]"),
+           "Folder for temporary arrays, with --tiled. They take about 250 bytes per face, or 400"
+           " per point.  [default: beside the output]"),
     option("--cache MB", Count(0),
-           "Megabytes of temporary arrays kept in memory, with --tiled and one worker."
+           "Megabytes of temporary arrays kept in memory, with --tiled and a single process."
            "  [default: an eighth of the memory]"),
-    option("--workers", COUNT, "Processes that work on tiles, with --tiled.  [default: 1]"),
+    option("--workers", COUNT,
+           "Number of processes that work on tiles, with --tiled.  [default: 1]"),
     option("--scheduler ADDRESS", None,
-           "Address of a Dask scheduler, such as tcp://10.0.0.1:8786: its workers process tiles."),
+           "Address of a Dask scheduler whose workers process the tiles, such as"
+           " tcp://10.0.0.1:8786."),
 )  # fmt: skip
 """Adds the options of tiles to a command."""
 
@@ -49,12 +51,12 @@ _NOT_OF_TILES = {
     "--min-measure": "min_measure",
     "--cells-per-region": "cells_per_region",
 }
-"""Options that `segment_tiled` lacks, with their keywords in `segment`."""
+"""Options that `segment_tiled` does not support, and the keywords of `segment` that they set."""
 
 
 @dataclass(frozen=True)
 class TileOptions:
-    """Options of the work in tiles."""
+    """Options for a run in tiles; None means the default."""
 
     tile_size: int | None
     scratch: Path | None
@@ -69,9 +71,9 @@ class TileOptions:
 
     @classmethod
     def taken_from(cls, given: dict[str, Any]) -> TileOptions | None:
-        """Remove the options of tiles from `given`, and return them; None without ``--tiled``.
+        """Remove the tile options from `given`, and return them; None without ``--tiled``.
 
-        A usage error if they contradict each other.
+        Raises a usage error if options contradict each other.
         """
         is_tiled = given.pop("is_tiled")
         found = {field.name: given.pop(field.name) for field in fields(cls)}
@@ -81,9 +83,9 @@ class TileOptions:
                     raise click.UsageError(f"--{name.replace('_', '-')} needs --tiled")
             return None
         if found["workers"] is not None and found["scheduler"] is not None:
-            raise click.UsageError("give --scheduler or --workers: a scheduler has its own workers")
+            raise click.UsageError("give --workers or --scheduler, not both")
         if found["cache"] and (found["workers"] or found["scheduler"]):
-            raise click.UsageError("--cache is for one process: workers keep arrays on the disk")
+            raise click.UsageError("--cache cannot be used with --workers or --scheduler")
         if found["cache"] is not None:
             found["cache"] *= 1_000_000
         return cls(**found)
@@ -92,12 +94,12 @@ class TileOptions:
         self, inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str],
         given: FileOptions, others: Mapping[str, object],
     ) -> tuple[str, ...]:  # fmt: skip
-        """Return the formats of outputs without names; a usage error for options that tiles lack.
+        """Return the formats of outputs without names; a usage error for unsupported options.
 
-        `others` are further options, by name, that do not go with tiles.
+        `others` are values of further options that are not supported in tiles, by option name.
         """
         if STANDARD_STREAM in (*inputs, *outputs):
-            raise click.UsageError("--tiled reads and writes files, not -")
+            raise click.UsageError("--tiled does not support standard input and output (-)")
         refused = {
             "--features": given.features,
             "--subdivide": given.subdivide,
@@ -122,12 +124,12 @@ class TileOptions:
 
 
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
-    """Names of the results in a folder; for a folder of files, one name per file."""
+    """File names for the results of an input; for an input folder, one name per input file."""
     from ..export.label_files import label_names
     from ..io.readers.pieces import holds_files
 
     if holds_files(Path(text)):
-        with contextlib.suppress(OSError):  # the run reports any error
+        with contextlib.suppress(OSError):  # reading the input will report the error
             return label_names(Path(text))
     return names_of_results(text, endings)
 
@@ -143,7 +145,7 @@ def segment_by_tiles(
     chosen = {"scratch": folder.absolute(), **tiles.keywords}
     used = given.keywords.keys() - _NOT_OF_TILES.values()
     try:
-        with warnings.catch_warnings():  # notes report the same facts as warnings
+        with warnings.catch_warnings():  # notes on the result replace these warnings
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
             return segment_tiled(
@@ -157,7 +159,7 @@ def segment_by_tiles(
 
 
 def noun_of_tiled(path: Path) -> str:
-    """Noun for a cell of a file, or of a folder of files."""
+    """The word for a cell of an input file or folder: "point" or "face"."""
     from ..io.readers.pieces import holds_points
 
     return "point" if holds_points(path) else "face"

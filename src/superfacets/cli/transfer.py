@@ -28,7 +28,7 @@ from .outputs import OneRun, one_output_options
 @click.argument("target", metavar="TARGET", type=FILE)
 @option(
     "--max-distance", NOT_NEGATIVE,
-    "Cells farther than this from IN, in its unit, get the label -1.  [default: no limit]",
+    "Cells farther than this from IN, in units of IN, get the label -1.  [default: no limit]",
 )  # fmt: skip
 @one_output_options("TARGET with its labels, or the labels alone", "TARGET")
 @format_option("IN")
@@ -38,11 +38,11 @@ def transfer_command(
     source: Path, labels: Path, target: Path, max_distance: float | None, format: str | None,
     target_format: str | None, **given: Any,
 ) -> None:  # fmt: skip
-    """Carry labels to another mesh or point cloud of the same object.
+    """Transfer labels to another mesh or point cloud of the same object.
 
-    TARGET must show the same object, in the same place. Each face or point of TARGET gets the label
-    of the nearest face or point of IN. LABELS are read from .npy, .seg, .txt or labeled .ply or
-    .vtp files; a labeled IN may be given twice.
+    TARGET must have the same position as IN. Each face or point of TARGET gets the label of the
+    nearest face or point of IN. LABELS is a .npy, .seg or .txt file, or a labeled .ply or .vtp; if
+    IN contains the labels, give IN again.
     """
     run = OneRun(target, (source, labels), given)
 
@@ -67,5 +67,5 @@ def transfer_command(
     n_labels = len(np.unique(carried[carried >= 0]))
     noun = kind_of(goal).noun
     facts = {f"n_{noun}s": len(carried), "n_labels": n_labels, "n_without": n_without}
-    without = f", {n_without} without" if n_without else ""
+    without = f", {n_without} without a label" if n_without else ""
     run.report(facts, f"{counted(len(carried), noun)}, {counted(n_labels, 'label')}{without}", noun)

@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     option("--html output OUT", FILE,
            "Write the page to this .html file.  [default: open it in the browser]"),
     option("--labels L", FILE,
-           "A .npy, .seg, .txt or labeled mesh, or the .npz of superfacets levels.  [default: the"
-           " labels in IN, if it has any]"),
+           "Label file: .npy, .seg, .txt, a labeled mesh, or an .npz from superfacets levels."
+           "  [default: labels in IN]"),
     labels_named_option,
-    option("--gt SEG", FILE, "Ground truth: a file of labels."),
+    option("--gt SEG", FILE, "Label file with the ground truth."),
     option("--feature features FILE", FILE,
-           "A .npy or .txt file with a value per cell, or per region of the first level; may be"
+           "A .npy or .txt file with one value per cell, or per region of the first level; may be"
            " given several times.", multiple=True),
     option("--title TEXT", None, "Title of the page.  [default: the name of IN]"),
     camera_options,
@@ -47,8 +47,8 @@ def view_command(
 ) -> None:  # fmt: skip
     """Show a mesh or point cloud with its regions in a browser.
 
-    The page is one file, which any browser can open offline. It also shows the texture, if there is
-    one. Without --html, the page is a temporary file, and the browser opens it.
+    The page is a single file, which any browser can open offline. If IN has a texture, the page
+    shows the texture, too. Without --html, the page is a temporary file, and the browser opens it.
     """
     from ..pictures.camera import View
     from ..pictures.page.document import checked_page_path, view
@@ -64,7 +64,7 @@ def view_command(
     texture = None if attributes is None else attributes.texture
     shown = _levels_of(mesh, labels, cells, labels_named)
     if shown is None:
-        print_note(f"{mesh} holds no labels: give a file with --labels")
+        print_note(f"{mesh} has no labels: give a label file with --labels")
     truth = None if gt is None else labels_for(cells, gt, labels_named)
     values = {path.stem: read_values(path) for path in features}
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
@@ -77,10 +77,10 @@ def view_command(
         try:
             page = show(texture=texture)
         except (MeshError, MissingExtraError) as error:
-            print_note(f"no texture is shown: {error}")
+            print_note(f"the texture is not shown: {error}")
     try:
         page = page or show()
-    except (ValueError, TypeError) as error:  # all remaining errors are faults of files
+    except (ValueError, TypeError) as error:  # caused by the content of input files
         raise MeshError(f"{mesh}: {error}") from None
     if target is not None:
         page.save(target)
@@ -90,7 +90,7 @@ def view_command(
 
 
 def _open(page: Page, name: str) -> None:
-    """Open the page in the browser; the file stays, because the browser may read it later."""
+    """Open the page in the browser. The file is kept, because the browser may read it later."""
     path = page.save(Path(mkdtemp(prefix="superfacets-"), f"{name}.html"))
     click.echo(f"wrote {path}")
     if not webbrowser.open(path.as_uri()):
@@ -98,7 +98,7 @@ def _open(page: Page, name: str) -> None:
 
 
 def _levels_of(mesh: Path, path: Path | None, cells: Cells, name: str) -> Array | None:
-    """Labels of one level, (N,), or of several in a file of ``superfacets levels``, (L, N)."""
+    """Labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
     if path is None or path.suffix.lower() != ".npz":
         return labels_beside(mesh, path, cells, name)
     content = read_content(path)

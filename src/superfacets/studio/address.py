@@ -1,7 +1,8 @@
-"""Port and token of a server: chosen, stored for the next start, and passed to a browser.
+"""Port and access token of a server: how they are chosen, stored, and passed to a browser.
 
-The next server for the same work answers at the same address, so an open page goes on working after
-its server was killed. Only the owner can read the stored address. It is removed when a server ends.
+The next server for the same work uses the same address, so an open page works again after its
+server was killed and restarted. Only the owner can read the file with the stored address. The file
+is removed when the server ends normally.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from typing import IO
 
 HOST = "127.0.0.1"  # the only interface that the server listens on
 TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
-"""Environment variable with the token, for scripts."""
+"""Environment variable that sets the token, so that scripts know it."""
 
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{16,200}")
 
@@ -38,45 +39,45 @@ _FOR_OTHERS = stat.S_IRWXG | stat.S_IRWXO
 
 @dataclass(frozen=True)
 class Address:
-    """Address of a server, and its token."""
+    """Port of a server on this machine, and its access token."""
 
     port: int
     token: str
 
     @property
     def page(self) -> str:
-        """The address for a browser, with the token."""
+        """URL to open in a browser, including the token."""
         return f"http://{HOST}:{self.port}/?token={self.token}"
 
 
 def new_token() -> str:
-    """The token of the environment, or a random one; a ValueError if a given one is bad."""
+    """Token from the environment, or a random token; a ValueError if the token is not valid."""
     given = os.environ.get(TOKEN_VARIABLE)
     if given is None:
         return secrets.token_urlsafe(24)
     if not _TOKEN.fullmatch(given):
-        raise ValueError(f"{TOKEN_VARIABLE} must have 16 characters or more of A-Z a-z 0-9 _ -")
+        raise ValueError(f"{TOKEN_VARIABLE} must have 16 to 200 characters of A-Z a-z 0-9 _ -")
     return given
 
 
 def open_socket(port: int) -> socket.socket:
-    """A socket for this machine only; port 0 means any free port. An OSError if it is in use."""
+    """Open a port (0: any free port) to this machine only; an OSError if the port is in use."""
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        if os.name != "nt":  # after a crash; on Windows it would let others listen, too
+        if os.name != "nt":  # on Windows, SO_REUSEADDR would let other processes listen, too
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         opened.bind((HOST, port))
         opened.listen()
     except OSError as error:
         opened.close()
         if error.errno == errno.EADDRINUSE:
-            raise OSError(f"port {port} is in use: name another --port, or none") from None
+            raise OSError(f"port {port} is in use: choose another --port, or omit it") from None
         raise OSError(f"port {port}: {error.strerror or error}") from None
     return opened
 
 
 def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, Address]:
-    """A socket and an address: the given port, or else the last server's port if it is free."""
+    """Listen on the given port or, by default, on the last server's port if that is free."""
     if port is None and kept is not None:
         with contextlib.suppress(OSError):
             return open_socket(kept.port), kept
@@ -88,17 +89,17 @@ def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, A
 
 
 def address_file(work: Path) -> Path:
-    """The file that stores the address of the server for a work file or a folder."""
+    """Path of the file that stores the address of the server for a work file or a folder."""
     if work.is_dir():
         return work / ".superfacets-studio.address"
     return work.with_name(f".{work.name}.address")
 
 
 def kept_address(path: Path) -> Address | None:
-    """The address that an earlier server has stored; None if there is none, or it is not trusted.
+    """Address that an earlier server has stored in a file; None if no trusted file exists.
 
-    A file is not trusted if it belongs to another user, if others may read or write it, or if it is
-    a copy. A copy may come with an archive of meshes, from somebody who knows the token.
+    A file is not trusted if it belongs to another user, if other users may read or write it, or if
+    it is a copy. A copy may be part of an archive of meshes, whose author knows the token.
     """
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         status = path.lstat()
@@ -116,7 +117,7 @@ def kept_address(path: Path) -> Address | None:
 
 @contextlib.contextmanager
 def keep(path: Path, address: Address) -> Iterator[None]:
-    """Store an address for the duration of a block; without write access, it is not stored."""
+    """Store an address while the block runs; without write access, nothing is stored."""
     text = ""
     with contextlib.suppress(OSError):
         path.unlink(missing_ok=True)
@@ -128,16 +129,16 @@ def keep(path: Path, address: Address) -> Iterator[None]:
         yield
     finally:
         with contextlib.suppress(OSError):
-            if path.read_text(encoding="ascii") == text:  # else another server has written it
+            if path.read_text(encoding="ascii") == text:  # no other server has replaced the file
                 path.unlink()
 
 
 @contextlib.contextmanager
 def redirection(page: str) -> Iterator[str]:
-    """Yield the address of a temporary file that redirects a browser to a page.
+    """Yield the URL of a temporary file that redirects a browser to a page.
 
-    All users can see the arguments of a process, so the browser is not started with the token. Only
-    the owner can read the file.
+    All users can see the arguments of a process, so the token must not be an argument of the
+    browser. Only the owner can read the temporary file.
     """
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         path = Path(folder, "studio.html")

@@ -1,6 +1,7 @@
-"""Compare the work of two people on one mesh, and merge it.
+"""Comparison and merging of the work of two people on one mesh.
 
-Classes are matched by name, and objects by the area that they share.
+"Mine" is the open work, and "theirs" is the other work. Classes are matched by name, and objects by
+their overlap.
 """
 
 from __future__ import annotations
@@ -23,26 +24,26 @@ Side = Literal["mine", "theirs"]
 
 @dataclass
 class Theirs:
-    """Somebody else's work, translated to my numbers of classes and objects."""
+    """Another person's work, translated to my numbers of classes and objects."""
 
     name: str
-    paint: Paint  # (N,)
-    class_list: ClassList  # my classes, and their classes that I lack
+    paint: Paint  # class and object of each cell, shape (N,)
+    class_list: ClassList  # my classes, followed by classes that only their work has
 
     def differs(self, mine: Paint) -> Bools:
-        """Cells that both have given a class, but not the same class and object."""
+        """Mask of cells that have a class in both works, but a different class or object."""
         return np.asarray((self.paint != mine) & (self.paint > 0) & (mine > 0))
 
 
 def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floats) -> Theirs:
-    """Read somebody else's work file, and translate it to my numbers of classes and objects.
+    """Read another person's work file, and translate it to my numbers of classes and objects.
 
-    Raises JournalError if it is no work file, damaged, or about another mesh.
+    Raises JournalError if the data is not a work file, is damaged, or belongs to another mesh.
     """
     journal = parsed_work(Path(name), data)
     source.check_work(journal)
-    shared = mine.class_list if journal.header["classes"] is None else None  # begun in a folder
-    state = History.replayed(journal, source.n_cells, shared).state
+    is_shared = journal.header["classes"] is None  # the classes belong to a folder
+    state = History.replayed(journal, source.n_cells, mine.class_list if is_shared else None).state
     numbers, class_list = _matched_classes(state, mine.class_list)
     classes, objects = numbers[state.classes], state.objects
     own = mine.classes.astype(np.int64) * INSTANCES + mine.objects
@@ -51,7 +52,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
 
 
 def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
-    """My number of each class of theirs; classes of a new name are added to my list."""
+    """My class number for each of their class numbers, and my list with their new classes."""
     numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
     names = names_of(theirs.class_list)
     for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():
@@ -60,10 +61,10 @@ def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]
 
 
 def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
-    """For each cell, their class and object translated to my object.
+    """My object number for the object of each cell in their work.
 
-    Objects of one class are matched greedily, the pair with the largest IoU first. Their objects
-    without a match get numbers above all my objects.
+    Objects of the same class are matched greedily, starting with the pair of largest IoU. Their
+    unmatched objects get numbers above all my objects. `mine` and `theirs` are instances.
     """
     pairs = sorted(_overlaps(mine, theirs, areas), key=lambda pair: (-pair[2], pair[0], pair[1]))
     number_of: dict[int, int] = {}
@@ -83,15 +84,15 @@ def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
         if object_id and other not in number_of:
             number_of[other] = highest[class_id] = highest.get(class_id, 0) + 1
             if highest[class_id] >= INSTANCES:
-                raise JournalError(f"both works have {INSTANCES} objects or more of one class")
+                raise JournalError(f"a class of both works has {INSTANCES} objects or more")
         numbers[rank] = number_of[other] if object_id else 0
     return numbers[ranks]
 
 
 def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int, float]]:
-    """Pairs of values that some cell has in both works, with the IoU of their areas.
+    """Pairs (my value, their value) that occur in a cell, with the IoU of their two areas.
 
-    The IoU is 0 if neither value has any area.
+    The IoU is 0 if both areas are 0.
     """
     (own, a), (other, b) = (np.unique(one, return_inverse=True) for one in (mine, theirs))
     keys, pairs = np.unique(a * len(other) + b, return_inverse=True)
@@ -104,10 +105,11 @@ def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int,
 
 
 def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
-    """The agreement of both works: the share of the area, and the IoU of each class and object.
+    """Measure the agreement of both works.
 
-    ``share`` is the fraction of the area labeled by both on which both agree. The lists have the
-    classes and objects that occur in either work; ``object`` is my number of an object.
+    ``share`` is the fraction of the area labeled in both works on which class and object agree.
+    ``classes`` has the IoU of each class in either work, and of its objects. ``object`` is my
+    number of an object.
     """
     paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
     both = (paint > 0) & (theirs.paint > 0)
@@ -129,6 +131,6 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
 
 
 def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
-    """The IoU of each value above 0 that occurs in either work."""
+    """IoU of each value above 0 that occurs in at least one work."""
     same = {own: iou for own, other, iou in _overlaps(mine, theirs, areas) if own == other}
     return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}

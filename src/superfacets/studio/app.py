@@ -1,4 +1,4 @@
-"""The routes of the server, and a run of the segmentation as a stream of lines."""
+"""HTTP routes of the server, and streaming of the progress of a segmentation."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from .thumbnails import Thumbnails
 NO_BUNDLE = """<!DOCTYPE html>
 <html lang="en"><meta charset="utf-8"><title>superfacets studio</title>
 <p>The server runs, but this installation has no front end: <code>static/index.html</code> is
-missing. Wheels contain it; in a checkout, <code>make frontend</code> builds it.</p></html>
+missing. Wheels contain this file; in a source checkout, run <code>make frontend</code>.</p></html>
 """
 
 _FILE = "/api/files/{id:int}"
@@ -38,23 +38,23 @@ _FILE = "/api/files/{id:int}"
 
 @dataclass
 class Studio:
-    """The server's state, and the endpoints that need it."""
+    """State of the server, and the endpoints that need this state."""
 
     files: Files
-    quit: Callable[[], object]  # ends the server
+    quit: Callable[[], object]  # function that stops the server
     thumbnails: Thumbnails = field(default_factory=Thumbnails)
 
     async def list_files(self, request: Request) -> Response:
-        """All files, with the progress of the work on each."""
+        """Reply with the list of all files and their progress."""
         return await answered(self.files.listed)
 
     async def quit_server(self, request: Request) -> Response:
-        """End the server."""
+        """Stop the server."""
         self.quit()
         return JsonReply({"quits": True})
 
     async def thumbnail(self, request: Request) -> Response:
-        """The thumbnail of a file."""
+        """Reply with the thumbnail of a file."""
 
         def drawn() -> Response:
             path = self.files.path(request.path_params["id"])
@@ -66,7 +66,7 @@ class Studio:
         return await answered(drawn)
 
     async def segment(self, request: Request) -> Response:
-        """Stream the progress of a run; answer with an error if a parameter is wrong."""
+        """Stream the progress of a segmentation; reply with an error if a parameter is invalid."""
         number = request.path_params["id"]
 
         def checked(body: Body) -> Body:
@@ -84,7 +84,7 @@ class Studio:
         return StreamingResponse(lines, media_type="application/x-ndjson")
 
     def route(self, name: str, work: Operation, method: str) -> Route:
-        """The route of work on a document, with the query of a GET or the body of a POST."""
+        """Route of an operation, which gets the query of a GET or the JSON body of a POST."""
 
         async def endpoint(request: Request) -> Response:
             try:
@@ -103,7 +103,7 @@ class Studio:
 
 
 def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
-    """The server's application: all routes, behind the guard."""
+    """ASGI application of the server: all routes, behind the access control of `Guard`."""
     static = files(__package__).joinpath("static")
     routes: list[BaseRoute] = [
         Route("/", _page),
@@ -126,14 +126,14 @@ async def _page(request: Request) -> Response:
 
 
 async def _not_found(request: Request, error: Exception) -> Response:
-    message = f"there is no {request.method} {request.url.path}"
+    message = f"unknown route: {request.method} {request.url.path}"
     return JsonReply({"error": message}, getattr(error, "status_code", 404))
 
 
 async def _progress_lines(
     files: Files, number: int, parameters: Body, *, is_preview: bool
 ) -> AsyncIterator[str]:
-    """Segment a file; yield lines of progress, and the revision in the last line."""
+    """Segment a file; yield lines of JSON with the progress, then a line with the new revision."""
     loop = asyncio.get_running_loop()
     queue: asyncio.Queue[Body | None] = asyncio.Queue()
     turn = Turn(lambda fact: loop.call_soon_threadsafe(queue.put_nowait, fact))
@@ -145,7 +145,7 @@ async def _progress_lines(
         while (fact := await queue.get()) is not None:
             yield _line(fact)
         yield _line(await work)
-    finally:  # also if the client has disconnected
+    finally:  # also runs if the client disconnects
         turn.cancel()
 
 

@@ -1,4 +1,4 @@
-"""Classes and objects, with which cells are painted, and the list of classes."""
+"""Classes and objects as labels of cells, and the list of classes."""
 
 from __future__ import annotations
 
@@ -14,58 +14,58 @@ import numpy.typing as npt
 from ..io.atomic import atomic_outputs
 from ..io.attributes import is_encodable
 
-CLASSES_FILE = "superfacets-classes.json"  # in a folder: the classes of all meshes in it
-MAX_CLASS = 65_535  # classes are uint16; 0 is none
+CLASSES_FILE = "superfacets-classes.json"  # file with the classes that a folder's meshes share
+MAX_CLASS = 65_535  # highest class number that fits uint16; 0 means no class
 MAX_OBJECT = 999
-"""Highest object of a class; 0 is none. ``class * INSTANCES + object`` is an instance, as in the
-ground truth for ScanNet's benchmark."""
+"""Highest object number in a class; 0 means no object. ``class * INSTANCES + object`` is called an
+instance, as in the ground truth of the ScanNet benchmark."""
 
 INSTANCES = 1000
 _MAX_NAME = 200
 
 _STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
-"""Names of new classes without objects."""
+"""A new class with one of these names has no objects."""
 
 _COLORS = (
     "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1",
     "#8c510a", "#1b9e9e", "#c51b8a", "#66a61e", "#2b3fb0", "#e7298a", "#a1140f", "#636363",
 )  # fmt: skip
-"""Colors of classes by their number. The first seven are the colors of Okabe and Ito, which
-color-blind people can tell apart."""
+"""Default colors of classes 1, 2, 3 and so on. The first seven are the palette of Okabe and Ito,
+which color-blind people can distinguish."""
 
 _N_DEFAULT = 6
 
 _COLOR = re.compile(r"#[0-9a-f]{6}")
 
 ClassList = tuple[dict[str, Any], ...]
-"""Entries with ``id``, ``name``, ``color``, ``key``, and ``stuff`` if the class has no objects."""
+"""Classes with ``id``, ``name``, ``color``, ``key``, and ``stuff`` if a class has no objects."""
 
 ObjectNames = tuple[dict[str, Any], ...]
-"""Entries with ``class``, ``object`` and ``name`` for the objects that the user has named."""
+"""Objects that the user has named, each with ``class``, ``object`` and ``name``."""
 
 Paint = npt.NDArray[np.uint32]
 """One number per cell, which stores its class and its object; see `paint_of`."""
 
 
 def paint_of(classes: npt.ArrayLike, objects: npt.ArrayLike = 0) -> Paint:
-    """The paint of cells of these classes and objects; without a class there is no object."""
+    """Encode classes and objects of cells; a cell without a class gets no object."""
     of_class = np.asarray(classes).astype(np.uint32)
     of_object = np.asarray(objects).astype(np.uint32)
     return of_class | np.where(of_class > 0, of_object << np.uint32(16), np.uint32(0))
 
 
 def class_of(paint: Paint) -> npt.NDArray[np.uint16]:
-    """The class of each cell; 0: none."""
+    """Class of each cell; 0 means no class."""
     return (paint & np.uint32(0xFFFF)).astype(np.uint16)
 
 
 def object_of(paint: Paint) -> npt.NDArray[np.uint16]:
-    """The object of each cell within its class; 0: none."""
+    """Object number of each cell within its class; 0 means no object."""
     return (paint >> np.uint32(16)).astype(np.uint16)
 
 
 def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
-    """A class with the usual color; the first nine have their number as key."""
+    """A class with a default color; the shortcut key of classes 1 to 9 is their number."""
     entry = {
         "id": class_id,
         "name": f"class {class_id}" if name is None else name,
@@ -77,7 +77,7 @@ def new_class(class_id: int, name: str | None = None) -> dict[str, Any]:
 
 
 def with_new(classes: ClassList, class_id: int, name: str | None = None) -> ClassList:
-    """The list with one more class, without a key if its key is taken."""
+    """The list with a new class, which has no shortcut key if another class has the same key."""
     entry = new_class(class_id, name)
     if any(entry["key"] == other["key"] for other in classes):
         entry["key"] = ""
@@ -85,7 +85,7 @@ def with_new(classes: ClassList, class_id: int, name: str | None = None) -> Clas
 
 
 def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
-    """The first class of a name, ignoring case, and the list; a missing class is added."""
+    """Number of the class with a name, ignoring case, and the list; a new class is appended."""
     for entry in classes:
         if entry["name"].casefold() == name.casefold():
             return int(entry["id"]), classes
@@ -94,24 +94,24 @@ def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
 
 
 def names_of(classes: ClassList) -> dict[int, str]:
-    """Names of classes by their numbers."""
+    """Names of classes, keyed by class number."""
     return {entry["id"]: entry["name"] for entry in classes}
 
 
 def stuff_of(classes: ClassList) -> set[int]:
-    """Classes without objects."""
+    """Numbers of all classes that have no objects."""
     return {entry["id"] for entry in classes if entry.get("stuff")}
 
 
 def default_classes(names: Sequence[str] = ()) -> ClassList:
-    """Classes with these names, or the default classes."""
+    """New classes with these names; by default, a few numbered classes."""
     if names:
         return checked_class_list([new_class(i, name) for i, name in enumerate(names, 1)])
     return tuple(new_class(number) for number in range(1, _N_DEFAULT + 1))
 
 
 def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
-    """The list, with the used classes added that it lacks."""
+    """The list, extended by used classes that are missing in it."""
     more = sorted({*used} - {0, *names_of(classes)})
     return (*classes, *({**new_class(class_id), "key": ""} for class_id in more))
 
@@ -144,13 +144,13 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
         raise ValueError(f"classes[{index}]: name must have 1 to {_MAX_NAME} characters")
     color = new_class(class_id)["color"] if color is None else color
     if not isinstance(color, str) or not _COLOR.fullmatch(color.lower()):
-        raise ValueError(f"classes[{index}]: color must be #rrggbb, as #e69f00")
+        raise ValueError(f"classes[{index}]: color must be #rrggbb, such as #e69f00")
     key = "" if key is None else key
     if not isinstance(key, str) or len(key) > 1:
         raise ValueError(f"classes[{index}]: key must be one character, or empty")
     for part, text in (("name", name), ("key", key)):
         if not is_encodable(text):
-            raise ValueError(f"classes[{index}]: {part} has half of a surrogate pair")
+            raise ValueError(f"classes[{index}]: {part} is not valid Unicode: lone surrogate")
     is_stuff = entry.get("stuff", False)
     if not isinstance(is_stuff, bool):
         raise ValueError(f"classes[{index}]: stuff must be true or false")
@@ -161,9 +161,9 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
 def with_object_name(
     names: ObjectNames, class_id: int, object_id: int, name: object
 ) -> ObjectNames:
-    """The names of objects with a new name for one; an empty name removes it.
+    """The list of object names with a new name for one object; an empty name removes the entry.
 
-    Raises ValueError if the name is too long, or no text.
+    Raises ValueError if the name is too long, or is not a text.
     """
     if not isinstance(name, str) or len(name) > _MAX_NAME or not is_encodable(name):
         raise ValueError(f"the name of an object must have at most {_MAX_NAME} characters")
@@ -176,16 +176,16 @@ def with_object_name(
 
 
 def checked_object(value: object) -> int:
-    """The number of an object, 0 (none) to `MAX_OBJECT`; or a ValueError."""
+    """Return an object number, 0 (no object) to `MAX_OBJECT`; a ValueError if it is not valid."""
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_OBJECT:
         raise ValueError(f"object must be a whole number from 0 to {MAX_OBJECT}")
     return value
 
 
 def read_classes(path: Path) -> ClassList:
-    """Classes from a JSON list as in `write_classes`, or from a text file with one name per line.
+    """Read classes from a file of `write_classes`, or from a text file with one name per line.
 
-    Raises ValueError if the file contains no such list; OSError if it cannot be read.
+    Raises ValueError if the file does not contain a list of classes; OSError if it cannot be read.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -196,12 +196,12 @@ def read_classes(path: Path) -> ClassList:
             raise ValueError("no line has a name")
         return default_classes(names)
     except RecursionError:
-        raise ValueError(f"{path}: no list of classes: it is nested too deeply") from None
+        raise ValueError(f"{path}: not a list of classes: nested too deeply") from None
     except ValueError as error:
-        raise ValueError(f"{path}: no list of classes: {error}") from None
+        raise ValueError(f"{path}: not a list of classes: {error}") from None
 
 
 def write_classes(path: Path, classes: ClassList) -> None:
-    """Write classes; the file is replaced as a whole, or not at all."""
+    """Write classes as JSON; an existing file is replaced only if writing succeeds."""
     with atomic_outputs([path]) as (temporary,):
         temporary.write_text(json.dumps(list(classes), indent=1) + "\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Coding of cells and arrays: in the journal, in JSON, and in binary answers."""
+"""Encoding of cell indices and arrays in the journal, in JSON, and in binary replies."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ import numpy.typing as npt
 from .._types import Array
 from ..pictures.page.coding import Arrays, little_endian
 
-MAGIC = b"SFSTUDIO"  # the first bytes of a binary answer with several arrays
+MAGIC = b"SFSTUDIO"  # first bytes of a binary reply with several arrays
 
 CellNumbers = npt.NDArray[np.uint32]
 
-_MAX_BYTES = 5  # a difference below 2**32, with 7 bits per byte
+_MAX_BYTES = 5  # maximum length of a 32-bit number with 7 bits per byte
 
 
 def pack_cells(cells: CellNumbers) -> bytes:
-    """Pack ascending cells: differences as varints, compressed.
+    """Compress ascending cell indices: their differences as varints, then zlib.
 
-    Cells of a region take at most about one byte each, because neighboring cells mostly have close
-    numbers. A run of consecutive cells takes a few bytes.
+    The cells of a region take about one byte each, or less, because neighboring cells mostly have
+    similar indices. A run of consecutive indices takes a few bytes.
     """
     deltas = np.diff(cells, prepend=np.uint32(0))
     sizes = np.ones(len(deltas), np.int64)
@@ -42,7 +42,7 @@ def pack_cells(cells: CellNumbers) -> bytes:
 
 
 def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
-    """Return the cells given to `pack_cells`; a ValueError if they are not below `n_cells`."""
+    """Inverse of `pack_cells`; a ValueError if the data is damaged, or an index is too large."""
     data = np.frombuffer(inflated(packed, _MAX_BYTES * n_cells), np.uint8)
     if not len(data):
         return np.empty(0, np.uint32)
@@ -50,17 +50,17 @@ def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
     starts = np.concatenate([[0], np.flatnonzero(is_last)[:-1] + 1])
     sizes = np.diff(np.append(starts, len(data)))
     if not is_last[-1] or sizes.max() > _MAX_BYTES:
-        raise ValueError("cells are damaged: a number has no end")
+        raise ValueError("cells are damaged: a number is incomplete or too long")
     shifts = 7 * (np.arange(len(data)) - np.repeat(starts, sizes))
     deltas = np.add.reduceat((data & 0x7F).astype(np.int64) << shifts, starts)
     cells = np.cumsum(deltas)
     if cells[-1] >= n_cells or deltas[1:].min(initial=1) < 1:
-        raise ValueError(f"cells are damaged: they must ascend, up to {n_cells - 1}")
+        raise ValueError(f"cells are damaged: they must be ascending, from 0 to {n_cells - 1}")
     return cells.astype(np.uint32)
 
 
 def inflated(packed: bytes, max_bytes: int) -> bytes:
-    """Decompressed bytes; a ValueError if they are damaged, or more than allowed."""
+    """Decompress bytes; a ValueError if they are damaged, or the result exceeds `max_bytes`."""
     reader = zlib.decompressobj()
     try:
         data = reader.decompress(packed, max_bytes + 1)
@@ -72,24 +72,24 @@ def inflated(packed: bytes, max_bytes: int) -> bytes:
 
 
 def base64_of(array: Array | bytes) -> str:
-    """Little-endian bytes of an array, or bytes, in base64."""
+    """Base64 text of bytes, or of the little-endian bytes of an array."""
     data = array if isinstance(array, bytes) else little_endian(array).tobytes()
     return base64.b64encode(data).decode("ascii")
 
 
 def cells_from(text: object, n_cells: int) -> CellNumbers:
-    """Ascending cells without duplicates, sent by a client as uint32 in base64; or a ValueError."""
+    """Decode cell indices, uint32 in base64, from a client; return them sorted and unique."""
     data = bytes_from(text, "cells")
     if len(data) % 4:
-        raise ValueError(f"cells must be uint32 numbers: {len(data)} bytes are no multiple of 4")
+        raise ValueError(f"cells must be uint32: {len(data)} bytes are not a multiple of 4")
     cells = np.unique(np.frombuffer(data, "<u4"))
     if len(cells) and cells[-1] >= n_cells:
-        raise ValueError(f"there is no cell {cells[-1]}: there are {n_cells}")
+        raise ValueError(f"cell {cells[-1]} does not exist: the mesh has {n_cells} cells")
     return cells.astype(np.uint32)
 
 
 def bytes_from(text: object, name: str = "data") -> bytes:
-    """Bytes sent by a client in base64; a ValueError if they are not valid."""
+    """Decode base64 from a client; a ValueError if the text is not valid base64."""
     try:
         if isinstance(text, str):
             return base64.b64decode(text, validate=True)
@@ -99,11 +99,11 @@ def bytes_from(text: object, name: str = "data") -> bytes:
 
 
 def packet(header: Mapping[str, Any], arrays: Mapping[str, Array]) -> bytes:
-    """A header and arrays as one block of bytes.
+    """Pack a header and arrays into one block of bytes.
 
-    The block has `MAGIC`, the length of the JSON as uint32, the JSON padded with spaces, and the
-    arrays, each of which begins at a multiple of 4. The header gets the entry ``arrays``: an
-    `Entry` of each array, with its offset from the end of the header.
+    The block contains `MAGIC`, the length of the JSON header as uint32, the header padded with
+    spaces, and the arrays, each at an offset that is a multiple of 4. The entry ``arrays`` of the
+    header lists the arrays as `Entry`, with offsets from the end of the header.
     """
     block = Arrays()
     for name, array in arrays.items():

@@ -1,4 +1,4 @@
-"""A mesh that is being labeled: its classes, its regions, and the journal of the work."""
+"""A mesh that is being labeled: its cells, labels and regions, and the journal of changes."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ from .suggestions import suggestions_of
 
 
 def work_file_of(path: Path) -> Path:
-    """Default work file of an input, beside it."""
+    """Default path of the work file: beside the input file."""
     return path.with_name(path.name + ".studio.jsonl")
 
 
 OTHER_VERSION = (
-    "This version of superfacets makes other regions than the version that began this work."
+    "This version of superfacets computes other regions than the version that created the work."
     " Splits of regions are lost; all classes and objects are kept."
 )
 
@@ -60,7 +60,7 @@ OTHER_VERSION = (
 class Document:
     """A mesh with the state of its labeling.
 
-    All changes go through the journal. A change that cannot be written is reverted.
+    Every change is written to the journal. If writing fails, the change is reverted.
     """
 
     source: Source
@@ -72,7 +72,7 @@ class Document:
     notes: list[str] = field(default_factory=list)
     revisions: Revisions = field(default_factory=Revisions)
     revision: Revision = field(init=False)
-    theirs: Theirs | None = None  # work that this one is compared with
+    theirs: Theirs | None = None  # other work for a comparison
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     def __post_init__(self) -> None:
@@ -85,14 +85,14 @@ class Document:
         cls, path: Path, work: Path | None = None, n_segments: int | None = None,
         classes: ClassList = (), share_classes: Callable[[ClassList], object] | None = None,
     ) -> Document:  # fmt: skip
-        """Read an input and the work on it, and find its regions.
+        """Read an input and its work file, and compute its regions.
 
-        By default, the work file is beside the input. `n_segments` and `classes` are for new work.
-        In a folder, `classes` are for all work, and `share_classes` stores a new list for all
-        meshes.
+        By default, the work file is beside the input. `n_segments` and `classes` are used for a new
+        work file. In a folder, `classes` are shared by all meshes, and `share_classes` stores a
+        changed list for all of them.
 
         Raises MeshError or OSError if the input cannot be read; JournalError if the work file
-        cannot be used, or is about another file.
+        cannot be used, or belongs to another input.
         """
         source = Source.read(path)
         own = None if share_classes else list(classes or default_classes())
@@ -121,7 +121,7 @@ class Document:
 
     @property
     def state(self) -> State:
-        """The class and object of each cell, the lists of both, and the regions."""
+        """Labels of all cells, list of classes, names of objects, and regions."""
         return self.history.state
 
     @property
@@ -136,7 +136,7 @@ class Document:
 
     @property
     def progress(self) -> float:
-        """Share of the area that has a class, 0 to 1; of the cells if the area is 0."""
+        """Labeled fraction of the area, 0 to 1; if the area is 0, labeled fraction of the cells."""
         is_done = self.state.paint > 0
         if self._total > 0:
             return float(min(1.0, np.sum(self.areas, where=is_done) / self._total))
@@ -148,23 +148,23 @@ class Document:
 
     @property
     def class_list(self) -> ClassList:
-        """The list of classes, with all classes of cells and suggestions."""
+        """List of classes, extended by missing classes that cells or suggestions have."""
         used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
         suggested = {one.class_id for one in self.state.suggestions}
         return with_missing(self.state.class_list, suggested.union(used))
 
     @property
     def instances(self) -> Ints:
-        """Class and object of each cell, as ``class * 1000 + object``, (N,); 0: no class."""
+        """``class * 1000 + object`` for each cell, shape (N,); 0 for cells without a class."""
         return self.state.classes.astype(np.int32) * INSTANCES + self.state.objects
 
     def name_of(self, class_id: int, object_id: int = 0) -> str:
-        """The name of a class, or of an object of it."""
+        """Name of a class, or of one of its objects."""
         for entry in self.state.object_names:
             if object_id and (entry["class"], entry["object"]) == (class_id, object_id):
                 return str(entry["name"])
         name = names_of(self.class_list)[class_id]
-        sign = "#" if name[-1].isdigit() else ""  # "class 1 #2", but "chair 2"
+        sign = "#" if name[-1].isdigit() else ""  # distinguishes "class 1 #2" from "class 12"
         return f"{name} {sign}{object_id}" if object_id else name
 
     def close(self) -> None:
@@ -173,16 +173,17 @@ class Document:
             self.segmenter.close()
             self.journal.close()
 
-    # Operations. Each returns after its line of the journal is on the disk. In a folder,
-    # `set_classes` writes no line, but the list that all files of the folder share.
+    # Operations. Each method returns after its journal line is on disk. In a folder, `set_classes`
+    # writes the list of classes that all files share, instead of a journal line.
 
     def paint(
         self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0
     ) -> Change | None:
-        """Give cells (ascending) a class and an object of it, one for all or one each; 0 is none.
+        """Set the class and object of ascending cells, with one value for all, or one per cell.
 
-        Returns None if nothing changes. Raises ValueError if there is no such class; JournalError
-        if the change could not be written; ChangedError if the input has changed.
+        0 means no class or no object. Returns None if nothing changes. Raises ValueError if a class
+        does not exist; JournalError if the change could not be written; ChangedError if the input
+        file has changed.
         """
         with self.lock:
             values = np.unique(np.asarray(classes))
@@ -195,10 +196,11 @@ class Document:
             return change
 
     def split_object(self, class_id: int, object_id: int) -> list[int]:
-        """Make each connected piece of an object, except the largest, an object; return their ids.
+        """Make each connected piece of an object, except the largest piece, a new object.
 
-        Object 0 stands for all cells of the class without an object: each piece becomes an object.
-        Raises ValueError if there is no such object, or it is in one piece.
+        For object 0, all cells of the class without an object are split, and each piece becomes an
+        object. Returns the numbers of the new objects. Raises ValueError if the object does not
+        exist, or is connected.
         """
         with self.lock:
             is_in = (self.state.classes == class_id) & (self.state.objects == object_id)
@@ -211,12 +213,12 @@ class Document:
             cells = np.flatnonzero(is_in)
             ids, ranks = np.unique(pieces[cells], return_inverse=True)
             if object_id and len(ids) == 1:
-                raise ValueError(f"{self.name_of(class_id, object_id)} is in one piece")
+                raise ValueError(f"{self.name_of(class_id, object_id)} has only one piece")
             kept = [object_id] if object_id else []  # the largest piece keeps its number
             first = self.free_object(class_id)
             new = list(range(first, first + len(ids) - len(kept)))
             if new[-1] > MAX_OBJECT:
-                raise ValueError(f"{len(ids)} pieces are too many: objects go to {MAX_OBJECT}")
+                raise ValueError(f"{len(ids)} pieces are too many: objects end at {MAX_OBJECT}")
             numbers = np.zeros(len(ids), np.int64)
             areas = np.bincount(ranks, self.areas[cells])
             numbers[np.argsort(-areas, kind="stable")] = kept + new
@@ -224,12 +226,12 @@ class Document:
             return new
 
     def free_object(self, class_id: int) -> int:
-        """The lowest number of an object of a class above all numbers that cells have."""
+        """Lowest object number of a class that is above all used numbers."""
         of_class = self.state.objects[self.state.classes == class_id]
         return int(of_class.max(initial=0)) + 1
 
     def name_object(self, class_id: int, object_id: int, name: object) -> None:
-        """Give an object a name, or remove it if it is empty; a ValueError if one is wrong."""
+        """Set the name of an object, or remove an empty name; a ValueError for invalid input."""
         with self.lock:
             if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
                 raise ValueError(f"there is no object {object_id} of class {class_id}")
@@ -239,13 +241,13 @@ class Document:
                 self._commit(Change("objects", before, after))
 
     def review(self, is_reviewed: bool) -> None:
-        """Mark the work on this file as reviewed, or not; also again after later changes."""
+        """Mark this file as reviewed or not reviewed; a changed file can be reviewed again."""
         with self.lock:
             if is_reviewed != self.state.is_reviewed or self.state.is_changed:
                 self._commit(Change("review", self.state.is_reviewed, is_reviewed))
 
     def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
-        """Show the regions computed by the segmenter for these parameters."""
+        """Replace the current regions by regions that the segmenter has computed."""
         with self.lock:
             before, partition = self.state.partition, Partition(parameters, base.digest)
             is_new = before.digest not in ("", base.digest) or bool(before.splits)
@@ -256,14 +258,15 @@ class Document:
     def split(
         self, region: int, number: object, red: CellNumbers, blue: CellNumbers
     ) -> CellNumbers:
-        """Split a region of this revision by strokes; return the cells of the new region.
+        """Split a region of revision `number` between strokes; return the cells of the new region.
 
-        The new region has the blue stroke, and the next free label. Raises GoneError if the
-        revision is not current; ValueError if there is no such region, or it has no stroke.
+        The new region contains the blue stroke, and gets the next free label. Raises GoneError if
+        the revision is not the current one; ValueError if the region does not exist, or does not
+        contain both strokes.
         """
         with self.lock:
             if self.revisions.get(number) is not self.revision:
-                raise GoneError("the regions have changed: ask for the state and its labels")
+                raise GoneError("the regions have changed: request the state and labels again")
             whole = self.revision.cells_of(region)
             cells = split_cells(self.segmenter.surface, whole, red, blue)
             self._adopt_base()
@@ -276,9 +279,9 @@ class Document:
             return cells
 
     def take(self, imported: Imported) -> Change | None:
-        """Paint imported classes and objects, and add new ones to the lists; one undo reverts all.
+        """Set imported classes and objects, and extend the lists; a single undo reverts all.
 
-        Imported objects get numbers above the objects of all cells that are not imported. Raises
+        Imported objects get numbers above the objects of cells that are not imported. Raises
         ValueError if a class would have more than `MAX_OBJECT` objects.
         """
         with self.lock:
@@ -302,7 +305,7 @@ class Document:
             return change
 
     def suggest(self, imported: Imported) -> int:
-        """Replace all suggestions by imported objects; return their number, which must not be 0."""
+        """Replace all suggestions by imported objects; return their number, or raise ValueError."""
         with self.lock:
             suggestions, classes = suggestions_of(imported, self.class_list)
             if not suggestions:
@@ -313,17 +316,17 @@ class Document:
             return len(suggestions)
 
     def settle(self, accepted: Mapping[int, int], rejected: Collection[int] = ()) -> list[Change]:
-        """Accept and reject suggestions; return the changes, which one undo reverts.
+        """Accept and reject suggestions; return the changes, which a single undo reverts.
 
-        `accepted` has the class of each suggestion by its id. The cells of a suggestion that have
-        no class become a new object of its class; stuff has no objects. Raises ValueError if there
-        is no such suggestion or class, a suggestion is both accepted and rejected, none is named,
-        or a class would have more than `MAX_OBJECT` objects.
+        `accepted` maps the id of a suggestion to a class. Unlabeled cells of the suggestion become
+        a new object of this class, or get only the class if it has no objects. Raises ValueError if
+        a suggestion or class does not exist, if a suggestion is both accepted and rejected, if none
+        is given, or if a class would have more than `MAX_OBJECT` objects.
         """
         if both := {*accepted}.intersection(rejected):
             raise ValueError(f"suggestion {min(both)} is both accepted and rejected")
         if not accepted and not rejected:
-            raise ValueError("name suggestions to accept or reject")
+            raise ValueError("no suggestion to accept or reject was given")
         with self.lock:
             stroke = f"settle {self.history.seq + 1}"
             settled = settling(self.state, {*accepted, *rejected}, stroke)
@@ -341,36 +344,36 @@ class Document:
                 continue
             class_id = accepted[one.id]
             cells = unpack_cells(one.cells, self.n_cells)
-            bare = cells[self.state.paint[cells] == 0]
+            unlabeled = cells[self.state.paint[cells] == 0]
             object_id = 0 if class_id in stuff else next_object[class_id]
             if object_id > MAX_OBJECT:
                 raise ValueError(f"a class has at most {MAX_OBJECT} objects")
             if not class_id:
                 raise ValueError(f"suggestion {one.id} needs a class")
-            paint[bare] = paint_of(class_id, object_id)
-            next_object[class_id] += bool(len(bare))
+            paint[unlabeled] = paint_of(class_id, object_id)
+            next_object[class_id] += bool(len(unlabeled))
         painted = np.flatnonzero(paint).astype(np.uint32)
         found = paint[painted]
         self.paint(painted, class_of(found), stroke, objects=object_of(found))
 
     def compare(self, name: str, data: bytes) -> None:
-        """Compare with another work file of the mesh; a JournalError if it cannot be used."""
+        """Read another work file of the mesh for comparison; a JournalError if it is unusable."""
         with self.lock:
             self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
 
     def agreement(self) -> dict[str, Any]:
-        """The agreement of both works, as from `agreement`; a ValueError without a comparison."""
+        """Agreement with the other work, as from `agreement`; a ValueError without other work."""
         return agreement(self.state, self._compared(), self.areas)
 
     def differing(self) -> CellNumbers:
-        """Cells that both works have given a class, but not the same class and object."""
+        """Cells that have a class in both works, but a different class or object."""
         with self.lock:
             return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
 
     def accept(self, cells: CellNumbers, side: Side) -> Change | None:
-        """Resolve the differences in these cells: take their labels, or keep mine.
+        """Resolve the differences in these cells: use their labels, or keep mine.
 
-        Their labels are also taken for cells to which I have given no class.
+        If `side` is "theirs", cells without a class in my work also get their labels.
         """
         with self.lock:
             theirs = self._compared()
@@ -387,13 +390,13 @@ class Document:
 
     def _compared(self) -> Theirs:
         if self.theirs is None:
-            raise ValueError("there is no work to compare with: read another work file first")
+            raise ValueError("there is nothing to compare with: read another work file first")
         return self.theirs
 
     def set_classes(self, value: object, stroke: str | None = None) -> None:
         """Replace the list of classes.
 
-        Raises ValueError if the list is wrong, or lacks a class that cells have.
+        Raises ValueError if the list is invalid, or lacks a class that cells or suggestions have.
         """
         classes = checked_class_list(value)
         with self.lock:
@@ -403,12 +406,12 @@ class Document:
                 if class_id and class_id not in kept:
                     raise ValueError(
                         f"class {class_id} has {counts[class_id]} cells:"
-                        " give these another class first"
+                        " give these cells another class first"
                     )
             for one in self.state.suggestions:
                 if one.class_id and one.class_id not in kept:
                     raise ValueError(
-                        f"class {one.class_id} has suggestions: accept or reject these first"
+                        f"class {one.class_id} has suggestions: accept or reject them first"
                     )
             if self.share_classes is not None:
                 self.share_classes(classes)
@@ -433,7 +436,7 @@ class Document:
             return changes
 
     def _commit(self, change: Change) -> None:
-        """Make a new change, and write it."""
+        """Apply a new change, and write it to the journal."""
         self.source.check()
         self.history.make(change, lambda seq: self._write(seq, change.line()))
 
@@ -442,19 +445,19 @@ class Document:
         self.journal.append({"seq": seq, **line, "done": done, **self.state.review_marks})
 
     def _is_foreign(self) -> bool:
-        """Whether the state's partition was made from other labels than those of the base."""
+        """Whether the current partition is based on other labels than `base`."""
         return self.state.partition.digest not in ("", self.base.digest)
 
     def _adopt_base(self) -> None:
-        """Replace a partition of another version by the base, as a step that can be undone.
+        """Replace a partition of another version by `base`, as a step that can be undone.
 
-        Undo does not call this: the new step would come before the steps still to be undone.
+        Undo must not call this method, because the next undo would only revert the new step.
         """
         if self._is_foreign():
             self.set_base(self.state.partition.parameters, self.base)
 
     def _show(self, base: Base) -> Revision:
-        """Show the labels of the base with later splits; splits of another version are ignored."""
+        """Show the labels of `base` with later splits; splits of another version are ignored."""
         self.base = base
         labels, n_regions = base.labels, base.n_regions
         partition = self.state.partition
@@ -475,8 +478,8 @@ def merged_work(
 ) -> dict[str, Any]:
     """Compare two work files of a mesh, and return their agreement, as from `agreement`.
 
-    With `output`, the merged work is written there: my work, and one more step. This step takes
-    their labels for cells without a class and, with `prefer_theirs`, for cells that differ.
+    The merged work is written to `output`: my work, and one more step. This step copies their
+    labels to cells without a class and, with `prefer_theirs`, to cells with different labels.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """

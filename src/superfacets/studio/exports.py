@@ -1,4 +1,4 @@
-"""Export of the work: classes of cells, vertices and regions, objects, and the regions."""
+"""Export of labels: classes of cells, vertices and regions, objects, and the regions themselves."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ MARKS = {
     "objects": ".objects",
     "region_classes": ".region-classes",
 }
-"""Parts of file names before the ending that mark exports."""
+"""Marker before the file ending, for each kind of export."""
 
 
 def formats_of(kind: str) -> dict[str, list[str]]:
-    """The formats of each export, for a kind of cells."""
+    """Formats that each kind of export offers for a kind of cells."""
     of_triangles = ("sstk.json",) if kind == "triangles" else ()
     of_vertices = ("segs.json", "bin", "sp_label.npy")
     regions = (*_LISTS, *_OF_KIND[kind], *of_vertices, *of_triangles, "npz")
@@ -66,7 +66,7 @@ def formats_of(kind: str) -> dict[str, list[str]]:
 
 
 def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
-    """The name of the file of each export, by format."""
+    """File name of each kind of export in each format."""
     return {
         what: {format: _name_of(document, what, format) for format in formats}
         for what, formats in formats_of(document.source.kind).items()
@@ -76,12 +76,12 @@ def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
 def export(document: Document, what: str, format: str, *, replace: bool = False) -> Path:
     """Write a file beside the input and return its path.
 
-    An existing file is replaced if its name has a mark of the studio. Names that other tools
-    require have no mark, so a file of that name may come from another tool.
+    An existing file is replaced if its name contains a marker of the studio. Other tools require
+    some names without a marker, so an existing file with that name may come from another tool.
 
-    Raises ValueError if `what` or `format` is unknown, or the format cannot hold the labels;
-    FileExistsError if there is such a file and `replace` is False; OSError if the file cannot be
-    written.
+    Raises ValueError if `what` or `format` is unknown, or the format cannot store the labels;
+    FileExistsError if a file without a marker exists and `replace` is False; OSError if the file
+    cannot be written.
     """
     path = document.path.with_name(_name_of(document, what, format))
     is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
@@ -93,7 +93,7 @@ def export(document: Document, what: str, format: str, *, replace: bool = False)
 
 
 def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes]:
-    """The name and the content of the same file, without writing it to the folder.
+    """Name and content of the file that `export` would write.
 
     Two files that belong together are packed into a .zip.
     """
@@ -109,7 +109,7 @@ def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes
 
 
 def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floats]:
-    """The class of most of the area of each region, 0 for none, and its share of the area."""
+    """Class with the largest area in each region (0: none), and its fraction of that region."""
     classes = document.state.classes.astype(np.int32)
     areas, labels, n = document.areas, revision.labels, revision.n_regions
     winners = weighted_majority(labels, classes, areas, n).winners
@@ -119,7 +119,7 @@ def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floa
 
 
 def _name_of(document: Document, what: str, format: str) -> str:
-    """The name of the file of an export; a ValueError if there is no such export."""
+    """File name of an export; a ValueError if the export or the format does not exist."""
     offered = formats_of(document.source.kind)
     checked_choice(what, "what", tuple(offered))
     checked_choice(format, "format", tuple(offered[what]))
@@ -130,7 +130,7 @@ def _name_of(document: Document, what: str, format: str) -> str:
 
 
 def _write(document: Document, what: str, format: str, folder: Path) -> list[Path]:
-    """Write the file of an export and, if it needs another file, that file, too."""
+    """Write the file of an export, and the second file if the format needs two files."""
     pair = (format, PAIRED[format]) if what == "objects" and format in PAIRED else (format,)
     paths = [folder / _name_of(document, what, one) for one in pair]
     with document.lock:  # labels and names must belong to the same state
@@ -151,7 +151,7 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
 
 
 def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
-    """The texture of the input, if the file can store it, or is beside the images."""
+    """Texture of the input for .glb files, and for .obj files in the folder of the images."""
     is_alone = path.parent != document.path.parent
     if path.suffix not in _TEXTURED or (is_alone and path.suffix != ".glb"):
         return None
@@ -161,10 +161,6 @@ def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
 def _write_vertices(document: Document, format: str, path: Path) -> None:
     labels = vertex_labels(document.cells, document.state.classes.astype(np.int32))
     write_labels(path, np.maximum(labels, 0))  # unused vertices have no class
-
-
-def _write_instances(document: Document, format: str, path: Path) -> None:
-    write_labels(path, vertex_instances(document))
 
 
 def _write_regions(document: Document, format: str, path: Path) -> None:
@@ -206,7 +202,7 @@ def _write_region_classes(document: Document, format: str, path: Path) -> None:
 _WRITERS: dict[str, Callable[[Document, str, Path], None]] = {
     "cells": _write_cells,
     "vertices": _write_vertices,
-    "instances": _write_instances,
+    "instances": lambda document, _, path: write_labels(path, vertex_instances(document)),
     "objects": write_objects,
     "regions": _write_regions,
     "region_classes": _write_region_classes,
@@ -219,7 +215,7 @@ def _names_of(document: Document, classes: Ints) -> list[str]:
 
 
 def _colors_of(document: Document) -> Bytes:
-    """The color of each class by its number."""
+    """Table of colors, indexed by class number."""
     table = np.full((int(document.state.classes.max()) + 1, 3), _GRAY, np.uint8)
     for entry in document.class_list:
         if entry["id"] < len(table):

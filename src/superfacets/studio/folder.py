@@ -1,4 +1,4 @@
-"""The inputs of a studio: one file, or the files of a folder. The last few stay open."""
+"""Input files of the studio: one file, or all files of a folder. The last used files stay open."""
 
 from __future__ import annotations
 
@@ -16,29 +16,30 @@ from .document import Document, work_file_of
 from .history import REVIEW_MARKS
 from .journal import JournalError, Line, summary
 
-MAX_OPEN = 3  # most meshes in memory, with their graphs; others are opened again on demand
-EXPORTED = ".classes"  # suffix in the names of exported files, which are no inputs
+MAX_OPEN = 3  # maximum number of meshes in memory; others are opened again on demand
+EXPORTED = ".classes"  # suffix of exported files, which are not inputs
 
 
 @dataclass
 class Files:
-    """The inputs of a studio, by number."""
+    """Input files of the studio, each identified by its index in `paths`."""
 
     paths: list[Path]
     work: Path | None = None  # work file of a single input, if it is not the default one
     n_segments: int | None = None  # number of regions for new work
-    classes: ClassList = ()  # initial classes of a new work file; a folder shares them
+    classes: ClassList = ()  # classes of a new work file, or of all files in a folder
     folder: Path | None = None
-    _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)  # least recent first
-    _users: Counter[int] = field(default_factory=Counter)  # number of blocks that use each document
+    # Open documents by index, least recently used first, and the number of blocks that use each.
+    _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)
+    _users: Counter[int] = field(default_factory=Counter)
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
     @classmethod
     def of(cls, path: Path, work: Path | None, n_segments: int | None, classes: ClassList) -> Files:
-        """Find the files of a path.
+        """Find the input files at a path.
 
         Raises ValueError if a work file is given for a folder, or the folder's list of classes is
-        damaged; OSError if there is nothing to label.
+        damaged; OSError if no input file is found.
         """
         if not path.is_dir():
             return cls([path], work, n_segments, classes)
@@ -47,7 +48,7 @@ class Files:
         found = [Path(source.input) for source in find_sources(path)]
         paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
-            raise FileNotFoundError(f"{path}: holds only exported files, no mesh to label")
+            raise FileNotFoundError(f"{path}: contains only exported files, no mesh to label")
         shared = path / CLASSES_FILE
         if not classes:
             classes = read_classes(shared) if shared.is_file() else default_classes()
@@ -55,25 +56,25 @@ class Files:
 
     @property
     def home(self) -> Path:
-        """The work file, or the folder."""
+        """The work file of a single input, or the input folder."""
         return self.folder or self.work or work_file_of(self.paths[0])
 
     def path(self, number: int) -> Path:
         """The path of a file; an IndexError if there is no such file."""
         if not 0 <= number < len(self.paths):
-            raise IndexError(f"there is no file {number}: there are {len(self.paths)}")
+            raise IndexError(f"file {number} does not exist: there are {len(self.paths)} files")
         return self.paths[number]
 
     def listed(self) -> list[dict[str, Any]]:
-        """All files with the progress of each; none is opened."""
+        """List all files and their progress, without opening them."""
         return [self._entry(number) for number in range(len(self.paths))]
 
     @contextlib.contextmanager
     def document(self, number: int) -> Iterator[Document]:
-        """The document of a file, opened if necessary; it stays open until the block ends.
+        """Yield the document of a file, which stays open until the block ends.
 
-        Raises IndexError if there is no such file; MeshError, JournalError or OSError if it,
-        or the work on it, cannot be opened.
+        Raises IndexError if the file does not exist; MeshError, JournalError or OSError if the file
+        or its work file cannot be opened.
         """
         with self._lock:
             document = self._open.get(number) or self._opened(number)
@@ -91,7 +92,7 @@ class Files:
         with self._lock:
             documents = list(self._open.values())
             self._open.clear()
-        for document in documents:  # without the lock, for which a user of a document may wait
+        for document in documents:  # without `_lock`, because users of a document may wait for it
             document.close()
 
     def _opened(self, number: int) -> Document:
@@ -102,10 +103,10 @@ class Files:
         return document
 
     def _close_surplus(self) -> None:
-        """Close unused documents, least recently used first.
+        """Close the least recently used documents that no block uses.
 
-        The caller holds the lock, so no work file is opened again before it is closed. No thread
-        uses these documents, so closing does not wait.
+        The caller has acquired `_lock`, so a work file is not opened again before it is closed.
+        Closing does not wait, because no thread uses these documents.
         """
         idle = [number for number in self._open if not self._users[number]]
         for number in idle[: max(0, len(self._open) - MAX_OPEN)]:
@@ -125,7 +126,7 @@ class Files:
             return {**entry, "done": 0.0, "n_cells": None, "error": str(error)}
 
     def _share(self, classes: ClassList) -> None:
-        """Write the classes of the folder, and give them to all open documents."""
+        """Write the classes of the folder, and set them in all open documents."""
         assert self.folder is not None
         with self._lock:
             write_classes(self.folder / CLASSES_FILE, classes)
@@ -135,7 +136,7 @@ class Files:
 
 
 def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
-    """Progress of the work, and number of cells; a JournalError if they are damaged."""
+    """Progress and number of cells in a summary of a work file; a JournalError if damaged."""
     if found is None:
         return {"done": 0.0, "n_cells": None}
     done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")

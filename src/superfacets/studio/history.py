@@ -1,6 +1,6 @@
-"""The state of a labeling, the changes that led to it, and their lines in the journal.
+"""The state of a labeling, its changes, and the lines of the journal that store the changes.
 
-A change can be done and undone, and takes about one byte per cell.
+A change can be applied and reverted, and takes about one byte per cell.
 """
 
 from __future__ import annotations
@@ -47,77 +47,77 @@ class NothingError(LookupError):
 
 @dataclass(frozen=True)
 class Partition:
-    """The regions: parameters that reproduce them, and later splits."""
+    """Description of the regions: parameters that reproduce them, and later splits."""
 
     parameters: dict[str, Any]
-    digest: str = ""  # hash of the labels before splits, which tells if they differ; "": unknown
-    splits: tuple[bytes, ...] = ()  # packed cells of each split, which get the next free label
+    digest: str = ""  # hash of the labels before splits; empty if unknown
+    splits: tuple[bytes, ...] = ()  # packed cells of each split; they get the next free label
 
     def with_split(self, packed: bytes, digest: str) -> Partition:
-        """The partition with one more split, of labels with this digest."""
+        """Copy with one more split; `digest` is the hash of the labels before all splits."""
         return replace(self, digest=digest, splits=(*self.splits, packed))
 
 
 @dataclass
 class State:
-    """The class and object of each cell, the lists of both, and the regions."""
+    """Labels of all cells, list of classes, names of objects, and regions."""
 
-    paint: Paint  # (N,) class and object of each cell, see `paint_of`; 0: none
+    paint: Paint  # class and object of each cell, shape (N,), see `paint_of`
     class_list: ClassList
     partition: Partition
     object_names: ObjectNames = ()
     is_reviewed: bool = False
     is_changed: bool = False  # whether classes or objects have changed since the review
-    suggestions: Suggestions = ()  # neither accepted nor rejected yet
+    suggestions: Suggestions = ()  # suggestions that are neither accepted nor rejected
 
     @property
     def classes(self) -> Numbers:
-        """Class of each cell, (N,); 0: none."""
+        """Class of each cell, shape (N,); 0 means no class."""
         return class_of(self.paint)
 
     @property
     def objects(self) -> Numbers:
-        """Object of each cell within its class, (N,); 0: none. Stuff has no objects."""
+        """Object number of each cell within its class, shape (N,); 0 means no object."""
         is_stuff = np.zeros(MAX_CLASS + 1, bool)
         is_stuff[[*stuff_of(self.class_list)]] = True
         return np.where(is_stuff[self.classes], np.uint16(0), object_of(self.paint))
 
     @property
     def review_marks(self) -> Line:
-        """Entries of a journal line that tell whether the work is reviewed."""
+        """Entries of a journal line that store whether the work is reviewed."""
         values = self.is_reviewed, self.is_changed
         return {name: True for name, value in zip(REVIEW_MARKS, values, strict=True) if value}
 
 
 @dataclass(frozen=True)
 class Painted:
-    """Paint of some cells, packed."""
+    """Compressed classes and objects of some cells."""
 
-    cells: bytes
-    n: int
-    values: bytes  # one value per cell, or one for all
+    cells: bytes  # see `pack_cells`
+    n: int  # number of cells
+    values: bytes  # compressed `Paint`: one value per cell, or one value for all cells
 
     @classmethod
     def of(cls, cells: bytes, values: Paint) -> Painted:
-        """Pack the paint of each cell: one value if all are the same."""
+        """Compress the paint of packed cells; if all values are equal, only one is stored."""
         row = values[:1] if bool((values == values[0]).all()) else values
         return cls(cells, len(values), zlib.compress(row.tobytes(), level=1))
 
     def unpacked(self) -> Paint:
-        """The paint of each cell, or the one paint of all."""
+        """Paint of each cell, or an array with one value for all cells."""
         return np.frombuffer(zlib.decompress(self.values), np.uint32)
 
     def set(self, paint: Paint) -> None:
-        """Paint the cells."""
+        """Write the values to the paint of all cells."""
         paint[unpack_cells(self.cells, len(paint))] = self.unpacked()
 
 
 @dataclass(frozen=True)
 class Change:
-    """A change that can be done and undone."""
+    """A change that can be applied and reverted."""
 
     kind: Literal["paint", "split", "segment", "classes", "objects", "review", "suggest", "settle"]
-    before: Any  # Painted, or a value of the state's field of this kind
+    before: Any  # `Painted` for the kind "paint"; otherwise the value of the changed field
     after: Any
     stroke: str | None = None  # consecutive changes with the same name are undone together
 
@@ -125,9 +125,9 @@ class Change:
     def painting(
         cls, paint: Paint, cells: CellNumbers, wanted: Any, stroke: str | None = None
     ) -> Change | None:
-        """The change of these ascending cells to their new paint; None if nothing changes.
+        """Create a change of the paint of ascending cells; None if nothing changes.
 
-        `wanted` is one paint, or one for each cell.
+        `wanted` is one value for all cells, or one value per cell.
         """
         after = np.broadcast_to(np.asarray(wanted, np.uint32), cells.shape)
         before = paint[cells]
@@ -139,7 +139,7 @@ class Change:
         return cls("paint", old, new, stroke)
 
     def do(self, state: State) -> None:
-        """Make the change."""
+        """Apply the change."""
         if self.kind == "paint":
             self.after.set(state.paint)
         else:
@@ -155,13 +155,13 @@ class Change:
         return replace(self, before=self.after, after=self.before)
 
     def line(self) -> Line:
-        """The change as a line of the journal."""
+        """Line of the journal that stores the change."""
         stroke = {} if self.stroke is None else {"stroke": self.stroke}
         return {"op": self.kind, **_WRITERS[self.kind](self), **stroke}
 
 
 def last_stroke(changes: list[Change]) -> list[Change]:
-    """The changes of the last stroke, the last first."""
+    """Changes of the last stroke, most recent first."""
     found: list[Change] = []
     for change in reversed(changes):
         if found and (change.stroke is None or change.stroke != found[0].stroke):
@@ -171,15 +171,15 @@ def last_stroke(changes: list[Change]) -> list[Change]:
 
 
 def _nothing(seq: int) -> None:
-    """Record nothing: the steps of a replay are in the journal already."""
+    """Record nothing, because replayed steps are in the journal already."""
 
 
 @dataclass
 class History:
     """The state, and the changes that can be undone and redone.
 
-    Methods that change the state get `record`, which writes the step of a given number. If `record`
-    raises, the state does not change.
+    Methods that change the state take a function `record`, which gets the number of the step and
+    writes the step to the journal. If `record` raises an error, the state does not change.
     """
 
     state: State
@@ -189,9 +189,10 @@ class History:
 
     @classmethod
     def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
-        """Replay all lines; `classes`, the list of a folder, replaces the list of the work.
+        """Replay all lines of a journal.
 
-        Raises JournalError if a line cannot be replayed.
+        If `classes`, the list of a folder, is given, it replaces the list in the journal. Raises
+        JournalError if a line cannot be replayed.
         """
         number = 1
         try:
@@ -200,12 +201,11 @@ class History:
                 number = history.seq + 2
                 history.replay(line)
         except (KeyError, TypeError, ValueError, OverflowError, NothingError) as error:
-            reason = f"it has no {error}" if isinstance(error, KeyError) else str(error)
+            reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)
             raise JournalError(
-                f"{journal.path}: line {number} of the work file makes no sense:"
-                f" {shortened(reason)}"
+                f"{journal.path}: line {number} of the work file is not valid: {shortened(reason)}"
             ) from None
-        if classes is not None:  # whatever classes the work had before
+        if classes is not None:  # replayed lines may have replaced the list
             history.state.class_list = classes
         journal.lines.clear()
         return history
@@ -213,17 +213,17 @@ class History:
     def replay(self, line: Line) -> None:
         """Apply the change of a line."""
         if line["seq"] != self.seq + 1:
-            raise ValueError(f"it is number {line['seq']}, not {self.seq + 1}")
+            raise ValueError(f"seq must be {self.seq + 1}, got {line['seq']}")
         name = str(line["op"])
         if name in ("undo", "redo"):
             self.move(name)
         elif name in _READERS:
             self.make(_READERS[name](line, self.state))
         else:
-            raise ValueError(f"there is no operation {name}")
+            raise ValueError(f"unknown operation {name}")
 
     def make(self, change: Change, record: Callable[[int], object] = _nothing) -> None:
-        """Make a new change, which can be undone."""
+        """Apply a new change, which can be undone; changes undone before cannot be redone again."""
         self._apply([change], record)
         self.undo_stack.append(change)
         self.redo_stack.clear()
@@ -245,7 +245,7 @@ class History:
     def _apply(
         self, changes: list[Change], record: Callable[[int], object], *, is_undo: bool = False
     ) -> None:
-        """Make changes and record the step; if that fails, revert them."""
+        """Apply changes and record the step; if recording fails, revert the changes."""
         was_changed = self.state.is_changed
         for change in changes:
             change.do(self.state)
@@ -260,9 +260,10 @@ class History:
         self.seq += 1
 
     def _is_changed(self, kinds: set[str], is_undo: bool) -> bool:
-        """Whether classes or objects differ from the review, after changes of these kinds.
+        """Whether the work has changed since its review, after changes of these kinds.
 
-        If a mark of review is undone, an older review may apply again: that counts as changed.
+        If the last review is undone, an older review may be restored. The result is then True,
+        because it is unknown whether the work has changed since the older review.
         """
         is_new = is_undo if "review" in kinds else bool(kinds & _LABELING)
         kept = self.state.is_changed and "review" not in kinds
@@ -273,19 +274,19 @@ def _first_state(header: Line, n_cells: int, classes: ClassList | None) -> State
     usual = default_parameters(n_cells)
     parameters = checked_parameters(header["parameters"], usual, n_cells)
     if classes is None:
-        own = header["classes"]  # None: the work began in a folder
+        own = header["classes"]  # None if the work was begun in a folder
         classes = default_classes() if own is None else _class_list(own)
     return State(np.zeros(n_cells, np.uint32), classes, Partition(parameters))
 
 
 def _class_list(value: Any) -> ClassList:
-    """Class names of a line, without lone surrogates, which older versions accepted."""
+    """Check a list of classes; lone surrogates, which older versions accepted, are removed."""
     text = json.dumps(value, ensure_ascii=False).encode("utf-8", "ignore")
     return checked_class_list(json.loads(text))
 
 
 _LABELING = frozenset({"paint", "classes", "objects"})
-"""Kinds of changes that a review covers."""
+"""Kinds of changes after which a review is out of date."""
 
 _FIELDS = {
     "split": "partition",
@@ -296,10 +297,11 @@ _FIELDS = {
     "suggest": "suggestions",
     "settle": "suggestions",
 }
-"""The field of the state that each kind of change replaces. A paint changes parts of a field."""
+"""Field of `State` that each kind of change replaces; "paint" changes parts of a field instead."""
 
 
-# For each kind of change, a function that writes the entries of its line, and one that reads them.
+# For each kind of change, one function writes the entries of a line, and another function reads
+# them.
 
 
 def _write_paint(change: Change) -> Line:
@@ -308,7 +310,7 @@ def _write_paint(change: Change) -> Line:
         "cells": base64_of(change.after.cells),
         **_write_numbers("class", "es", class_of(values)),
     }
-    objects = object_of(values)  # lines without objects are as in version 1
+    objects = object_of(values)  # without objects, the line has the format of version 1
     return {**line, **_write_numbers("object", "s", objects)} if objects.any() else line
 
 
@@ -326,26 +328,22 @@ def _read_paint(line: Line, state: State) -> Change:
     objects = _read_numbers(line, "object", "s", MAX_OBJECT, n_cells) if has_objects else 0
     change = Change.painting(state.paint, cells, paint_of(classes, objects), line.get("stroke"))
     if change is None:
-        raise ValueError("it changes nothing")
+        raise ValueError("it changes no cell")
     return change
 
 
 def _read_numbers(line: Line, name: str, plural: str, highest: int, n_cells: int) -> int | Numbers:
-    """One number for all cells of a line, or one for each."""
+    """Read one number for all cells of a line, or one number per cell."""
     if name not in line:
         data = inflated(bytes_from(line[name + plural], name + plural), 2 * n_cells)
         numbers = np.frombuffer(data, np.uint16)
         if numbers.max(initial=0) > highest:
-            raise ValueError(f"{name} {numbers.max()} is not 0 to {highest}")
+            raise ValueError(f"{name} must be 0 to {highest}, got {numbers.max()}")
         return numbers
     value: int = line[name]
     if not isinstance(value, int) or not 0 <= value <= highest:
-        raise ValueError(f"{name} {value} is not 0 to {highest}")
+        raise ValueError(f"{name} must be 0 to {highest}, got {value}")
     return value
-
-
-def _write_segment(change: Change) -> Line:
-    return {"parameters": change.after.parameters, "digest": change.after.digest}
 
 
 def _read_segment(line: Line, state: State) -> Change:
@@ -354,19 +352,10 @@ def _read_segment(line: Line, state: State) -> Change:
     return Change("segment", before, Partition(parameters, str(line["digest"])))
 
 
-def _write_split(change: Change) -> Line:
-    return {"digest": change.after.digest, "cells": base64_of(change.after.splits[-1])}
-
-
 def _read_split(line: Line, state: State) -> Change:
     packed = bytes_from(line["cells"], "cells")
-    unpack_cells(packed, len(state.paint))  # raises an error if they are damaged
+    unpack_cells(packed, len(state.paint))  # raises an error if the cells are damaged
     return Change("split", state.partition, state.partition.with_split(packed, str(line["digest"])))
-
-
-def _read_classes(line: Line, state: State) -> Change:
-    classes = _class_list(line["classes"])
-    return Change("classes", state.class_list, classes, line.get("stroke"))
 
 
 def _read_objects(line: Line, state: State) -> Change:
@@ -375,10 +364,6 @@ def _read_objects(line: Line, state: State) -> Change:
         object_id = checked_object(entry["object"])
         names = with_object_name(names, int(entry["class"]), object_id, entry["name"])
     return Change("objects", state.object_names, names, line.get("stroke"))
-
-
-def _read_review(line: Line, state: State) -> Change:
-    return Change("review", state.is_reviewed, bool(line["reviewed"]))
 
 
 def _read_suggest(line: Line, state: State) -> Change:
@@ -392,36 +377,38 @@ def _write_settle(change: Change) -> Line:
     return {"settled": [one.id for one in change.before if one.id not in left]}
 
 
-def _read_settle(line: Line, state: State) -> Change:
-    return settling(state, {int(one) for one in line["settled"]}, line.get("stroke"))
-
-
 def settling(state: State, ids: set[int], stroke: str | None) -> Change:
-    """The change that removes these suggestions; a ValueError if one of them does not exist."""
+    """Change that removes these suggestions; a ValueError if one of them does not exist."""
     if lacking := ids - {one.id for one in state.suggestions}:
-        raise ValueError(f"there is no suggestion {min(lacking)}")
+        raise ValueError(f"suggestion {min(lacking)} does not exist")
     left = tuple(one for one in state.suggestions if one.id not in ids)
     return Change("settle", state.suggestions, left, stroke)
 
 
 _WRITERS: dict[str, Callable[[Change], Line]] = {
     "paint": _write_paint,
-    "segment": _write_segment,
-    "split": _write_split,
+    "segment": lambda change: {
+        "parameters": change.after.parameters, "digest": change.after.digest,
+    },
+    "split": lambda change: {
+        "digest": change.after.digest, "cells": base64_of(change.after.splits[-1]),
+    },
     "classes": lambda change: {"classes": list(change.after)},
     "objects": lambda change: {"names": list(change.after)},
     "review": lambda change: {"reviewed": change.after},
     "suggest": lambda change: {"suggestions": [one.line() for one in change.after]},
     "settle": _write_settle,
-}
+}  # fmt: skip
 
 _READERS: dict[str, Callable[[Line, State], Change]] = {
     "paint": _read_paint,
     "segment": _read_segment,
     "split": _read_split,
-    "classes": _read_classes,
+    "classes": lambda line, state: Change(
+        "classes", state.class_list, _class_list(line["classes"]), line.get("stroke")
+    ),
     "objects": _read_objects,
-    "review": _read_review,
+    "review": lambda line, state: Change("review", state.is_reviewed, bool(line["reviewed"])),
     "suggest": _read_suggest,
-    "settle": _read_settle,
+    "settle": lambda line, state: settling(state, {*map(int, line["settled"])}, line.get("stroke")),
 }

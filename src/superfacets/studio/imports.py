@@ -1,4 +1,4 @@
-"""Import of labels, from other tools or earlier exports, as classes and objects of cells."""
+"""Import of labels from other tools or earlier exports, as classes and objects of cells."""
 
 from __future__ import annotations
 
@@ -31,38 +31,42 @@ LISTS = (".npy", ".seg", ".txt")
 ENDINGS = (".sstk.json", *OF_VERTICES, OBJECTS, *LISTS, GROUPS)
 
 _DAMAGE = (ValueError, LookupError, TypeError, RecursionError)
-"""Errors that JSON of an unexpected structure raises."""
+"""Errors raised while reading JSON with an unexpected structure."""
 
 
 @dataclass(frozen=True)
 class Imported:
-    """Imported classes and objects of cells, and the list of classes with new ones added."""
+    """Imported classes and objects of cells, and the list of known and new classes.
 
-    cells: CellNumbers  # all cells that the files label, ascending
-    classes: npt.NDArray[np.uint16]  # class of each of these cells
-    objects: npt.NDArray[np.uint16]  # object of each, from 1 in each class; 0: none
+    The keys of `names` and `scores` are pairs of class and object.
+    """
+
+    cells: CellNumbers  # indices of all labeled cells, ascending
+    classes: npt.NDArray[np.uint16]  # class of each labeled cell
+    objects: npt.NDArray[np.uint16]  # object of each labeled cell, from 1 in each class; 0: none
     class_list: ClassList
-    names: Mapping[tuple[int, int], str] = field(default_factory=dict)  # by class and object
-    scores: Mapping[tuple[int, int], float] = field(default_factory=dict)  # 0 to 1, by the same
+    names: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    scores: Mapping[tuple[int, int], float] = field(default_factory=dict)  # confidences, 0 to 1
 
 
 def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> Imported:
-    """Read labels, and perhaps their groups, from the content of files by name.
+    """Read a label file, and optionally groups of labels; `files` maps names to contents.
 
-    Labels are in ``.sstk.json`` (the first, finest, segmentation of triangles), ``.segs.json`` (of
-    vertices: a cell gets the label of most of its corners), ``.npy``, ``.seg`` or ``.txt`` (of
-    cells). Without groups, labels are numbers of classes, and 0 or less is none, as in exports of
-    the studio. With groups (``.aggregation.json``), each group is an object. Its label is the name
-    of a class, ignoring case, and cells in no group keep their class. ``.objects.json`` is the
-    studio's own file of objects, in the format of COCO. `known` are the classes so far.
+    ``.npy``, ``.seg`` and ``.txt`` files contain one label per cell. An ``.sstk.json`` may contain
+    several segmentations, of which the first, the finest, is read. A ``.segs.json`` contains one
+    label per vertex: a cell gets the most frequent label of its corners. A label is the number of a
+    class, and 0 or less means no class. If an ``.aggregation.json`` is given, each of its groups
+    is an object instead, whose class has the name of the group, ignoring case; cells without a
+    group are not imported. An ``.objects.json``, which the studio exports, contains objects in the
+    COCO format. `known` is the current list of classes.
 
-    Raises ValueError if a file is damaged, for another mesh, or of no known kind.
+    Raises ValueError if a file is damaged, belongs to another mesh, or has an unknown format.
     """
     endings = {name: known_ending(Path(name), ENDINGS) for name in files}
     grouping = [name for name, ending in endings.items() if ending == GROUPS]
     labeling = [name for name in files if name not in grouping]
     if len(labeling) != 1 or len(grouping) > 1:
-        raise MeshError("import one file of labels, with at most one .aggregation.json")
+        raise MeshError("import one label file, with at most one .aggregation.json")
     name = labeling[0]
     try:
         if endings[name] == OBJECTS and not grouping:
@@ -82,16 +86,16 @@ def _reason(error: Exception) -> str:
     if isinstance(error, (json.JSONDecodeError, UnicodeDecodeError)):
         return "it is not JSON: the file may be truncated"
     if isinstance(error, IndexError):
-        return "a list in it is empty"
+        return "it contains an empty list"
     if isinstance(error, RecursionError):
         return "it is nested too deeply"
     if isinstance(error, TypeError):
         return "it does not have the structure of this format"
-    return f"it has no {error}" if isinstance(error, KeyError) else str(error)
+    return f"the entry {error} is missing" if isinstance(error, KeyError) else str(error)
 
 
 def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
-    """One label per cell, from the content of a file."""
+    """Read one label per cell from the content of a file."""
     n_cells = cells.n_cells
     if ending in LISTS:
         with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
@@ -106,12 +110,12 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
         return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
     index = _integers(document["segmentation"][0]["index"], "index")
     if len(index) != n_cells:
-        raise MeshError(f"it has {len(index)} labels, but the mesh has {n_cells} cells")
+        raise MeshError(f"the file has {len(index)} labels, but the mesh has {n_cells} cells")
     return index
 
 
 def checked_score(value: object) -> float | None:
-    """The score of an object, or None; a ValueError if it is not 0 to 1."""
+    """Return a score as a float, or None; a ValueError if it is not between 0 and 1."""
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= 1:
@@ -123,23 +127,24 @@ def _integers(values: Any, name: str) -> Longs:
     array = np.asarray(values)
     if array.ndim != 1 or array.dtype.kind not in "iu":
         raise MeshError(f"{name} must be a list of whole numbers")
-    if array.dtype.kind == "u":  # numpy's type for lists with numbers beyond int64
+    if array.dtype.kind == "u":  # NumPy uses uint64 only for lists with numbers beyond int64
         raise MeshError(f"{name} has the number {array.max()}, which is too large")
     return array.astype(np.int64)
 
 
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
-    """The most frequent label of the corners of each cell."""
+    """Most frequent label of the corners of each cell; the lowest label if there is a tie."""
     n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
     if len(of_vertices) != n_vertices:
-        raise MeshError(f"it has {len(of_vertices)} labels, but there are {n_vertices} vertices")
+        n_labels = len(of_vertices)
+        raise MeshError(f"the file has {n_labels} labels, but the mesh has {n_vertices} vertices")
     return labels_of_corners(cells, of_vertices)
 
 
 def _by_number(labels: Longs, known: ClassList) -> Imported:
     classes = np.maximum(labels, 0)
     if classes.max() > MAX_CLASS:
-        raise MeshError(f"label {classes.max()} is no class: classes are 0 to {MAX_CLASS}")
+        raise MeshError(f"label {classes.max()} is not a class: classes are 0 to {MAX_CLASS}")
     for class_id in sorted({*np.unique(classes).tolist()} - {0, *names_of(known)}):
         known = with_new(known, class_id)
     objects = np.zeros(len(labels), np.uint16)
@@ -159,13 +164,13 @@ def _by_group(labels: Longs, document: Any, known: ClassList) -> Imported:
 
 
 def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
-    """Objects as in COCO: a category, and lengths of runs of cells outside, inside, outside..."""
+    """Read COCO annotations, each with a category and a run-length encoded mask of cells."""
     names = {int(entry["id"]): str(entry["name"]).strip() for entry in document["categories"]}
     gathered = _Gathered(n_cells, known)
     for annotation in document["annotations"]:
         runs = _integers(annotation["segmentation"]["counts"], "counts")
         if runs.min(initial=0) < 0 or runs.sum() != n_cells:
-            raise MeshError(f"an annotation is of {runs.sum()} cells, but the mesh has {n_cells}")
+            raise MeshError(f"an annotation has {runs.sum()} cells, but the mesh has {n_cells}")
         is_in = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
         name = names[int(annotation["category_id"])]
         wanted = 0 if annotation.get("iscrowd", 0) else annotation.get("object")
@@ -174,21 +179,22 @@ def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
 
 
 class _Gathered:
-    """Classes and objects of cells, by the names of classes."""
+    """Collects classes and objects of cells from groups with the names of classes."""
 
     def __init__(self, n_cells: int, known: ClassList) -> None:
         self._known = known
-        self._taken: dict[int, set[int]] = {}  # objects of each class
+        self._taken: dict[int, set[int]] = {}  # used object numbers of each class
         self._classes = np.zeros(n_cells, np.int64)
         self._objects = np.zeros(n_cells, np.int64)
         self._names: dict[tuple[int, int], str] = {}
         self._scores: dict[tuple[int, int], float] = {}
 
     def add(self, name: str, is_in: Bools, entry: Any, wanted: object = None) -> None:
-        """Give cells a class, which may be new, and an object, unless the class is stuff.
+        """Set the class of cells by name, and an object unless the class has no objects.
 
-        The object gets the wanted number if it is free, or else the next number; 0 is no object.
-        Its name and score are in the entry of the file.
+        A new class is added to the list. The object gets the number `wanted` if it is free,
+        otherwise the next free number; 0 means no object. The entry of the file contains the name
+        and score of the object.
         """
         class_id, self._known = with_named(self._known, name)
         self._classes[is_in], self._objects[is_in] = class_id, 0
@@ -209,14 +215,14 @@ class _Gathered:
             self._names[class_id, object_id] = own_name
 
     def _keep_score(self, class_id: int, object_id: int, entry: Any) -> None:
-        """Keep the score of an entry; the lowest, if a class without objects has several."""
+        """Store the score of an entry; a class without objects gets the lowest of its scores."""
         score = checked_score(entry.get("score"))
         if score is not None:
             key = class_id, object_id
             self._scores[key] = min(score, self._scores.get(key, 1.0))
 
     def imported(self) -> Imported:
-        """All cells that have a class."""
+        """Result for all cells that have a class."""
         cells = np.flatnonzero(self._classes)
         classes, objects = (
             part[cells].astype(np.uint16) for part in (self._classes, self._objects)

@@ -1,7 +1,7 @@
-"""The work file: a line of JSON for each operation, only ever appended.
+"""The work file, to which each operation appends one line of JSON.
 
-A line is on the disk before its operation is acknowledged. So a crash damages at most one line, and
-the operation of that line was not acknowledged.
+A line is written to disk before its operation is acknowledged. Therefore a crash damages at most
+the last line, whose operation was not acknowledged.
 """
 
 from __future__ import annotations
@@ -19,14 +19,13 @@ from ..io.atomic import lock_file, open_own
 
 FORMAT = "superfacets studio"
 VERSION = 2
-READABLE = (1, VERSION)
-"""Versions of work files that can be opened. Version 1 has no objects."""
+READABLE = (1, VERSION)  # versions that can be opened; version 1 has no objects
 
 _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
 """First bytes of every work file."""
 
-_SUM = b',"crc":"%08x"}'  # end of a line: checksum of all bytes before it
-_LAST_BYTES = 1 << 12  # number of bytes at the end where the last line is searched first
+_SUM = b',"crc":"%08x"}'  # end of each line: checksum of the bytes before this entry
+_LAST_BYTES = 1 << 12  # number of bytes to read from the end when the last line is searched
 
 Line = dict[str, Any]
 
@@ -36,7 +35,7 @@ class JournalError(ValueError):
 
 
 class WriteError(JournalError):
-    """An operation could not be written, and changed nothing."""
+    """An operation could not be written to the work file, and was not carried out."""
 
 
 @dataclass
@@ -45,18 +44,18 @@ class Journal:
 
     path: Path
     header: Line  # the first line
-    lines: list[Line]  # other lines, as read; a replay removes them
-    notes: list[str]  # notes on repairs
+    lines: list[Line]  # all further lines, until they are replayed
+    notes: list[str]  # messages about repaired damage
     _file: int = field(repr=False)
     _size: int = field(repr=False)
     _fault: str | None = None
 
     @classmethod
     def open(cls, path: Path, header: Mapping[str, Any]) -> Journal:
-        """Open a work file, or begin one with this header.
+        """Open a work file, or create it with this header.
 
-        Raises JournalError if another studio has it open, it is no work file, or it is damaged
-        before its last line; OSError if it cannot be read or written.
+        Raises JournalError if another studio has opened the file, if it is not a work file, or if
+        it is damaged before its last line; OSError if it cannot be read or written.
         """
         file = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
         try:
@@ -83,10 +82,10 @@ class Journal:
         return journal
 
     def append(self, line: Mapping[str, Any]) -> None:
-        """Write a line, and return when it is on the disk.
+        """Append a line, and return when it is on disk.
 
-        Raises WriteError, and leaves the file unchanged, if the line could not be written as a
-        whole, or if the file at the path is no longer the opened file.
+        Raises WriteError, and leaves the file unchanged, if the line could not be written
+        completely, or if the file at the path is no longer the opened file.
         """
         self._check()
         data = _coded(line)
@@ -102,13 +101,13 @@ class Journal:
         self._size += len(data)
 
     def close(self) -> None:
-        """Close the file, which others may then open."""
+        """Close the file and release its lock."""
         if self._file >= 0:
             os.close(self._file)
         self._file = -1
 
     def _check(self) -> None:
-        """Raise a WriteError if the file at the path is not the open one, as last written."""
+        """Raise a WriteError if another program has replaced or changed the file at the path."""
         if self._fault is not None:
             raise WriteError(self._fault)
         if self._file < 0:
@@ -126,7 +125,7 @@ class Journal:
             )
 
     def _take_back(self) -> None:
-        """Remove the part of a line that a failed write left; else refuse all later writes."""
+        """Remove the partial line of a failed write; if this fails, refuse all later writes."""
         try:
             os.ftruncate(self._file, self._size)
         except OSError:
@@ -134,9 +133,9 @@ class Journal:
 
 
 def parsed_work(path: Path, data: bytes) -> Journal:
-    """The lines of a work file from its content; it is not opened, and cannot be written.
+    """Read the lines of a work file from its content; the result cannot be written.
 
-    Raises JournalError if it is no work file, or damaged before its last line.
+    Raises JournalError if the data is not a work file, or is damaged before its last line.
     """
     lines, size, notes = _read_lines(path, data)
     if not lines:
@@ -145,10 +144,10 @@ def parsed_work(path: Path, data: bytes) -> Journal:
 
 
 def summary(path: Path) -> tuple[Line, Line] | None:
-    """The first and the last complete line of a work file; the file is not locked.
+    """Read the first and the last complete line of a work file, without locking the file.
 
-    Returns None if there is no file, or no line in it yet. Raises JournalError if the first line is
-    damaged, or if it is no regular file, for example a link.
+    Returns None if the file does not exist, or has no complete line. Raises JournalError if the
+    first line is damaged, or if the path is not a regular file, for example a link.
     """
     try:
         opened = open_own(path, os.O_RDONLY)
@@ -174,9 +173,10 @@ def summary(path: Path) -> tuple[Line, Line] | None:
 
 
 def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
-    """The valid lines of a file, the number of their bytes, and a note if bytes are damaged.
+    """Valid lines of a file, their size in bytes, and a note if the last line is damaged.
 
-    Raises JournalError if it is no work file, of a later version, or damaged before its last line.
+    Raises JournalError if the data is not a work file, was written by a later version, or is
+    damaged before its last line.
     """
     if data and not data.startswith(_BEGIN[: len(data)]):
         raise JournalError(f"{path}: is not a work file of superfacets studio")
@@ -190,8 +190,8 @@ def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
         size += len(text)
     if b"\n" in data[size:-1]:
         raise JournalError(
-            f"{path}: line {len(lines) + 1} of the work file is damaged; all lines before it are"
-            " good: make a copy, and delete this line and all lines after it"
+            f"{path}: line {len(lines) + 1} of the work file is damaged: make a copy of the file,"
+            " then delete this line and all lines after it; the lines before it are valid"
         )
     if lines and lines[0].get("version") not in READABLE:
         raise JournalError(f"{path}: was written by a later version of superfacets")
@@ -205,7 +205,7 @@ def _coded(line: Mapping[str, Any]) -> bytes:
 
 
 def _parsed(text: bytes) -> Line | None:
-    """The JSON of a line; None if the line is damaged."""
+    """Parse the JSON of a line; None if the line is damaged."""
     body = text[: -len(_SUM % 0)]
     if text[len(body) :] != _SUM % zlib.crc32(body):
         return None
@@ -216,7 +216,7 @@ def _parsed(text: bytes) -> Line | None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Make the entry of a new file durable, on systems that can do so."""
+    """Flush the directory entry of a new file to disk, on systems that support this."""
     with contextlib.suppress(OSError):
         file = os.open(folder, os.O_RDONLY)
         try:

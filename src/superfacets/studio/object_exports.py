@@ -28,7 +28,7 @@ from .document import Document
 FORMATS = ("json", "npz", "csv", "aggregation.json", "segs.json", "zip")
 
 PAIRED = {"aggregation.json": "segs.json", "segs.json": "aggregation.json"}
-"""Formats that need each other: groups, and the segments that they group."""
+"""Formats that are written as a pair: segments, and groups of these segments."""
 
 
 @dataclass(frozen=True)
@@ -36,19 +36,19 @@ class Object:
     """An object, or all cells of a class that belong to no object."""
 
     class_id: int
-    object_id: int  # 0: none
+    object_id: int  # 0 for cells that belong to no object
     label: str  # name of the class
-    name: str
+    name: str  # name of the object
     is_stuff: bool
 
     @property
     def instance(self) -> int:
-        """Class and object in one number."""
+        """Class and object encoded as one number."""
         return self.class_id * INSTANCES + self.object_id
 
 
 def objects_of(document: Document, instances: Ints) -> list[Object]:
-    """The objects that these cells or vertices have, by class and number."""
+    """Objects that occur among instances of cells or vertices, sorted by class and number."""
     stuff = stuff_of(document.class_list)
     found = []
     for instance in np.setdiff1d(instances, 0).tolist():
@@ -59,7 +59,7 @@ def objects_of(document: Document, instances: Ints) -> list[Object]:
 
 
 def vertex_instances(document: Document) -> Ints:
-    """``class * 1000 + object`` of most of the area around each vertex; 0: no class."""
+    """Instance with the largest area around each vertex; 0 for vertices without a class."""
     return np.maximum(vertex_labels(document.cells, document.instances), 0)
 
 
@@ -70,7 +70,7 @@ def write_objects(document: Document, format: str, path: Path) -> None:
 
 
 def _write_json(document: Document, temporary: Path, path: Path) -> None:
-    """Categories and annotations as in COCO, with runs of cells in place of runs of pixels."""
+    """Write COCO categories and annotations, with run lengths of cells instead of pixels."""
     instances, cells = document.instances, document.cells
     image = {"id": 1, "file_name": document.path.name, "n_cells": document.n_cells}
     categories = [
@@ -96,7 +96,7 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _runs(is_in: Bools) -> list[int]:
-    """Lengths of runs of cells that are outside, inside, outside, ..."""
+    """Run-length encode a mask: lengths of runs that alternate between outside and inside."""
     ends = np.flatnonzero(np.diff(is_in, prepend=False))
     return list(np.diff(ends, prepend=0, append=len(is_in)).tolist())
 
@@ -129,7 +129,7 @@ def _write_table(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _segments(document: Document) -> tuple[Ints, Ints]:
-    """Segment and instance of each vertex: segments are regions, split between objects."""
+    """Segment and instance of each vertex; regions are split into segments between objects."""
     instances = vertex_instances(document)
     regions = vertex_labels(document.cells, document.revision.labels)
     pairs = np.stack([regions, instances], axis=1)
@@ -154,7 +154,7 @@ def _write_groups(document: Document, temporary: Path, path: Path) -> None:
 
 
 def _write_meshes(document: Document, temporary: Path, path: Path) -> None:
-    """A mesh of each object, in a .zip."""
+    """Write a .zip with a mesh file for each object."""
     instances = document.instances
     objects = objects_of(document, instances)
     ending = next(iter(WRITERS[kind_of(document.cells).name]))
@@ -175,7 +175,7 @@ def _parts(document: Document, labels: Ints, n_objects: int) -> Iterator[Any]:
 
 
 def _safe(name: str) -> str:
-    """The name, with hyphens in place of characters that a file system may refuse."""
+    """Replace characters that a file system may not allow by hyphens."""
     return re.sub(r"[^\w-]+", "-", name, flags=re.ASCII).strip("-")
 
 

@@ -1,4 +1,4 @@
-"""Routes of the studio that read a document or change it."""
+"""Operations on documents, which are routes of the server."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ from .revisions import similar_regions
 from .segmenting import levels_of, ranges
 
 Operation = Callable[[Document, Body], Any]
-"""Work on a document, with the query or the JSON object of a request. It runs under the document's
-lock: a document does one thing at a time."""
+"""A function of a document and of the query or JSON object of a request. The caller has acquired
+the lock of the document, so that operations on one document never overlap."""
 
-LARGEST = (1 << 63) - 1  # largest number in arrays
-MAX_DIGITS = 20  # most digits of the number of a revision
-MAX_STROKE = 64  # most characters in the name of a stroke
+LARGEST = (1 << 63) - 1  # largest int64
+MAX_DIGITS = 20  # maximum number of digits of a revision number
+MAX_STROKE = 64  # maximum number of characters in the name of a stroke
 
 
 def _state(document: Document, query: Body) -> Body:
-    """State of a document for a new client, without arrays."""
+    """State of a document for the client, except its arrays."""
     parameters, kind = document.state.partition.parameters, document.source.kind
     return {
         "parameters": parameters,
@@ -56,7 +56,7 @@ def _state(document: Document, query: Body) -> Body:
 
 
 def counts_of(document: Document) -> Body:
-    """The part of the state that every operation changes."""
+    """Part of the state that every operation returns."""
     with document.lock:
         return {
             "seq": document.history.seq,
@@ -71,9 +71,10 @@ def counts_of(document: Document) -> Body:
 
 
 def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
-    """Do a step, and return its effect: changed cells with their paint.
+    """Carry out a step, and return the changed cells with their new paint.
 
-    If the step changes other data than paint, ``kind`` tells it, and the client asks for the state.
+    If the step changes other data than paint, ``kind`` is the kind of this change, and the client
+    must request the state.
     """
     changes = step()
     kinds = [change.kind for change in changes if change.kind != "paint"]
@@ -86,20 +87,12 @@ def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
     }
 
 
-def _paint_bytes(document: Document, query: Body) -> bytes:
-    return document.state.paint.astype("<u4").tobytes()
-
-
-def _label_bytes(document: Document, query: Body) -> bytes:
-    return document.revisions.get(_number(query)).labels.astype("<i4").tobytes()
-
-
 def _mesh_packet(document: Document, query: Body) -> bytes:
-    """The shape of a mesh as one block, see `packet`.
+    """Shape of a mesh as one block of bytes, see `packet`.
 
-    Positions are float32, relative to the center of the bounding box. Vertices are in the order in
-    which triangles use them; no two are at one place. For polygons and tetrahedra, ``sources`` has
-    the cell of each triangle. Points have packed ``normals``.
+    Positions are float32, relative to the center of the bounding box. Vertices with equal positions
+    are merged, and sorted by their first use in a triangle. ``sources`` is the cell of each
+    triangle, for polygons and tetrahedra. Point clouds have packed ``normals``.
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
@@ -131,7 +124,7 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
 
 
 def _region_packet(document: Document, query: Body) -> bytes:
-    """The arcs between neighboring regions, uint32 of shape (A, 2), as one block, see `packet`."""
+    """Pairs of adjacent regions, uint32 of shape (A, 2), as one block of bytes, see `packet`."""
     revision = document.revisions.get(_number(query))
     graph = revision.graph(document.segmenter.surface)
     header = {"revision": revision.number, "n_regions": revision.n_regions}
@@ -139,12 +132,12 @@ def _region_packet(document: Document, query: Body) -> bytes:
 
 
 def _suggestion_packet(document: Document, query: Body) -> bytes:
-    """The suggestions, and for each cell the place of its suggestion in the list; 0: none."""
+    """List of suggestions, and the suggestion of each cell as an index from 1; 0 for none."""
     owners = np.zeros(document.n_cells, np.uint32)
     entries = []
-    for place, one in enumerate(document.state.suggestions, 1):
+    for index, one in enumerate(document.state.suggestions, 1):
         cells = unpack_cells(one.cells, document.n_cells)
-        owners[cells] = place
+        owners[cells] = index
         entry = {"id": one.id, "class": one.class_id, "score": one.score}
         entries.append({**entry, "n_cells": len(cells)})
     return packet({"suggestions": entries}, {"owners": owners})
@@ -160,9 +153,11 @@ def _exported(document: Document, query: Body) -> Response:
 
 READS: dict[str, Operation] = {
     "export": _exported,
-    "labels": _label_bytes,
+    "labels": lambda document, query: (
+        document.revisions.get(_number(query)).labels.astype("<i4").tobytes()
+    ),
     "mesh": _mesh_packet,
-    "paint": _paint_bytes,
+    "paint": lambda document, _: document.state.paint.astype("<u4").tobytes(),
     "regions": _region_packet,
     "state": _state,
     "suggestions": _suggestion_packet,
@@ -198,10 +193,10 @@ def _name_object(document: Document, body: Body) -> Body:
 
 
 def _compare(document: Document, body: Body) -> Body:
-    """The comparison with a given work file, or with the last one given."""
+    """Compare with the work file in the request, or again with the last work file."""
     files = _files(body) if "files" in body else {}
     if len(files) > 1:
-        raise ValueError("compare with one work file")
+        raise ValueError("only one work file can be compared")
     for name, data in files.items():
         document.compare(name, data)
     return _compared(document)
@@ -242,7 +237,9 @@ def _split(document: Document, body: Body) -> Body:
         stroke = _numbers(body.get(name), name)
         given = np.unique(np.asarray(stroke, np.int64))
         if len(given) and not 0 <= given[0] <= given[-1] < document.n_cells:
-            raise ValueError(f"{name} has a cell that does not exist: there are {document.n_cells}")
+            raise ValueError(
+                f"{name} contains a cell that does not exist: the mesh has {document.n_cells} cells"
+            )
         strokes.append(given.astype(np.uint32))
     region = _whole(body.get("region"), "region")
     cells = document.split(region, body.get("revision"), *strokes)
@@ -267,7 +264,7 @@ def _import(document: Document, body: Body) -> Body:
 
 
 def _settle(document: Document, body: Body) -> Body:
-    """Accept suggestions, given as pairs of id and class, and reject others."""
+    """Accept suggestions, given as pairs of id and class; reject suggestions, given as ids."""
     pairs = body.get("accept", [])
     if not isinstance(pairs, list) or not all(
         isinstance(pair, list) and len(pair) == 2 for pair in pairs
@@ -279,7 +276,7 @@ def _settle(document: Document, body: Body) -> Body:
 
 
 def _files(body: Body) -> dict[str, bytes]:
-    """Content of files sent by a client, by name."""
+    """Files sent by a client, as a mapping from names to contents."""
     given = body.get("files")
     if not isinstance(given, list) or not all(isinstance(file, dict) for file in given):
         raise ValueError("files must be a list of objects with a name and data")
@@ -314,12 +311,12 @@ def _whole(value: object, name: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError(f"{name} must be a whole number")
     if abs(value) > LARGEST:
-        raise ValueError(f"{name} must be a whole number of 64 bits")
+        raise ValueError(f"{name} must fit into 64 bits")
     return value
 
 
 def _number(query: Body) -> int:
     text = str(query.get("revision", ""))
     if not text.isdecimal() or len(text) > MAX_DIGITS:
-        raise ValueError("revision must be a number from the state")
+        raise ValueError("revision must be the number of a revision, as in the state")
     return int(text)

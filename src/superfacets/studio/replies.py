@@ -1,4 +1,4 @@
-"""Bodies of requests, and answers, including errors."""
+"""Parsing of requests, and replies with results or errors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Body = dict[str, Any]
 
 BYTES = "application/octet-stream"
 
-MAX_BODY = 1 << 29  # maximum bytes of a request; strings of browsers are not longer
+MAX_BODY = 1 << 29  # maximum size of a request in bytes; strings in browsers are not longer
 
 
 class TooLargeError(ValueError):
@@ -29,10 +29,10 @@ class TooLargeError(ValueError):
 
 
 class JsonReply(JSONResponse):
-    """JSON in ASCII, which can contain every file name, including invalid Unicode."""
+    """JSON reply in ASCII, which can contain any file name, including invalid Unicode."""
 
     def render(self, content: Any) -> bytes:
-        """The bytes of an answer."""
+        """Encode the content as JSON."""
         return json.dumps(content, separators=(",", ":")).encode("ascii")
 
 
@@ -52,13 +52,13 @@ STATUS_OF = (
     (IndexError, 404),
     (OSError, 500),
     (MemoryError, 507),
-    (ClientDisconnect, 400),  # nobody receives it
+    (ClientDisconnect, 400),  # the client does not receive the reply
 )
-"""Status of the answer to an error: that of the first class in the list that it belongs to."""
+"""HTTP status for classes of errors. The first entry that an error is an instance of applies."""
 
 
 async def answered(work: Callable[[], Any]) -> Response:
-    """The answer with the result of work in a thread (an answer, bytes or JSON), or its error."""
+    """Call `work` in a thread; reply with its result (a response, bytes or JSON), or its error."""
     try:
         result = await run_in_threadpool(work)
     except Exception as error:
@@ -69,10 +69,10 @@ async def answered(work: Callable[[], Any]) -> Response:
 
 
 async def body_of(request: Request) -> Body:
-    """The JSON object of a request.
+    """Read the JSON object of a request.
 
-    Raises TooLargeError if it has more than `MAX_BODY` bytes; ValueError if it is no JSON object,
-    or contains text that is not valid Unicode.
+    Raises TooLargeError if the body has more than `MAX_BODY` bytes; ValueError if it is not a JSON
+    object, or contains text that is not valid Unicode.
     """
     text = await _content(request)
     try:
@@ -83,14 +83,14 @@ async def body_of(request: Request) -> Body:
     except ValueError:
         raise ValueError("the request is not JSON") from None
     if not is_text:
-        raise ValueError("the request has half of a surrogate pair in a text")
+        raise ValueError("the request contains text that is not valid Unicode: lone surrogate")
     if not isinstance(body, dict):
-        raise ValueError("the request is no JSON object")
+        raise ValueError("the request is not a JSON object")
     return body
 
 
 async def _content(request: Request) -> bytearray:
-    """The body of a request. Its declared length is checked before it is read."""
+    """Read the body of a request, after a check of its declared length."""
     data = bytearray()
     announced = request.headers.get("content-length", "0")
     if not announced.isdecimal() or int(announced) <= MAX_BODY:
@@ -108,7 +108,7 @@ def _no_constant(name: str) -> None:
 
 
 def failure(error: Exception) -> Response:
-    """The answer to an error; an error of no listed class is raised again."""
+    """Reply to an error; an error that is not in `STATUS_OF` is raised again."""
     for kind, status in STATUS_OF:
         if isinstance(error, kind):
             return JsonReply({"error": message_of(error)}, status)
@@ -116,9 +116,9 @@ def failure(error: Exception) -> Response:
 
 
 def message_of(error: Exception) -> str:
-    """The message of an error in one line; errors of the system name their file."""
+    """Message of an error in one line; for errors of the operating system, with the file name."""
     if isinstance(error, MemoryError):
         return "not enough memory"
     if isinstance(error, OSError) and error.strerror is not None:
-        return f"{error.filename or 'the machine'}: {error.strerror}"
+        return f"{error.filename or 'system error'}: {error.strerror}"
     return " ".join(str(error).split()) or type(error).__name__

@@ -1,4 +1,4 @@
-"""Labels that clients have seen, by number, and the similarity of their regions."""
+"""Numbered revisions of the labels, to which clients refer, and similarity of regions."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ MAX_KEPT = 6  # number of revisions that clients may still refer to
 
 
 class GoneError(LookupError):
-    """The labels that a client refers to no longer exist: the client must ask for new ones."""
+    """The revision that a client refers to no longer exists; the client must request the state."""
 
 
 @dataclass
 class Revision:
-    """The labels of a partition."""
+    """Labels of a partition, with a number."""
 
-    number: int  # unique, also among earlier runs of the server
+    number: int  # unique, also across restarts of the server
     partition: Partition
-    labels: Ints  # (N,), 0..K-1
+    labels: Ints  # region of each cell, 0 to n_regions - 1, shape (N,)
     n_regions: int
     _graph: RegionGraph | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def _by_region(self) -> tuple[Longs, npt.NDArray[np.uint32]]:
-        """Offsets of regions, and the cells of each, ascending."""
+        """Offset of each region, and cells sorted by region, ascending within each region."""
         counts = np.bincount(self.labels, minlength=self.n_regions)
         offsets = np.concatenate([[0], np.cumsum(counts)])
         return offsets, np.argsort(self.labels, kind="stable").astype(np.uint32)
@@ -45,7 +45,7 @@ class Revision:
     def cells_of(self, region: int) -> npt.NDArray[np.uint32]:
         """The cells of a region, ascending; a ValueError if there is no such region."""
         if not 0 <= region < self.n_regions:
-            raise ValueError(f"there is no region {region}: there are {self.n_regions}")
+            raise ValueError(f"region {region} does not exist: there are {self.n_regions} regions")
         offsets, cells = self._by_region
         return cells[offsets[region] : offsets[region + 1]]
 
@@ -58,14 +58,14 @@ class Revision:
 
 @dataclass
 class Revisions:
-    """The last few revisions."""
+    """The most recent revisions, which clients may refer to."""
 
     _kept: OrderedDict[int, Revision] = field(default_factory=OrderedDict)
     _last: int = field(default_factory=lambda: time.time_ns() // 1_000_000)
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def add(self, partition: Partition, labels: Ints, n_regions: int) -> Revision:
-        """Keep labels under a new number; a partition that is kept already keeps its number."""
+        """Store labels under a new number; if the partition is stored already, return that one."""
         with self._lock:
             for revision in self._kept.values():
                 if revision.partition == partition:
@@ -79,26 +79,26 @@ class Revisions:
             return revision
 
     def get(self, number: object) -> Revision:
-        """Return the revision of a number; a GoneError if it is gone."""
+        """Return the revision with this number; a GoneError if it is no longer stored."""
         with self._lock:
             revision = self._kept.get(number) if isinstance(number, int) else None
             if revision is None:
-                name = shortened(str(number))  # a request may hold anything
-                raise GoneError(f"revision {name} is gone: ask for the state and its labels")
+                name = shortened(str(number))  # a request may contain any value
+                raise GoneError(f"revision {name} no longer exists: request the state and labels")
             self._kept.move_to_end(revision.number)
             return revision
 
 
 def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[int]:
-    """Regions similar in shape to a given region, which is included; size and place do not count.
+    """Regions with a similar shape as `region`, including `region`; size and position are ignored.
 
-    The tolerance is the upper bound of the distance between shapes, as a fraction of the largest
-    distance: 0 (the same shape) to 1 (all regions). Raises ValueError or TypeError if there is no
-    such region, or the tolerance is not 0 to 1.
+    The tolerance is the maximum distance between shapes, as a fraction of the largest distance: 0
+    (equal shapes) to 1 (all regions). Raises ValueError or TypeError if the region does not exist,
+    or the tolerance is not between 0 and 1.
     """
     limit = checked_share(tolerance, "tolerance")
     if not 0 <= region < graph.n_regions:
-        raise ValueError(f"there is no region {region}: there are {graph.n_regions}")
+        raise ValueError(f"region {region} does not exist: there are {graph.n_regions} regions")
     shapes = _shapes(graph)
     scale = shapes.std(axis=0)
     steps = (shapes - shapes[region]) / np.where(scale > 0, scale, 1.0)
@@ -109,8 +109,8 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
 def _shapes(graph: RegionGraph) -> Floats:
     """Linearity, planarity, sphericity, three times the curvature, and crease, shape (K, 5).
 
-    The first four values are 0 to 1. The crease is the mean signed angle at borders to other
-    regions, in units of pi, -1 (ridges) to 1 (grooves). Undefined values are 0.
+    The first four values are in 0 to 1. The crease is the mean signed angle at borders to other
+    regions, in units of pi, from -1 (convex) to 1 (concave). Undefined values are 0.
     """
     n, ends = graph.n_regions, graph.edge_index.ravel()
     lengths = np.tile(graph.border_lengths, 2)

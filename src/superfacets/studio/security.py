@@ -20,45 +20,44 @@ HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
-    "Referrer-Policy": "no-referrer",  # the token is in the address
+    "Referrer-Policy": "no-referrer",  # the URL of the page contains the token
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
 
 MAX_PATH = 200
-"""Maximum length of a path. Routes are shorter; Python refuses to parse very long numbers."""
+"""Maximum length of a URL path. All routes are shorter; Python rejects very long numbers."""
 
-OPEN_PREFIX = "/static/"
-"""Address of the scripts and styles of the page, which need no token."""
+OPEN_PREFIX = "/static/"  # URL prefix of the scripts and styles of the page, which need no token
 
 
 @dataclass
 class Guard:
-    """Refuses requests that are not from a page of this server."""
+    """ASGI middleware that rejects requests from other pages, or without the token."""
 
     app: ASGIApp
     token: str
     port: int
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on, or refuse it; all answers get `HEADERS`."""
+        """Forward a request to the application, or reject it; all replies get `HEADERS`."""
         if scope["type"] == "lifespan":
             await self.app(scope, receive, send)
             return
-        if scope["type"] != "http":  # no websockets
+        if scope["type"] != "http":  # websockets are not supported
             return
         reason = self._reason_against(scope)
         app = self.app if reason is None else _refusal(scope["path"], *reason)
         await app(scope, receive, _with_headers(send))
 
     def _reason_against(self, scope: Scope) -> tuple[int, str] | None:
-        """Status and message for a refused request; None if it is accepted."""
+        """Status and message for a rejected request; None if the request is accepted."""
         headers, path = Headers(scope=scope), scope["path"]
         if headers.get("host") not in self._hosts:
-            return 403, "the studio answers only at the address that it has printed"
-        is_page = path == "/" and scope["method"] == "GET"  # a file redirects the browser to it
+            return 403, "the studio can be opened only at the address that it has printed"
+        is_page = path == "/" and scope["method"] == "GET"  # a local file may open this page
         if not is_page and not self._is_same_page(headers):
-            return 403, "the request comes from another page"
+            return 403, "the request comes from a page of another site"
         if len(path) > MAX_PATH:
             return 414, "the path is too long"
         if not path.startswith(OPEN_PREFIX) and not self._has_token(scope, headers):
@@ -66,7 +65,7 @@ class Guard:
         return None
 
     def _is_same_page(self, headers: Headers) -> bool:
-        """Whether the request comes from no page, or from a page of this server."""
+        """Whether the request comes from a page of this server, or from another kind of program."""
         origins = (None, *(f"http://{host}" for host in self._hosts))
         sites = (None, "none", "same-origin")
         return headers.get("origin") in origins and headers.get("sec-fetch-site") in sites

@@ -1,4 +1,4 @@
-"""Regions for parameters, fast enough for a slider, and checks of these parameters."""
+"""Segmentation with cached results, fast enough for sliders, and checks of its parameters."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ from ..pipeline import Prepared, segment
 from ..regions.edit import read_regions
 from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 
-MAX_KEPT = 4  # number of segmentations that are kept with their merges
+MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
 FEWEST_OFFERED = 4  # minimum number of regions on a level below the finest
-MAX_REGIONS = 20_000  # upper end of the slider; more regions are too small to paint by
+MAX_REGIONS = 20_000  # maximum of the slider; more regions would be too small for labeling
 MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
 
 Parameters = dict[str, Any]
 
 
 def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
-    """The defaults of `segment`, with a number of regions if one is asked for."""
+    """Defaults of `segment`, with the given number of regions."""
     n = DEFAULT_N_SEGMENTS if n_segments is None else n_segments
     weights = {name: WEIGHTS["parts"].defaults[name] for name in ("alpha", "ridges")}
     return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
 
 
 def ranges(n_cells: int) -> dict[str, list[float]]:
-    """The lowest and highest value of each slider."""
+    """Minimum and maximum of each slider."""
     return {
         "n_segments": [1, min(n_cells, MAX_REGIONS)],
         "alpha": [0.0, MAX_ALPHA],
@@ -53,17 +53,17 @@ def ranges(n_cells: int) -> dict[str, list[float]]:
 
 
 def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:
-    """Check the parameters from a client; missing parameters have their `usual` values.
+    """Check parameters from a client; missing parameters are taken from `usual`.
 
-    The finest level becomes None. Raises ValueError or TypeError if a parameter is unknown, out of
-    range or of the wrong type.
+    A `level` equal to `n_segments`, the finest level, becomes None. Raises ValueError or TypeError
+    if a parameter is unknown, out of range or of the wrong type.
     """
     unknown = sorted(set(given) - set(usual))
     if unknown:
-        raise ValueError(f"there is no parameter {unknown[0]}")
+        raise ValueError(f"unknown parameter {unknown[0]}")
     merged = {**usual, **given}
     if "level" not in given and given.get("n_segments") not in (None, usual["n_segments"]):
-        merged["level"] = None  # the kept level was chosen for another number of regions
+        merged["level"] = None  # the usual level belongs to another number of regions
     n_segments = checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
     level = merged["level"]
     if level is not None:
@@ -78,7 +78,7 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
 
 
 def levels_of(n_segments: int) -> list[int]:
-    """Numbers of regions of the levels, the finest first."""
+    """Number of regions on each level, finest level first."""
     levels = [n_segments]
     while levels[-1] // LEVEL_STEP >= FEWEST_OFFERED:
         levels.append(levels[-1] // LEVEL_STEP)
@@ -86,18 +86,18 @@ def levels_of(n_segments: int) -> list[int]:
 
 
 class Cancelled(Exception):  # noqa: N818  # no error
-    """The run was replaced by a newer one, or nobody waits for it."""
+    """A newer run has replaced this run, or its client has disconnected."""
 
 
 @dataclass
 class Turn:
-    """One run, which may be cancelled from another thread; `tell` receives its progress."""
+    """A run that another thread can cancel; `tell` is called with its progress."""
 
     tell: Callable[[dict[str, Any]], object] = lambda _: None
     _is_cancelled: threading.Event = field(default_factory=threading.Event)
 
     def cancel(self) -> None:
-        """Let the run end at its next stage or iteration."""
+        """Make the run end at its next stage or iteration."""
         self._is_cancelled.set()
 
     def check(self) -> None:
@@ -118,7 +118,7 @@ class Turn:
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """Regions for the parameters, before splits."""
+    """Regions computed for some parameters, before splits by the user."""
 
     labels: Ints
     n_regions: int
@@ -128,10 +128,10 @@ class Base:
 
 @dataclass
 class Segmenter:
-    """Regions of one mesh for any parameters; one run at a time, in a separate thread.
+    """Segments one mesh with any parameters, one run at a time, in a separate thread.
 
-    The graph of the cells does not depend on parameters, and is made once. The regions for the last
-    few parameters are kept, with the order in which they merge.
+    The cell graph does not depend on the parameters, and is built once. Regions and merge trees of
+    the most recent parameters are cached.
     """
 
     source: Cells
@@ -145,12 +145,12 @@ class Segmenter:
 
     @cached_property
     def prepared(self) -> Prepared:
-        """The graph for `segment`."""
+        """Cell graph and further data for `segment`."""
         return Prepared.of(self.source, weld=True, n_threads=checked_threads(None))
 
     @cached_property
     def surface(self) -> Surface:
-        """The surface for stages after the clustering, with cells in the order of the input."""
+        """Surface for the stages after the clustering, with cells in input order."""
         prepared, n_threads = self.prepared, checked_threads(None)
         if prepared.order is not None:
             return graph_and_surface(self.source, True, n_threads)[1]
@@ -159,7 +159,7 @@ class Segmenter:
     def run(self, parameters: Parameters, turn: Turn | None = None) -> Base:
         """Return the regions for checked parameters; a newer run cancels this one.
 
-        Raises Cancelled if the turn was cancelled; ValueError if no level has so few regions.
+        Raises Cancelled if the run was cancelled; ValueError if no level has so few regions.
         """
         turn = Turn() if turn is None else turn
         with self._lock:
@@ -169,11 +169,11 @@ class Segmenter:
         return self._worker.submit(self._base, parameters, turn).result()
 
     def base(self, parameters: Parameters) -> Base:
-        """Return the regions as `run` does, but cancel no run, and let no run cancel this one."""
+        """Return the regions as `run` does, but neither cancel other runs nor get cancelled."""
         return self._worker.submit(self._base, parameters, Turn()).result()
 
     def close(self) -> None:
-        """Cancel the run, if there is one."""
+        """Cancel the current run, and end the thread."""
         if self._latest is not None:
             self._latest.cancel()
         self._worker.shutdown(wait=True, cancel_futures=True)
@@ -218,14 +218,14 @@ class Segmenter:
 
 
 def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tuple[str, ...]:
-    """Warnings in the words of the page, which has no parameters of Python."""
+    """Texts of warnings for the page, where parameters of Python functions do not exist."""
     notes = []
     for warning in found:
         if warning.category is SliverWarning:
             notes.append("Triangles are long and thin, so regions are stripes: subdivide first.")
         elif warning.category is IslandWarning:
-            n_pieces = counted(result.n_unreached, "small loose piece")
-            notes.append(f"{n_pieces} of the mesh became regions of their own.")
+            n_pieces = counted(result.n_unreached, "small disconnected piece")
+            notes.append(f"{n_pieces} of the mesh became additional regions.")
         else:
             notes.append(str(warning.message))
     return tuple(notes)

@@ -1,4 +1,4 @@
-"""The server: it runs until it is stopped, and closes connections of silent clients."""
+"""The web server, which also closes connections of clients that make no progress."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from .app import Studio, studio_app
 from .folder import Files
 
 MAX_CONNECTIONS = 64
-"""Maximum of open connections. A browser opens six; some systems allow a process 256 open files."""
+"""Maximum number of connections. A browser opens six; some systems limit open files to 256."""
 
-BACKLOG = 32  # backlog: connections that are accepted before they are counted
-SECONDS = 10.0  # seconds without progress of the client after which its connection is closed
+BACKLOG = 32  # maximum number of connections that wait to be accepted
+SECONDS = 10.0  # time in seconds after which a connection without progress is closed
 
 
 def serve(
     files: Files, opened: socket.socket, address: Address, on_start: Callable[[str], object]
 ) -> None:
-    """Serve until an interrupt or a request ends it; `on_start` gets the address to open."""
+    """Run the server until Ctrl-C or a quit request; `on_start` gets the URL of the page."""
     studio = Studio(files, lambda: setattr(server, "should_exit", True))
     config = uvicorn.Config(
         studio_app(studio, address.token, address.port), log_level="error", access_log=False,
@@ -57,23 +57,23 @@ class _Server(uvicorn.Server):
 class Connection(H11Protocol):
     """A connection that is closed if its client makes no progress.
 
-    A client must complete the head of a request within `SECONDS`. While a body or an answer is
-    transferred, at least one byte must move in that time. If there are too many connections, the
-    connection that has waited longest for a request is closed.
+    A client must send the complete headers of a request within `SECONDS`. While a body or a reply
+    is transferred, at least one byte must be transferred within this time. If there are too many
+    connections, the connection that has waited longest for a request is closed.
     """
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Count a new connection, and start its timer."""
+        """Start the timer of a new connection, and limit the number of connections."""
         super().connection_made(transport)
         self._n_received = 0
         self._watch()
         if len(self.connections) > MAX_CONNECTIONS:
             open_ones = [other for other in self.connections if isinstance(other, Connection)]
-            idle = [other for other in open_ones if other._is_idle]  # includes this one
+            idle = [other for other in open_ones if other._is_idle]  # includes this connection
             min(idle, key=lambda other: other._timer.when())._give_up()
 
     def data_received(self, data: bytes) -> None:
-        """Receive bytes of a request."""
+        """Count and process received bytes of a request."""
         self._n_received += len(data)
         super().data_received(data)
 
@@ -84,16 +84,16 @@ class Connection(H11Protocol):
 
     @property
     def _is_idle(self) -> bool:
-        """Whether no request is in progress, and no complete head of the next has arrived."""
+        """Whether the connection waits for the headers of a request."""
         return self.cycle is None or self.cycle.response_complete
 
     def _awaited(self) -> tuple[object, ...] | None:
-        """Progress of the client; None while the server processes a request."""
+        """Value that changes if the client makes progress; None while a request is processed."""
         n_unsent = self.transport.get_write_buffer_size()
         if n_unsent:
-            return "answer", self.cycle, n_unsent
+            return "reply", self.cycle, n_unsent
         if self._is_idle:
-            return "head", self.cycle
+            return "headers", self.cycle
         return ("body", self._n_received) if self.cycle.more_body else None
 
     def _watch(self) -> None:

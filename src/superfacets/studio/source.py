@@ -1,4 +1,4 @@
-"""The labeled file: its cells, and whether it has changed."""
+"""The input file of a document: its cells, and detection of changes of the file."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class ChangedError(RuntimeError):
 
 @dataclass
 class Source:
-    """An input after reading."""
+    """An input file that has been read."""
 
     path: Path
     cells: Cells
-    size: int  # bytes of the file
-    digest: str  # SHA-256 of the file
-    _seen: tuple[int, int] | None  # time and size of the file when it was read, see `_stamp`
+    size: int  # size of the file in bytes
+    digest: str  # SHA-256 hash of the file
+    _seen: tuple[int, int] | None  # `_stamp` of the file when it was read
     texture: Texture | None = None
 
     @classmethod
@@ -50,13 +50,13 @@ class Source:
 
     @property
     def kind(self) -> str:
-        """Name of this kind of cells in the front end."""
+        """Name of the kind of cells, as used in the front end."""
         name = kind_of(self.cells).name
         return "tets" if name == "tetrahedra" else name
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Facts about the input in the first line of a work file."""
+        """Facts about the input that the first line of a work file stores."""
         return {
             "file": {"name": self.path.name, "size": self.size, "sha256": self.digest},
             "kind": self.kind,
@@ -64,19 +64,19 @@ class Source:
         }
 
     def check(self) -> None:
-        """Raise a ChangedError if the file is no longer the one that was read."""
+        """Raise a ChangedError if the content of the file has changed since it was read."""
         stamp = _stamp(self.path)
         if stamp == self._seen:
             return
         if stamp is None or hashlib.sha256(read_content(self.path)).hexdigest() != self.digest:
             raise ChangedError(
-                f"{self.path.name} has changed since the studio read it: put the old file back, or"
+                f"{self.path.name} has changed since the studio read it: restore the old file, or"
                 " start the studio again with another --work (all work is saved)"
             )
         self._seen = stamp
 
     def check_work(self, journal: Journal) -> None:
-        """Raise a JournalError if the work is about another file."""
+        """Raise a JournalError if a work file belongs to another input."""
         file, n_cells = journal.header.get("file"), journal.header.get("n_cells")
         if not isinstance(file, dict) or n_cells is None:
             raise JournalError(f"{journal.path}: the first line of the work file is damaged")
@@ -86,10 +86,8 @@ class Source:
         if name == self.path.name:
             reason = f"{self.path} has changed since the work was begun"
         else:
-            reason = f"the work is about {name}, not about {self.path.name}"
-        raise JournalError(
-            f"{journal.path}: {reason}: put the old file back, or name another --work"
-        )
+            reason = f"the work file belongs to {name}, not to {self.path.name}"
+        raise JournalError(f"{journal.path}: {reason}: restore the old file, or use another --work")
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:

@@ -1,4 +1,4 @@
-"""Split a region between strokes: the cheapest border, preferably in creases."""
+"""Splitting of a region between two strokes by a minimum cut, preferably along creases."""
 
 from __future__ import annotations
 
@@ -13,42 +13,43 @@ from ..cells.surface import Surface
 from .coding import CellNumbers
 
 SHARPNESS = 12.5
-"""Steepness of the cost of creases: a turn of pi costs exp(-12.5), so a right angle exp(-12.5 / 2)
-= 0.002. It corresponds to `hierarchy` (20 radii per turn, of which 1.6 count for 1/e)."""
+"""Decrease of the cost of a border in a crease: the angle t of the crease multiplies the cost by
+exp(-12.5 t / pi), a right angle by 0.002. `hierarchy` weights creases similarly."""
 
-RIDGE = 0.5  # weight of ridges: strokes on both sides of a ridge mean the ridge
+RIDGE = 0.5  # weight of the angle of convex creases relative to concave creases
 NEARNESS = 6.0
-"""Attraction of cells to the nearer stroke. Without it the border would be the shortest path around
-the smaller stroke. With 3 this still happens on a flat square with strokes of a tenth of its side;
-with 6 the sides meet in the middle, and a crease at a quarter of the way still wins."""
+"""Attraction of cells to the nearer stroke. Without attraction, the border would be the shortest
+closed curve around the smaller stroke. On a flat square with strokes of a tenth of its side, this
+still happens for 3. For 6, the border is in the middle, but a crease at a quarter of the distance
+still attracts it."""
 
-CAPACITY = 1 << 30  # sum of the capacities of arcs that can be cut; strokes have twice that
+CAPACITY = 1 << 30  # total capacity of all arcs that may be cut
 
-UNCUT = (1 << 31) - 1  # largest 32-bit flow
+UNCUT = (1 << 31) - 1  # capacity of arcs that must not be cut: the largest 32-bit integer
 
 
 def split_cells(
     surface: Surface, cells: CellNumbers, red: CellNumbers, blue: CellNumbers
 ) -> CellNumbers:
-    """Return the cells of a region on the blue side.
+    """Split a region, and return the cells on the side of the blue stroke.
 
-    The border is a minimum cut. Its cost is its length, which counts less in creases, plus a term
-    that draws each cell to the nearer stroke. A piece of a side without a cell of its stroke is
-    given to the other side. The cells of the region and of both strokes ascend; cells outside the
-    region have no effect.
+    The border is a minimum cut. Its cost is its length, reduced in creases, plus a term that
+    attracts each cell to the nearer stroke. Connected pieces of a side that do not contain a cell
+    of its stroke are moved to the other side. `cells`, `red` and `blue` must be ascending. Stroke
+    cells outside the region are ignored.
 
-    Raises ValueError if a stroke has no cell in the region, or both have a cell in common.
+    Raises ValueError if a stroke has no cell in the region, or if the strokes have a common cell.
     """
-    places = [_places_in(cells, stroke) for stroke in (red, blue)]
-    for name, found in zip(("red", "blue"), places, strict=True):
+    strokes = [_indices_in(cells, stroke) for stroke in (red, blue)]
+    for name, found in zip(("red", "blue"), strokes, strict=True):
         if not len(found):
-            raise ValueError(f"the {name} stroke is not in the region that is to be split")
-    if len(np.intersect1d(places[0], places[1])):
+            raise ValueError(f"the {name} stroke is outside the region to split")
+    if len(np.intersect1d(strokes[0], strokes[1])):
         raise ValueError("the strokes cross: a cell cannot be on both sides")
     part = _part_of(surface, cells)
-    is_blue = _cut(part, *places)
-    is_blue |= _loose(part, ~is_blue, places[0])
-    is_blue &= ~_loose(part, is_blue, places[1])
+    is_blue = _cut(part, *strokes)
+    is_blue |= _loose(part, ~is_blue, strokes[0])
+    is_blue &= ~_loose(part, is_blue, strokes[1])
     return cells[is_blue]
 
 
@@ -60,7 +61,7 @@ class _Part:
     sources: Ints  # old SciPy needs 32-bit indices for flows
     targets: Ints
     costs: Floats  # cost of cutting each arc: length of its border, reduced in creases
-    lengths: Floats  # length of each step
+    lengths: Floats  # distance between the centroids of the two cells of each arc
 
     @property
     def n(self) -> int:
@@ -68,21 +69,20 @@ class _Part:
         return len(self.areas)
 
     def matrix(self, values: Any) -> Any:
-        """A sparse matrix of the arcs."""
+        """Sparse matrix with one value per arc."""
         from scipy.sparse import csr_array
 
         return csr_array((values, (self.sources, self.targets)), shape=(self.n, self.n))
 
 
-def _places_in(cells: CellNumbers, stroke: CellNumbers) -> Longs:
-    """Indices in the region of the cells of a stroke, without cells outside."""
-    places = np.searchsorted(cells, stroke)
-    places = np.minimum(places, len(cells) - 1)
-    return np.asarray(places[cells[places] == stroke])
+def _indices_in(cells: CellNumbers, stroke: CellNumbers) -> Longs:
+    """Indices of the stroke in `cells`; cells of the stroke outside the region are left out."""
+    indices = np.minimum(np.searchsorted(cells, stroke), len(cells) - 1)
+    return np.asarray(indices[cells[indices] == stroke])
 
 
 def _part_of(surface: Surface, cells: CellNumbers) -> _Part:
-    """Measure a region; time and memory are proportional to the region."""
+    """Extract the graph of a region; time and memory are proportional to the region's size."""
     starts = surface.offsets[cells]
     counts = surface.offsets[cells.astype(np.int64) + 1] - starts
     ends = np.cumsum(counts)
@@ -118,15 +118,15 @@ def _cut(part: _Part, red: Any, blue: Any) -> Bools:
     rows = np.concatenate([part.sources, source, all_cells])
     columns = np.concatenate([part.targets, all_cells, sink])
     capacities = csr_array((values, (rows, columns)), shape=(n + 2, n + 2), dtype=np.int32)
-    rest = capacities - maximum_flow(capacities, n, n + 1).flow
-    rest.eliminate_zeros()
+    residual = capacities - maximum_flow(capacities, n, n + 1).flow
+    residual.eliminate_zeros()
     is_blue = np.ones(n + 2, bool)
-    is_blue[breadth_first_order(rest, n, return_predecessors=False)] = False
+    is_blue[breadth_first_order(residual, n, return_predecessors=False)] = False
     return is_blue[:n]
 
 
 def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
-    """Attraction of each cell to a stroke, in units of length; positive toward the red one."""
+    """Attraction of each cell to a stroke, in units of length; positive toward the red stroke."""
     from scipy.sparse.csgraph import dijkstra
 
     steps = part.matrix(np.maximum(part.lengths, 1e-12 * part.lengths.max(initial=1.0)))
@@ -139,7 +139,7 @@ def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
 
 
 def _loose(part: _Part, is_side: Bools, stroke: Longs) -> Bools:
-    """Cells of a side that are in connected pieces without a cell of its stroke."""
+    """Cells of a side in connected pieces that do not contain a cell of the side's stroke."""
     from scipy.sparse.csgraph import connected_components
 
     is_within = is_side[part.sources] == is_side[part.targets]

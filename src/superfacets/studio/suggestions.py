@@ -1,4 +1,4 @@
-"""Objects that a file suggests. A suggestion labels no cell until the user accepts it."""
+"""Suggested objects, read from a file. A suggestion changes no labels until the user accepts it."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ UNNAMED = "object"
 
 @dataclass(frozen=True)
 class Suggestion:
-    """An object that a file suggests."""
+    """A suggested object."""
 
-    id: int  # 1 and up, in the order of the file's classes and objects
-    cells: bytes  # packed
-    class_id: int  # 0: the user chooses a class
-    score: float | None  # 0 to 1; None: the file has none
+    id: int  # numbered from 1, sorted by class and object in the file
+    cells: bytes  # see `pack_cells`
+    class_id: int  # 0 if the user must choose the class
+    score: float | None  # confidence, 0 to 1; None if the file has no score
 
     def line(self) -> dict[str, Any]:
-        """The suggestion in a line of the journal."""
+        """Entry for a line of the journal."""
         return {
             "id": self.id,
             "cells": base64_of(self.cells),
@@ -35,12 +35,12 @@ class Suggestion:
 
     @classmethod
     def of_line(cls, entry: Any, n_cells: int) -> Suggestion:
-        """The suggestion of a line; a ValueError, TypeError or KeyError if it is damaged."""
+        """Read an entry of a line; a ValueError, TypeError or KeyError if the entry is damaged."""
         packed = bytes_from(entry["cells"], "cells")
-        unpack_cells(packed, n_cells)  # raises an error if they are damaged
+        unpack_cells(packed, n_cells)  # raises an error if the cells are damaged
         class_id = int(entry["class"])
         if not 0 <= class_id <= MAX_CLASS:
-            raise ValueError(f"class {class_id} is not 0 to {MAX_CLASS}")
+            raise ValueError(f"class must be 0 to {MAX_CLASS}, got {class_id}")
         return cls(int(entry["id"]), packed, class_id, checked_score(entry["score"]))
 
 
@@ -48,9 +48,9 @@ Suggestions = tuple[Suggestion, ...]
 
 
 def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, ClassList]:
-    """A suggestion for each imported object, and the classes, including new ones of the file.
+    """One suggestion per imported object, and the list of classes with new classes of the file.
 
-    The label `UNNAMED` means no class, unless a class of that name is known.
+    The label `UNNAMED` means no class, unless a class with this name exists already.
     """
     unnamed = [
         entry
@@ -61,12 +61,12 @@ def suggestions_of(imported: Imported, known: ClassList) -> tuple[Suggestions, C
     keys = imported.classes.astype(np.int64) * INSTANCES + imported.objects
     order = np.argsort(keys, kind="stable")  # keeps cells of an object ascending
     found, starts = np.unique(keys[order], return_index=True)
-    parts = np.split(imported.cells[order], starts)[1:]  # before the first start is nothing
+    parts = np.split(imported.cells[order], starts)[1:]  # the part before the first start is empty
     suggestions = []
-    for place, (key, cells) in enumerate(zip(found.tolist(), parts, strict=True), 1):
+    for number, (key, cells) in enumerate(zip(found.tolist(), parts, strict=True), 1):
         class_id, object_id = divmod(key, INSTANCES)
         score = imported.scores.get((class_id, object_id))
         own = 0 if any(entry["id"] == class_id for entry in unnamed) else class_id
         if class_id:
-            suggestions.append(Suggestion(place, pack_cells(cells), own, score))
+            suggestions.append(Suggestion(number, pack_cells(cells), own, score))
     return tuple(suggestions), classes

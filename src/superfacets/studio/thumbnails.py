@@ -15,11 +15,11 @@ from ..errors import RenderError
 
 SIZE = (320, 240)
 
-SECONDS = 120.0  # seconds after which drawing a thumbnail is stopped
+SECONDS = 120.0  # time limit for drawing a thumbnail, in seconds
 
 
 class Thumbnails:
-    """Thumbnails by file, drawn one at a time, once per version of the file."""
+    """Cache of thumbnails, which are drawn one at a time, and again if their file changes."""
 
     def __init__(self) -> None:
         self._kept: dict[Path, tuple[tuple[int, int], bytes]] = {}
@@ -28,7 +28,7 @@ class Thumbnails:
         self._is_closed = False
 
     def png(self, path: Path) -> bytes:
-        """The picture of a file as PNG; a RenderError or an OSError if none can be drawn."""
+        """Thumbnail of a file as PNG; a RenderError or an OSError if it cannot be drawn."""
         status = path.stat()
         stamp = (status.st_mtime_ns, status.st_size)
         with self._lock:
@@ -38,7 +38,7 @@ class Thumbnails:
         return kept[1]
 
     def close(self) -> None:
-        """Kill the drawing process, and start no other. Threads that wait get a RenderError."""
+        """Kill the drawing process, and start no further one; waiting threads get a RenderError."""
         self._is_closed = True
         drawing = self._drawing
         if drawing is not None:
@@ -47,12 +47,12 @@ class Thumbnails:
     def _drawn(self, path: Path) -> bytes:
         with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
             target = Path(folder, "picture.png")
-            # Without -P, Python would import modules from the current folder: perhaps downloads.
+            # Without -P, Python could import modules from the current folder, such as downloads.
             command = [sys.executable, "-P", "-m", __name__, str(path), str(target)]
             status, errors = self._run(command)
             if status or not target.exists():
                 lines = errors.strip().splitlines()
-                raise RenderError(lines[-1] if lines else f"drawing ended with {status}")
+                raise RenderError(lines[-1] if lines else f"drawing failed with status {status}")
             return target.read_bytes()
 
     def _run(self, command: list[str]) -> tuple[int, str]:
@@ -68,14 +68,14 @@ class Thumbnails:
                 _, errors = process.communicate(timeout=SECONDS)
             except subprocess.TimeoutExpired:
                 process.kill()
-                raise RenderError(f"no picture after {SECONDS:g} seconds") from None
+                raise RenderError(f"drawing took more than {SECONDS:g} seconds") from None
             finally:
                 self._drawing = None
         return process.returncode, errors
 
 
 def main() -> None:
-    """Draw the file of the first argument to the file of the second."""
+    """Draw a mesh file, the first argument, to a picture file, the second argument."""
     from ..io.readers.read import read_cells
     from ..pictures.rendering import render
 

@@ -1,1 +1,1 @@
-"""Comparison and reproduction: other methods, the Princeton benchmark, the figures of the paper."""
+"""Studies: other methods, the Princeton benchmark, and a reproduction of the paper's figures."""

@@ -1,9 +1,9 @@
 """Reader of the Princeton Segmentation Benchmark.
 
 Chen, Golovinskiy and Funkhouser, "A Benchmark for 3D Mesh Segmentation", 2009: 380 models in 19
-categories of 20 models. About eleven people segmented each model. The folder of the benchmark holds
-``off/N.off`` for model N, and ``seg/Benchmark/N/N_j.seg`` for its ground truths. Models may be
-missing.
+categories of 20 models. About eleven people segmented each model. The folder of the benchmark
+contains ``off/N.off`` for model N, and ``seg/Benchmark/N/N_j.seg`` for its ground truths. Some
+models may be missing.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ _SHELVES = (
     "Human", "Cup", "Glasses", "Airplane", "Ant", "Chair", "Octopus", "Table", "Teddy", "Hand",
     "Plier", "Fish", "Bird", "", "Armadillo", "Bust", "Mech", "Bearing", "Vase", "Fourleg",
 )  # fmt: skip
-"""Categories of models 1 to 20, 21 to 40, ...; models 261 to 280 do not exist."""
+"""Category of models 1 to 20, category of models 21 to 40, and so on. Models 261 to 280 do not
+exist."""
 
 CATEGORIES = tuple(name for name in _SHELVES if name)
 """The 19 categories, in the order of their models."""
@@ -40,7 +41,7 @@ def category_of(number: int) -> str:
     Raises
     ------
     ValueError
-        If the benchmark has no model of this number: they are 1 to 260 and 281 to 400.
+        If `number` is not in 1 to 260 or 281 to 400.
 
     Examples
     --------
@@ -49,7 +50,7 @@ def category_of(number: int) -> str:
     """
     shelf = (number - 1) // _MODELS_PER_CATEGORY
     if not (0 <= shelf < len(_SHELVES) and _SHELVES[shelf]):
-        raise ValueError(f"the benchmark has no model {number}: they are 1 to 260 and 281 to 400")
+        raise ValueError(f"model must be 1 to 260 or 281 to 400, got {number}")
     return _SHELVES[shelf]
 
 
@@ -65,7 +66,8 @@ class Model:
     ground_truths : tuple of ndarray of int32, shape (F,)
         Segment of each face, one array for each readable file, in the order of j.
     problems : tuple of str
-        A line for each ground truth that is left out: its file is missing or does not fit the mesh.
+        A message for each ground truth that is left out, because its file is missing or does not
+        fit the mesh.
     """
 
     number: int
@@ -76,12 +78,12 @@ class Model:
 
 
 class Benchmark:
-    """The benchmark, or a part of it, in a folder.
+    """A folder with the benchmark or a part of the benchmark.
 
     Parameters
     ----------
     root : path-like
-        Folder that holds the folders ``off`` and ``seg``.
+        Folder that contains the folders ``off`` and ``seg``.
 
     Attributes
     ----------
@@ -99,12 +101,12 @@ class Benchmark:
         meshes = self.root / "off"
         if not meshes.is_dir():
             raise MeshError(
-                f"{self.root} is not a copy of the Princeton benchmark: it has no folder off"
+                f"{self.root} is not a copy of the Princeton benchmark: the folder off is missing"
             )
         names = (re.fullmatch(r"([1-9]\d*)\.off", path.name) for path in meshes.iterdir())
         self.numbers = tuple(sorted(int(name[1]) for name in names if name))
         if not self.numbers:
-            raise MeshError(f"{meshes}: this folder contains no model (N.off)")
+            raise MeshError(f"{meshes} contains no model: expected files such as 1.off")
 
     def path_of(self, number: int) -> Path:
         """Return the mesh file of a model."""
@@ -120,7 +122,7 @@ class Benchmark:
         OSError
             If the mesh file does not exist.
         ValueError
-            If the benchmark has no model of this number.
+            If the model does not exist.
         """
         category = category_of(number)
         mesh = as_triangles(read_mesh(self.path_of(number)))

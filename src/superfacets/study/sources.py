@@ -1,4 +1,4 @@
-"""Meshes for studies: models of the benchmark with their ground truths, and files of the user."""
+"""Meshes for studies: models of the benchmark with their ground truths, and the user's files."""
 
 from __future__ import annotations
 
@@ -23,18 +23,13 @@ from .princeton import Benchmark, Model
 class Source:
     """A mesh that can be loaded, and facts about the mesh."""
 
-    name: str
-    """Number of the model in the benchmark, or name of the file."""
-    path: Path
-    """Root folder of the benchmark, or path of the file."""
-    category: str
-    """Category in the benchmark; empty for other meshes."""
+    name: str  # number of the model in the benchmark, or name of the file
+    path: Path  # root folder of the benchmark, or path of the file
+    category: str  # category in the benchmark; empty for other meshes
     n_faces: int
     n_ground_truths: int
-    digest: str
-    """Hash of the mesh and its ground truths."""
-    number: int = 0
-    """Number of the model in the benchmark, from 1; 0 for other meshes."""
+    digest: str  # hash of the mesh and its ground truths
+    number: int = 0  # number of the model in the benchmark, from 1; 0 for other meshes
 
     @property
     def is_model(self) -> bool:
@@ -44,7 +39,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Sources:
-    """The meshes, smallest first, and a line for each file that is missing or not used."""
+    """Meshes, smallest first, and a message for each file that is missing or not used."""
 
     found: tuple[Source, ...]
     problems: tuple[str, ...]
@@ -53,7 +48,7 @@ class Sources:
 def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
     """Return the models of a benchmark (all, or `numbers`) that are readable and have ground truth.
 
-    A MeshError if no model can be used; a ValueError if a model of `numbers` does not exist.
+    Raises MeshError if no model can be used; ValueError if a model of `numbers` does not exist.
     """
     benchmark = Benchmark(root)
     found, problems = [], []
@@ -95,7 +90,7 @@ def find_meshes(folder: Path) -> Sources:
     return Sources(_by_size(found), tuple(problems))
 
 
-@lru_cache(maxsize=1)  # tasks of the same mesh mostly follow each other
+@lru_cache(maxsize=1)  # consecutive tasks mostly use the same mesh
 def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
     """Return the mesh and its ground truths; a MeshError as from `load_model`."""
     if not source.is_model:

@@ -2,7 +2,7 @@
 
 A room is an ``.npz`` file with ``vertices`` (V, 3), ``faces`` (F, 3), ``instances`` (V,), which is
 the true object of each vertex, and ``felzenszwalb`` (V,), which is the segment of each vertex by
-ScanNet's segmenter. The end of its name is the level of noise: ``n1`` for ``office_n1``.
+ScanNet's segmenter. The last part of the file name is the noise level: ``n1`` for ``office_n1``.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ METHODS: dict[str, dict[str, Any]] = {"default": {}, "SCANS": dict(SCANS)}
 """Keywords of `segment` for each method of the table."""
 
 LEAST_OBJECT = 0.002
-"""Smallest object in the mean IoU, as a fraction of the vertices of its room."""
+"""Objects with a smaller fraction of the vertices of their room are left out of the mean IoU."""
 
 _MOST_RUNS = 5
 
 
 class Score(NamedTuple):
-    """Quality of superpoints; each superpoint gets the object of most of its vertices."""
+    """Quality of superpoints; each superpoint is assigned to the object of most of its vertices."""
 
     n_superpoints: float
-    error: float  # share of vertices with a wrong object
-    error_away: float  # the same for vertices more than one edge away from borders of objects
+    error: float  # fraction of vertices with a wrong object
+    error_away: float  # error of vertices that are more than one edge away from object borders
     mean_iou: float  # mean intersection over union of the objects
     extra_pieces: float  # number of connected pieces minus number of superpoints
 
@@ -52,12 +52,12 @@ class Room:
 
     name: str
     mesh: Mesh
-    truth: Longs  # (V,) 0 to the number of objects - 1
-    original: Longs  # (V,)
+    truth: Longs  # true object of each vertex, numbered from 0, shape (V,)
+    original: Longs  # segment of each vertex by ScanNet's segmenter, shape (V,)
 
     @classmethod
     def read(cls, path: Path) -> Room:
-        """Read a room from a file; a MeshError if the file does not hold a room."""
+        """Read a room from a file; a MeshError if the file does not contain a room."""
         try:
             with np.load(path) as file:
                 arrays = [file[name] for name in ("vertices", "faces", "instances", "felzenszwalb")]
@@ -70,7 +70,7 @@ class Room:
 
     @property
     def level(self) -> str:
-        """Level of noise: the end of the name, after the last underscore."""
+        """Noise level: the part of the name after the last underscore."""
         return self.name.rpartition("_")[2]
 
     @property
@@ -91,7 +91,7 @@ class Room:
         return is_used
 
     def superpoints(self, **options: Any) -> Ints:
-        """Vertex labels by `segment`, with about as many regions as the original."""
+        """Vertex labels from `segment`, with about as many regions as `original`."""
         number = asked = len(np.unique(self.original[self.is_used]))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", IslandWarning)
@@ -103,7 +103,7 @@ class Room:
         return vertex_labels(self.mesh, result.labels, method="creases")
 
     def score(self, superpoints: npt.NDArray[np.integer[Any]]) -> Score:
-        """Measure the quality of superpoints, over the vertices of faces."""
+        """Measure the quality of superpoints at vertices that belong to a face."""
         used, edges = self.is_used, self.edges
         ids = ranked_labels(superpoints + 1)[0]
         votes = np.ones(int(used.sum()))
@@ -126,7 +126,7 @@ def study(paths: Iterable[Path]) -> str:
     """Return a Markdown table with the mean scores of all methods at each level of noise."""
     rooms = [Room.read(path) for path in sorted(paths)]
     if not rooms:
-        raise MeshError("no rooms were found: the folder has no .npz file")
+        raise MeshError("no rooms were found: the folder contains no .npz file")
     rows = []
     for level in dict.fromkeys(room.level for room in rooms):
         of_level = [room for room in rooms if room.level == level]
@@ -144,7 +144,7 @@ def study(paths: Iterable[Path]) -> str:
 
 
 def _near_borders(edges: Longs, truth: Longs) -> Bools:
-    """Whether each vertex is at an edge between objects, or a neighbor of such a vertex."""
+    """Whether each vertex is on an edge between objects, or next to a vertex on such an edge."""
     is_near = np.zeros(len(truth), bool)
     is_near[edges[truth[edges[:, 0]] != truth[edges[:, 1]]]] = True
     is_near[edges[is_near[edges].any(axis=1)]] = True

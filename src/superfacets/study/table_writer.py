@@ -10,8 +10,7 @@ from typing import Any
 
 from ..io.atomic import atomic_outputs
 
-EMPTY = "(not measured)"
-"""Text that replaces a table without rows in Markdown."""
+EMPTY = "(not measured)"  # text that replaces a table without rows in Markdown
 
 _NUMBER = re.compile(r"-?[\d.,]+(\s?\w+)?")
 

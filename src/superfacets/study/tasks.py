@@ -1,7 +1,7 @@
 """Long studies: tasks in worker processes, and a record on disk for each piece of work.
 
-The pieces of a task share work, such as loading a mesh. Each piece writes a record, also if it
-fails, so a second start runs only missing and failed pieces.
+The pieces of a task share work, such as loading a mesh. Each piece writes a record, even if the
+piece fails, so a second start runs only missing and failed pieces.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from ..workers.calls import Done, Failed, Killed
 from ..workers.pool import open_pool
 
 Key = Mapping[str, Any]
-"""All inputs that a record depends on. A record with another key is stale."""
+"""All inputs that a record depends on. A record with another key is out of date."""
 
 Record = dict[str, Any]
-"""The results of a piece. If the piece failed, "reason" holds the cause."""
+"""The results of a piece. The record of a failed piece contains only the entry "reason"."""
 
 _MEMORY_SHARE = 0.8
-"""Fraction of the free memory that tasks may use; the rest is for other programs."""
+"""Fraction of the free memory that tasks may use, so that other programs have memory, too."""
 
 
 class Job(Protocol):
@@ -47,8 +47,7 @@ class Job(Protocol):
 class Piece:
     """A unit of work, with the path and key of its record."""
 
-    subject: Any
-    """The input of the piece; only the task interprets it."""
+    subject: Any  # input of the piece, which only the task interprets
     path: Path
     key: Key
 
@@ -65,19 +64,20 @@ class Task(Protocol):
         """Estimated memory in bytes; 0 if it is small."""
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Do the work that all pieces share; return the function that makes the record of a piece.
+        """Do the work that all pieces share; return the function that processes a single piece.
 
-        If `prepare` raises an exception, all pieces fail; if the function does, one piece fails.
+        If `prepare` raises an exception, all pieces fail. If the returned function raises an
+        exception, only its piece fails.
         """
 
 
 def run_tasks(
     title: str, tasks: Sequence[Task], n_workers: int, *, memory: int, deadline: float | None = None
 ) -> dict[Path, str]:
-    """Run tasks and write the records of their pieces; `title` and `memory` as for `run_shown`.
+    """Run tasks and write the records of their pieces; see `run_shown` for `title` and `memory`.
 
-    No task is started after `deadline`, in seconds of `time.monotonic`. Returns the reasons why
-    records could not be written, by path.
+    No task is started after `deadline`, in seconds of `time.monotonic`. Returns the paths of
+    records that could not be written, with the reasons.
     """
     lost: dict[Path, str] = {}
     jobs = [_Recording(task, deadline) for task in tasks]
@@ -87,21 +87,21 @@ def run_tasks(
 
 
 def read_piece(piece: Piece) -> Record | None:
-    """Return the record of a piece; None if it is missing, damaged or stale."""
+    """Return the record of a piece; None if it is missing, damaged or out of date."""
     return read_record(piece.path, piece.key)
 
 
 def outcome_of(piece: Piece, lost: Mapping[Path, str]) -> Record | None:
-    """Return the record of a piece, or its reason if it is `lost`; None if it is missing."""
+    """Return the record of a piece, or a record with its reason in `lost`; None without record."""
     return {"reason": lost[piece.path]} if piece.path in lost else read_piece(piece)
 
 
 @dataclass(frozen=True)
 class _Recording:
-    """A task as a job. Its result maps paths of records that could not be written to the causes."""
+    """A job that runs a task. Returns paths of records that could not be written, with reasons."""
 
     task: Task
-    deadline: float | None = None  # by `time.monotonic`, which all processes share
+    deadline: float | None = None  # time of `time.monotonic`, which is the same in all processes
 
     @property
     def memory(self) -> int:
@@ -112,7 +112,7 @@ class _Recording:
         if self.deadline is not None and time.monotonic() >= self.deadline:
             return lost
         for piece in self.task.pieces:
-            # An earlier failure must not hide that the worker is killed now.
+            # If the worker is killed, an old record of a failure would hide the new reason.
             if "reason" in (read_piece(piece) or {}):
                 with contextlib.suppress(OSError):
                     piece.path.unlink()
@@ -131,16 +131,16 @@ class _Recording:
 
 
 def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
-    """Write the reason of a failure as record; if this is impossible, return why, by path."""
+    """Write a record with the reason of a failure; if this fails, return path and new reason."""
     try:
         write_record(piece.path, piece.key, {"reason": reason})
     except OSError as error:
-        return {piece.path: f"no record can be written: {reason_of(error)}"}
+        return {piece.path: f"the record could not be written: {reason_of(error)}"}
     return {}
 
 
 def _record_death(task: Task, death: Killed) -> dict[Path, str]:
-    """Record a failure for each piece of a killed worker that has no record yet."""
+    """Record a failure for each piece of a killed worker without a record."""
     lost: dict[Path, str] = {}
     for piece in task.pieces:
         if read_piece(piece) is None:
@@ -151,26 +151,26 @@ def _record_death(task: Task, death: Killed) -> dict[Path, str]:
 def run_shown(
     title: str, jobs: Sequence[Job], n_workers: int, *, memory: int
 ) -> Generator[tuple[Any, Any], None, None]:
-    """Yield each job with its result when it ends, and show a progress bar on a terminal.
+    """Yield each job with its result when the job ends; a terminal shows a progress bar.
 
-    If the worker of a job was killed, the result is a `Killed`. Errors of jobs are raised here.
-    Jobs start in order. Running jobs may need `memory` bytes together; a job that does not fit
-    waits, and a job that needs more runs alone.
+    If the worker of a job was killed, the result is a `Killed`. An error of a job is raised again.
+    Jobs start in order. Together, running jobs may need at most `memory` bytes: a job waits until
+    enough memory is free, and a job that needs more than `memory` bytes runs alone.
     """
     from tqdm import tqdm
 
-    def fits(place: int, at_work: Sequence[int]) -> bool:
-        room = memory - sum(jobs[other].memory for other in at_work)
-        return not at_work or jobs[place].memory == 0 or jobs[place].memory <= room
+    def fits(job: int, running: Sequence[int]) -> bool:
+        free = memory - sum(jobs[other].memory for other in running)
+        return not running or jobs[job].memory == 0 or jobs[job].memory <= free
 
     with (
         open_pool(n_workers, memory=math.inf, allowed_kills=0) as pool,
         tqdm(total=len(jobs), desc=title, unit="task", disable=None, leave=False) as bar,
     ):
-        for place, ending in pool.run([(job.run, ()) for job in jobs], admits=fits):
+        for index, ending in pool.run([(job.run, ()) for job in jobs], admits=fits):
             if isinstance(ending, Failed):
                 raise ending.error
-            yield jobs[place], ending.value if isinstance(ending, Done) else ending
+            yield jobs[index], ending.value if isinstance(ending, Done) else ending
             bar.update()
 
 
@@ -182,7 +182,7 @@ def memory_of_tasks() -> int:
 def write_record(path: Path, key: Key, record: Record) -> None:
     """Write a record atomically: the file is never incomplete.
 
-    A ValueError if a number is not finite; an OSError if the record cannot be written.
+    Raises ValueError if a number is not finite; OSError if the record cannot be written.
     """
     whole = {"checksum": _checksum(key, record), "key": key, "record": record}
     text = json.dumps(whole, indent=1, allow_nan=False)
@@ -192,7 +192,7 @@ def write_record(path: Path, key: Key, record: Record) -> None:
 
 
 def read_record(path: Path, key: Key) -> Record | None:
-    """Return a record; None if it is missing, damaged or stale."""
+    """Return a record; None if it is missing, damaged or out of date."""
     try:
         whole = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

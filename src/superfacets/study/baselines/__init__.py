@@ -1,4 +1,4 @@
-"""Other methods, whose results can be compared with superfacets. The pipeline does not use them."""
+"""Other segmentation methods, for comparisons with superfacets."""
 
 from .metis import metis_partition
 from .spectral import AffinityEmbedding, affinity_embedding, normalized_cuts

@@ -26,15 +26,15 @@ from ...mesh.faces import FaceMesh
 class Component:
     """A connected component of the faces."""
 
-    faces: Longs  # (n,) ascending
-    arcs: Longs  # (m,) the arcs that start at these faces, face by face
-    offsets: Longs  # (n + 1,) offsets into arcs
-    neighbors: Ints  # (m,) targets of the arcs, as indices into `faces`
+    faces: Longs  # indices of the n faces, ascending, shape (n,)
+    arcs: Longs  # indices of the m arcs that start at these faces, sorted by face, shape (m,)
+    offsets: Longs  # offset of each face's arcs in `arcs`, shape (n + 1,)
+    neighbors: Ints  # target of each arc, as an index into `faces`, shape (m,)
 
 
 @dataclass(frozen=True)
 class FaceCells:
-    """The cell graph of a mesh, and the timings and parameters of the stages that made it."""
+    """The cell graph of a mesh, with timings and parameters of the stages that computed it."""
 
     mesh: FaceMesh
     faces: FaceGraph
@@ -45,24 +45,24 @@ class FaceCells:
     params: dict[str, Any]
 
     def components(self) -> list[Component]:
-        """Return the components, sorted by their lowest faces."""
+        """Return the connected components, sorted by their lowest face index."""
         graph = self.graph
         no_labels = np.zeros(graph.n_cells, np.int32)
         piece, n_pieces = _core.find_components(graph.offsets, graph.neighbors, no_labels)
         by_piece = np.argsort(piece, kind="stable")
-        place = np.empty(graph.n_cells, np.int64)  # index of each face in its component
+        local = np.empty(graph.n_cells, np.int64)  # index of each face in its component
         components = []
         for faces in np.split(by_piece, np.cumsum(np.bincount(piece, minlength=n_pieces))[:-1]):
-            place[faces] = np.arange(len(faces))
+            local[faces] = np.arange(len(faces))
             counts = graph.offsets[faces + 1] - graph.offsets[faces]
             offsets = np.concatenate([[0], np.cumsum(counts)])
             arcs = np.arange(offsets[-1]) + np.repeat(graph.offsets[faces] - offsets[:-1], counts)
-            neighbors = place[graph.neighbors[arcs]].astype(np.int32)
+            neighbors = local[graph.neighbors[arcs]].astype(np.int32)
             components.append(Component(faces, arcs, offsets, neighbors))
         return components
 
     def segmentation(self, labels: Array, n_threads: int) -> Segmentation:
-        """Return the result of a method without centers; gaps between labels are removed."""
+        """Return the result of a method that has no centers; labels are renumbered without gaps."""
         compact, _ = compact_partial_labels(labels, self.graph.n_cells)
         timings = dict(self.timings)
         with timed(timings, "update"):
@@ -85,7 +85,7 @@ def component_graph(cells: FaceCells, component: Component) -> CellGraph:
 def read_face_cells(
     mesh: MeshLike, n_segments: int | None, chosen: WeightOptions, weld: bool, n_threads: int
 ) -> FaceCells:
-    """Run stages 0 to 2; arguments are as for `superfacets.segment`."""
+    """Read a mesh, and compute its face graph and weights as `superfacets.segment` does."""
     timings: dict[str, float] = {}
     with timed(timings, "mesh"):
         surface = as_mesh(mesh)

@@ -1,4 +1,4 @@
-"""METIS: parts of about equal area, whose borders are short or in creases."""
+"""Partition by METIS: parts of similar area, with borders that are short or in creases."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells
 
 CREASE_SCALE = 2.0
-"""Weight per edge length at which an edge costs 1/e of a flat edge, in multiples of the mean weight
-per edge length. Between 1 and 3, the undersegmentation error on 95 benchmark models changes by
-0.001."""
+"""Weight per edge length at which a border along the edge costs 1/e of a border along a flat edge,
+in multiples of the mean weight per edge length. For values between 1 and 3, the undersegmentation
+error on 95 benchmark models changes by only 0.001."""
 
 IMBALANCE = 0.5
-"""Largest excess of a part's area over the mean area, as a fraction of the mean. With 0.03, the
+"""Maximum excess of a part's area over the mean area, as a fraction of the mean. With 0.03, the
 default of METIS, borders often miss creases, and the undersegmentation error is 0.002 higher."""
 
 LARGEST_CELL = 0.25
-"""Upper bound of the area of a face for METIS, as a fraction of the mean area of a part. If faces
+"""Maximum area of a face in the input of METIS, as a fraction of the mean area of a part. If faces
 are larger than a part, METIS leaves parts empty, and prints warnings."""
 
 SEED = 0
@@ -52,15 +52,15 @@ def metis_partition(
     METIS computes a multilevel partition of the face graph. It minimizes the total cost of the
     edges along borders, with parts of at most one and a half times the mean area (`imbalance`). A
     border along an edge e between faces of weight w costs ``|e| exp(-w / (s |e|))``, where s is
-    twice the sum of all weights divided by the sum of all edge lengths. So borders are short, and
-    cost little in creases. The unit of the weights does not matter.
+    twice the sum of all weights divided by the sum of all edge lengths. Therefore borders are short
+    or in creases. The unit of the weights does not matter.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
         Any triangle mesh, as for `superfacets.segment`. Components are divided separately. Each
-        component gets one part, and each further part goes to the component with the largest area
-        per part.
+        component gets one part, and each further part is given to the component with the largest
+        area per part.
     n_segments : int, optional
         Number of parts k, from 1 to the number of faces. The default is 150, or the number of faces
         if that is less. METIS may leave some parts empty: a few in a thousand at 20 faces per part,
@@ -69,7 +69,7 @@ def metis_partition(
         As for `superfacets.segment`. The default is ``"superfacets"``. If the two arcs of a pair
         have different weights, both arcs get the mean.
     imbalance : float, default 0.5
-        Largest excess of a part's area over the mean, as a fraction, >= 0.001.
+        Maximum excess of a part's area over the mean area, as a fraction of the mean, >= 0.001.
     weld : bool, default True
         Whether vertices at exactly the same position count as one vertex.
     n_threads : int, optional
@@ -79,7 +79,7 @@ def metis_partition(
     -------
     Segmentation
         ``centers`` are as from `update_centers`. Nearly all parts are connected, but METIS does not
-        guarantee it.
+        guarantee this.
 
     Raises
     ------
@@ -113,11 +113,11 @@ def metis_partition(
 
 
 def _partition(metis: Any, cells: FaceCells, excess: int) -> Longs:
-    """Labels of all faces, component by component; some labels may not occur."""
+    """Partition each component, and return labels of all faces; some labels may not occur."""
     costs = _cutting_costs(cells)
     areas = cells.graph.measures
     components = cells.components()
-    n_parts = _share_out(
+    n_parts = _parts_of_components(
         [float(areas[component.faces].sum()) for component in components],
         [len(component.faces) for component in components],
         cells.n_segments,
@@ -133,7 +133,7 @@ def _partition(metis: Any, cells: FaceCells, excess: int) -> Longs:
 
 
 def _cutting_costs(cells: FaceCells) -> Floats:
-    """Cost of a cut between the two faces of each arc, in the unit of edge lengths."""
+    """Cost of a border between the two faces of each arc, in the unit of edge lengths."""
     sides = ends_of_sides(cells.mesh, cells.graph.sources, cells.faces.sides)
     ends = cells.mesh.vertices[sides]
     lengths: Floats = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
@@ -146,25 +146,29 @@ def _cutting_costs(cells: FaceCells) -> Floats:
     return np.where(lengths > 0, costs, 0.0)
 
 
-def _share_out(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
-    """Parts per component: 1, then 1 more where the area per part is largest (lowest on ties)."""
-    shares = [1] * len(areas)
-    queue = [(-area, place) for place, area in enumerate(areas) if sizes[place] > 1]
+def _parts_of_components(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
+    """Number of parts of each component of these areas and numbers of faces.
+
+    Each component gets one part. Each further part is given to the component with the largest area
+    per part, the first component on ties.
+    """
+    counts = [1] * len(areas)
+    queue = [(-area, index) for index, area in enumerate(areas) if sizes[index] > 1]
     heapq.heapify(queue)
     for _ in range(n_parts - len(areas)):
-        place = queue[0][1]
-        shares[place] += 1
-        if shares[place] < sizes[place]:
-            heapq.heapreplace(queue, (-areas[place] / shares[place], place))
+        index = queue[0][1]
+        counts[index] += 1
+        if counts[index] < sizes[index]:
+            heapq.heapreplace(queue, (-areas[index] / counts[index], index))
         else:
             heapq.heappop(queue)
-    return shares
+    return counts
 
 
 def _divide(
     metis: Any, component: Component, areas: Floats, costs: Floats, n_parts: int, excess: int
 ) -> Longs:
-    """Parts of the faces of one component, 0..n_parts - 1; `excess` is in thousandths."""
+    """Part of each face of a component, 0 to n_parts - 1; `excess` is in thousandths."""
     n_faces = len(areas)
     if n_parts == 1:
         return np.zeros(n_faces, np.int64)
@@ -184,18 +188,18 @@ def _divide(
 
 
 def _cap(areas: Floats, n_parts: int) -> Floats:
-    """Areas, capped at `LARGEST_CELL` of the mean area of a part; all 1 if all would be capped."""
+    """Limit areas to `LARGEST_CELL` of the mean area of a part; all 1 if all areas exceed it."""
     falling = np.sort(areas)[::-1]
     n_capped = np.arange(len(areas))
-    rest = falling[::-1].cumsum()[::-1]  # sum of the areas that are not capped
+    kept = falling[::-1].cumsum()[::-1]  # sum of the areas that are not capped
     with np.errstate(divide="ignore", invalid="ignore"):
-        caps = LARGEST_CELL * rest / np.maximum(n_parts - LARGEST_CELL * n_capped, 0)
+        caps = LARGEST_CELL * kept / np.maximum(n_parts - LARGEST_CELL * n_capped, 0)
     fits = (caps >= falling) & (caps < np.inf)
     return np.minimum(areas, caps[fits.argmax()]) if fits.any() else np.ones(len(areas))
 
 
 def _merge_pairs(component: Component, costs: Longs) -> Any:
-    """Matrix of the costs of cuts; arcs between faces that share several edges are added up."""
+    """Sparse matrix of costs; the costs of several arcs between the same two faces are added."""
     from scipy.sparse import csr_array
 
     n = len(component.faces)
@@ -206,7 +210,7 @@ def _merge_pairs(component: Component, costs: Longs) -> Any:
 
 
 def _whole_numbers(values: Floats) -> Longs:
-    """Integers >= 1 in about the ratios of the values; all 1 if all values are 0."""
+    """Scale values and round them to integers >= 1; all 1 if all values are 0."""
     total = values.sum()
     if total == 0:
         return np.ones(len(values), np.int64)

@@ -22,39 +22,38 @@ SIGMA = 0.1
 """Width of the affinity, as a fraction of the mean path length. For every alpha except 0, no value
 from 0.02 to 1 has a smaller undersegmentation error on small benchmark models."""
 
-ALPHA = 100.0
-"""The paper's best alpha for normalized cuts."""
+ALPHA = 100.0  # the paper's best alpha for normalized cuts
 
-MAX_MEMORY = 6e9
-"""Default memory limit in bytes; enough for all pairs of 37,000 faces."""
+MAX_MEMORY = 6e9  # default memory limit in bytes; enough for all pairs of 37,000 faces
 
-_N_SAMPLES = 256  # faces for estimating the mean path length; the error is 1 or 2 %
+_N_SAMPLES = 256  # number of faces for estimating the mean path length; the error is 1 to 2 %
 
-# Block Krylov space: width of a block, as a share of the wanted vectors plus a constant, and number
-# of powers. Errors of eigenvalues are then 1e-6 on benchmark models, and 1e-3 with nine powers.
+# The block Krylov space has _N_POWERS blocks. The width of a block is _BLOCK_SHARE times the number
+# of wanted eigenvectors, plus _BLOCK_SLACK. With these values, the error of eigenvalues on
+# benchmark models is 1e-6; with nine powers, it is 1e-3.
 _BLOCK_SHARE, _BLOCK_SLACK = 1 / 3, 8
 _N_POWERS = 12
 
 _N_ROWS = 1024  # rows of a sparse array that are processed together
 
-_MAX_ROTATIONS = 50  # upper bound; about 30 are needed
-_ROTATION_TOL = 1e-9
+_MAX_ROTATIONS = 50  # maximum number of iterations for the rotation; about 30 are needed
+_ROTATION_TOL = 1e-9  # relative improvement below which the iteration stops
 
-# Bytes per pair of near faces: sparse rows, and temporary arrays to symmetrize the matrix.
+# Bytes per pair of near faces: sparse rows, and temporary arrays for making the matrix symmetric.
 _BYTES_PER_NEAR_PAIR = 32
 
 
 class _EmbeddedComponent(NamedTuple):
     """The leading eigenvectors of one component of the mesh."""
 
-    faces: Longs  # (n,)
-    eigenvalues: Singles  # (m,) descending; the first is 1
-    vectors: Singles  # (n, m)
+    faces: Longs  # indices of the faces, shape (n,)
+    eigenvalues: Singles  # descending from 1, shape (m,)
+    vectors: Singles  # one column per eigenvalue, shape (n, m)
 
 
 @dataclass(frozen=True, eq=False)
 class AffinityEmbedding:
-    """Eigenvectors of a mesh that give its normalized cuts for any number of regions."""
+    """Eigenvectors of a mesh, from which normalized cuts are computed for any number of regions."""
 
     _cells: FaceCells
     _components: list[_EmbeddedComponent]
@@ -62,7 +61,7 @@ class AffinityEmbedding:
 
     @property
     def n_vectors(self) -> int:
-        """Largest number of regions for which there are enough eigenvectors."""
+        """Maximum number of regions for which there are enough eigenvectors."""
         return self._cells.n_segments
 
     @property
@@ -115,7 +114,7 @@ class AffinityEmbedding:
         return cells.segmentation(labels, self._n_threads)
 
     def _n_leading(self, k: int) -> Longs:
-        """How many of the k leading vectors belong to each component; at least one."""
+        """Number of the k leading vectors in each component, which is at least one."""
         counts = [len(component.eigenvalues) for component in self._components]
         owner = np.repeat(np.arange(len(counts)), counts)
         values = np.concatenate([component.eigenvalues for component in self._components])
@@ -131,8 +130,8 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
     The affinity of two faces is ``exp(-d / s)``, where d is the length of the shortest path between
     them in the face graph. W is the matrix of affinities, and D is the diagonal matrix of its row
     sums. The k leading eigenvectors of D^-1/2 W D^-1/2 map each face to a point in k dimensions. A
-    rotation moves these points near to the axes, and the nearest axis is the label. A pivoted QR
-    factorization gives the first rotation, which is then improved iteratively.
+    rotation moves these points close to the axes, and the index of the nearest axis is the label. A
+    pivoted QR factorization gives the first rotation, which is then improved iteratively.
 
     Parameters
     ----------
@@ -141,8 +140,8 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
         each region is within one component.
     n_segments : int, optional
         Number of regions k, from 1 to the number of faces. The default is 150, or the number of
-        faces if that is less. There are more regions if the mesh has more components, and rarely
-        one region less, if an axis is not the nearest axis of any face.
+        faces if that is less. There are more regions if the mesh has more than k components. In
+        rare cases, an axis is not the nearest axis of any face, and there is one region less.
     **options
         Keywords of `affinity_embedding`: `alpha`, `eta_convex`, `weights`, `sigma`, `reach`,
         `max_memory`, `weld` and `n_threads`.
@@ -188,15 +187,15 @@ def affinity_embedding(
 ) -> AffinityEmbedding:
     """Return the eigenvectors for normalized cuts with up to `n_vectors` regions.
 
-    The embedding contains all of the work of `normalized_cuts` except for the last step. One
-    embedding serves many numbers of regions.
+    The embedding is the result of all steps of `normalized_cuts` except the last step. The same
+    embedding can be used for several numbers of regions.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like
         As for `normalized_cuts`.
     n_vectors : int, optional
-        Largest number of regions that can be requested. The default and the range are as for
+        Maximum number of regions that can be requested. The default and the range are as for
         `n_segments` of `normalized_cuts`.
     alpha, eta_convex, weights
         As for `superfacets.segment`. The defaults are ``"superfacets"`` and an `alpha` of 100. If
@@ -205,17 +204,18 @@ def affinity_embedding(
         s as a fraction of the mean path length, > 0. The mean is over the paths from 256 faces,
         evenly spaced among the faces that have a neighbor, to all faces.
     reach : float, optional
-        Without `reach`, all pairs of faces have an affinity. With `reach`, only pairs at a
-        Euclidean distance e of less than R = `reach` * r do, along paths that stay within R of one
-        end; r is the expected radius of `n_vectors` regions. These affinities are multiplied by
-        1 - (e / R)^2. Results with a reach of 3 are close to results with all pairs.
+        By default, the affinity of all pairs of faces is computed. With `reach`, the affinity of
+        two faces is 0 if their Euclidean distance e exceeds R = `reach` * r, where r is the
+        expected radius of `n_vectors` regions. Paths must then stay within R of one of the faces,
+        and affinities are multiplied by 1 - (e / R)^2. Results with a reach of 3 are close to
+        results with all pairs.
     max_memory : float, default 6e9
         Memory limit in bytes for affinities and vectors.
     weld : bool, default True
         Whether vertices at exactly the same position count as one vertex.
     n_threads : int, optional
-        Number of threads for paths, as for `superfacets.segment`. NumPy's BLAS multiplies matrices
-        and has its own threads. Their order of summation may change a few labels.
+        Number of threads for paths, as for `superfacets.segment`. Matrices are multiplied by
+        NumPy's BLAS, which has its own threads. Their order of summation may change a few labels.
 
     Returns
     -------
@@ -234,8 +234,8 @@ def affinity_embedding(
     Notes
     -----
     Time is O(F^2 log F) for paths and O(k F^2) for vectors. Memory is 4 bytes for each pair of
-    faces and 52 k bytes for each face. With a reach R, only pairs within R count: about F^2 R^2 / k
-    pairs.
+    faces and 52 k bytes for each face. With `reach`, the number of pairs is about F^2 `reach`^2 / k
+    instead of F^2.
 
     Examples
     --------
@@ -269,18 +269,21 @@ class _Affinity:
     """Converts path lengths to affinities."""
 
     width: float  # s, in the unit of the arc weights
-    reach: float | None  # in the unit of the vertices
+    reach: float | None  # R, in the unit of the vertices; None for all pairs
     n_threads: int
 
     def between_all(self, graph: CellGraph) -> Singles:
-        """Affinities of all pairs of cells, (n, n)."""
+        """Affinities of all pairs of cells, shape (n, n)."""
         cells = np.arange(graph.n_cells, dtype=np.int32)
         lengths = _path_lengths(graph, cells, self.n_threads)
         lengths *= np.float32(-1 / self.width)
         return np.exp(lengths, out=lengths)
 
     def between_near(self, graph: CellGraph, reach: float) -> Any:
-        """Affinities of pairs within reach, as a sparse array: the maximum of both directions."""
+        """Sparse array of affinities of pairs at a distance below `reach`.
+
+        The two directions of a pair may differ, so both get the larger affinity.
+        """
         from scipy.sparse import csr_array
 
         ordered = graph.ordered(self.n_threads)
@@ -326,7 +329,7 @@ def _path_lengths(graph: CellGraph, sources: Ints, n_threads: int) -> Singles:
 
 
 def _mean_path_length(graph: CellGraph, n_threads: int) -> float:
-    """Mean length of the paths from a sample of cells to all; 1 if no cell has a neighbor."""
+    """Mean length of paths from a sample of cells to all cells; 1 if no cell has a neighbor."""
     candidates = np.flatnonzero(np.diff(graph.offsets))
     if not len(candidates):
         return 1.0
@@ -353,7 +356,7 @@ def _embed(cells: FaceCells, component: Component, affinity: _Affinity) -> _Embe
 
 
 def _normalize(affinities: Singles) -> Singles:
-    """D^-1/2 W D^-1/2, which overwrites W."""
+    """Replace W by D^-1/2 W D^-1/2 in place."""
     scale = (1 / np.sqrt(affinities.sum(axis=1, dtype=np.float64))).astype(np.float32)
     affinities *= scale[:, None]
     affinities *= scale
@@ -361,7 +364,7 @@ def _normalize(affinities: Singles) -> Singles:
 
 
 def _normalize_sparse(affinities: Any) -> Any:
-    """D^-1/2 W D^-1/2, which overwrites W."""
+    """Replace a sparse W by D^-1/2 W D^-1/2 in place."""
     scale = 1 / np.sqrt(affinities.sum(axis=1, dtype=np.float64))
     affinities.data *= np.repeat(scale, np.diff(affinities.indptr)).astype(np.float32)
     affinities.data *= scale.astype(np.float32)[affinities.indices]
@@ -375,7 +378,8 @@ def _krylov_size(n_vectors: int) -> int:
 def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles]:
     """Largest eigenvalues of a symmetric matrix, descending, and their vectors, (n, n_vectors)."""
     # The block Krylov space is spanned by powers of the matrix times a random block. Unlike the
-    # space of Lanczos, it contains all eigenvectors of multiple eigenvalues (symmetric meshes).
+    # Krylov space of a single vector, it contains all eigenvectors of multiple eigenvalues, which
+    # occur with symmetric meshes.
     n = matrix.shape[0]
     n_columns = _krylov_size(n_vectors)
     if n_columns >= n:
@@ -387,7 +391,7 @@ def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles
     block = np.random.default_rng(0).standard_normal((n, width), dtype=np.float32)
     for n_before in range(0, n_columns, width):
         before = basis[:, :n_before]
-        for _ in range(2):  # a single pass would leave rounding errors
+        for _ in range(2):  # the second pass removes rounding errors of the first pass
             block -= before @ (before.T @ block)
             block = np.linalg.qr(block)[0]
         basis[:, n_before : n_before + width] = block
@@ -399,12 +403,12 @@ def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles
 
 
 def _highest(values: Floats, vectors: Floats, n: int) -> tuple[Singles, Singles]:
-    """The last n of ascending eigenvalues, in descending order, and their vectors."""
+    """The n largest of ascending eigenvalues, in descending order, and their vectors."""
     return values[: -n - 1 : -1].astype(np.float32), vectors[:, : -n - 1 : -1].astype(np.float32)
 
 
 def _discretize(vectors: Singles) -> Longs:
-    """Label of each row of eigenvectors, (n, m): the nearest axis after rotation."""
+    """Label of each row of eigenvectors, shape (n, m): index of the nearest axis after rotation."""
     from scipy.sparse import csr_array
 
     n, m = vectors.shape
@@ -412,7 +416,7 @@ def _discretize(vectors: Singles) -> Longs:
     rows = vectors.astype(np.float64) / np.maximum(norms, np.finfo(np.float32).tiny)
     rotation = _pivoted_rotation(vectors.astype(np.float64))
     labels = np.zeros(n, np.int64)
-    fit = 0.0  # sum of the rows' coordinates on their axes; each iteration increases it
+    fit = 0.0  # sum of the rows' coordinates on their axes, which each iteration increases
     for _ in range(_MAX_ROTATIONS):
         labels = (rows @ rotation).argmax(axis=1)
         members = csr_array((np.ones(n), labels, np.arange(n + 1)), shape=(n, m))
@@ -425,7 +429,7 @@ def _discretize(vectors: Singles) -> Longs:
 
 
 def _pivoted_rotation(vectors: Floats) -> Floats:
-    """The rotation, (m, m), that moves the m most different rows near to the axes."""
+    """Rotation, shape (m, m), that moves m linearly independent rows close to the axes."""
     from scipy.linalg import qr
 
     _, pivots = qr(vectors.T, mode="r", pivoting=True)

@@ -24,11 +24,9 @@ from ...cells.size import checked_n_segments
 from ...clustering.segmentation import Segmentation, StopReason
 from ...mesh.triangle_mesh import Mesh
 
-METRICS = {"l21": _core.ProxyMetric.L21, "l2": _core.ProxyMetric.L2}
-"""Names of the error metrics."""
+METRICS = {"l21": _core.ProxyMetric.L21, "l2": _core.ProxyMetric.L2}  # names of the error metrics
 
-INITS = ("random", "incremental")
-"""Names of the methods that place the first seeds."""
+INITS = ("random", "incremental")  # names of the methods that choose the initial seeds
 
 Progress = Callable[[int, int], object]
 
@@ -49,9 +47,10 @@ def variational_shape_approximation(
 
     Each region is approximated by a plane, its proxy, which has a center and a unit normal. Two
     steps alternate: proxies are fitted to the regions, and a flood fill grows new regions from
-    seeds. The seed of a region is its face of least error, the lowest on ties; a face without a
-    normal is the last choice. The flood fill adds, one by one, the face of least error with respect
-    to an adjacent region, the first queued on ties. Labeled faces keep their labels.
+    seeds. The seed of a region is its face of least error, the lowest index on ties; a face without
+    a normal is chosen only if all faces of the region have no normal. The flood fill adds faces one
+    by one: always the face of least error with respect to an adjacent region, the first queued on
+    ties. Labeled faces keep their labels.
 
     Parameters
     ----------
@@ -71,9 +70,9 @@ def variational_shape_approximation(
         With ``"random"``, the seeds are k random faces, drawn without replacement, and the proxies
         are their planes. ``"incremental"`` starts with one region per component of the mesh, and
         adds one seed at a time until there are k regions. The new seed is the face of largest error
-        (the highest on ties; not the old seed) in the region of largest total error (the lowest on
-        ties; of two or more faces). After each new seed, proxies are fitted and all regions are
-        flooded again.
+        (the highest index on ties; never the old seed) in the region of largest total error (the
+        lowest index on ties; only regions of two or more faces). After each new seed, proxies are
+        fitted and all regions are flooded again.
     rng : int or numpy.random.Generator, default 0
         Random number generator of ``"random"``, or its seed, an int >= 0.
     max_num_iter : int, default 50
@@ -85,8 +84,8 @@ def variational_shape_approximation(
     progress : callable, optional
         Called after each iteration with its number, from 1, and the number of faces that changed
         their region; in the first iteration this is the number of all faces. If the callable
-        returns False, the loop stops with ``stop_reason="cancelled"``. The first call is after
-        there are k regions.
+        returns False, the loop stops with ``stop_reason="cancelled"``. Iterations with fewer than k
+        regions are not reported.
 
     Returns
     -------
@@ -106,12 +105,12 @@ def variational_shape_approximation(
     Notes
     -----
     A flood fill takes O(F log F), so ``"incremental"`` takes O(k F log F). Fitting never increases
-    the error, but a flood fill may, because its queue is greedy.
+    the error, but a flood fill may, because it is greedy.
 
     References
     ----------
-    Cohen-Steiner, Alliez and Desbrun, "Variational Shape Approximation", 2004, section 3. The paper
-    does not define ties, faces without a normal, and meshes of several components.
+    Cohen-Steiner, Alliez and Desbrun, "Variational Shape Approximation", 2004, section 3. Rules for
+    ties, faces without a normal, and meshes of several components are our own.
 
     Examples
     --------
@@ -137,7 +136,7 @@ def variational_shape_approximation(
             seeds = generator.choice(surface.n_faces, n_segments, replace=False)
             regions = _flood(surface, graph, metric, seeds)
         else:
-            regions = _flood(surface, graph, metric, [0])  # adds a seed in each other component
+            regions = _flood(surface, graph, metric, [0])  # each further component also gets a seed
             while regions.n_regions < n_segments:
                 regions.insert()
     with timed(timings, "relax"):
@@ -159,7 +158,7 @@ def _flood(mesh: Mesh, graph: FaceGraph, metric: str, seeds: npt.ArrayLike) -> _
 def _relax(
     regions: _core.ProxyRegions, n_faces: int, max_num_iter: int, progress: Progress | None
 ) -> tuple[int, StopReason]:
-    """Fit and flood until a stop rule applies; return the number of iterations and the rule."""
+    """Fit and flood until the loop stops; return the number of iterations and the stop reason."""
     seen: set[bytes] = set()
     n_changed = n_faces
     for iteration in range(1, max_num_iter + 1):
@@ -170,7 +169,7 @@ def _relax(
             return iteration, "converged"
         if isinstance(answer, (bool, np.bool_)) and not answer:
             return iteration, "cancelled"
-        # Equal labels have equal successors.
+        # Each labeling depends only on the previous labeling, so a repetition is a cycle.
         fingerprint = hashlib.blake2b(regions.labels().tobytes(), digest_size=16).digest()
         if fingerprint in seen:
             return iteration, "settled"

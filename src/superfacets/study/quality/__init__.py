@@ -3,6 +3,7 @@
 Two measures are compared: the undersegmentation error (UE) and compactness. Both are better if
 lower. All results except times are reproducible.
 
-- `measure`: variants, models at several scales, and a row of numbers for each run.
-- `tables`: tables of these rows. `study`: all stages in order. Options: `superfacets.cli.studies`.
+- `measure`: variants, models at several resolutions, and the measurements of each run.
+- `tables`: tables of the measurements. `study`: all stages of the study in order.
+- The command-line options are in `superfacets.cli.studies`.
 """

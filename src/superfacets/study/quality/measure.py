@@ -1,4 +1,4 @@
-"""Variants of segment, models at several scales, and a row of numbers for each run."""
+"""Variants of `segment`, models at several resolutions, and the measurements of each run."""
 
 from __future__ import annotations
 
@@ -50,40 +50,39 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "default, eta 0.2": {"eta_convex": 0.2},
     "default, not smooth": {"smooth": False},
 }
-"""Keywords of `superfacets.segment`, by name. `PAPERS` is the paper's method. `PLAIN` differs from
-it by unlimited expansions and our stop rule, and gives exactly k connected regions."""
+"""Keywords of `superfacets.segment` for each variant. `PAPERS` is the paper's method. `PLAIN` has
+unlimited expansions and another stop criterion, and gives exactly k connected regions."""
 
 RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)
 """Variants that are measured on finer and coarser meshes."""
 
 
-SHARP = math.radians(45)
-"""Smallest angle, in radians, of an edge that counts as a crease."""
+SHARP = math.radians(45)  # minimum angle of a crease, in radians
 
 
 class Subject(NamedTuple):
-    """A mesh, and the segment of each face according to several people."""
+    """A mesh, and the segmentations of this mesh by several people."""
 
     mesh: Mesh
     truths: tuple[Ints, ...]
 
 
 class Creases(NamedTuple):
-    """Sharp edges, as pairs of adjacent faces; each edge occurs in both directions."""
+    """Sharp edges as pairs of adjacent faces; each pair is listed in both directions."""
 
     sources: Ints
     targets: Ints
     lengths: Floats
 
     def share_between(self, labels: Ints) -> float | None:
-        """Return the fraction of the length along borders between regions; None without creases."""
+        """Return the fraction of the crease length that is on borders; None without creases."""
         total = self.lengths.sum()
         between = labels[self.sources] != labels[self.targets]
         return float(self.lengths[between].sum() / total) if total > 0 else None
 
 
 def refined(subject: Subject, levels: int = 1) -> Subject:
-    """Split each face into four, `levels` times; new faces keep the segment of the old face."""
+    """Split each face into four, `levels` times; new faces get the segment of the old face."""
     vertices, faces = subject.mesh.vertices, subject.mesh.faces
     for _ in range(levels):
         vertices, faces = split_in_four(vertices, faces)
@@ -92,7 +91,7 @@ def refined(subject: Subject, levels: int = 1) -> Subject:
 
 
 def coarsened(subject: Subject) -> Subject:
-    """Decimate to a quarter of the faces, with the segment of the old face nearest to each face.
+    """Decimate to a quarter of the faces; new faces get the segment of the nearest old face.
 
     Needs PyVista and SciPy.
     """
@@ -132,14 +131,14 @@ SCALES: Mapping[str, Callable[[Subject], Subject]] = {
     "x4": refined,
     "x16": lambda subject: refined(subject, 2),
 }
-"""Functions that change the number of faces of the same surface, by name."""
+"""Functions that change the number of faces by a factor, but not the surface."""
 
 
-_RECORD_VERSION = 2  # raised when the content of records changes
+_RECORD_VERSION = 2  # increased when the content of records changes
 
 
 class Case(NamedTuple):
-    """A run of one variant on one model, which makes one row."""
+    """A run of one variant on one model, which gives one row of the results."""
 
     source: Source
     scale: str
@@ -150,7 +149,7 @@ class Case(NamedTuple):
         return f"model {self.source.name}, {self.scale}, {self.variant}, k = {self.k}"
 
     def piece(self, folder: Path) -> Piece:
-        """Return the case with its record: ``SCALE/MODEL/VARIANT_k-K.json`` in the folder."""
+        """Return the case with the path of its record, ``SCALE/MODEL/VARIANT_k-K.json``."""
         scale, variant = (
             "".join(letter if letter.isalnum() else "-" for letter in name)
             for name in (self.scale, self.variant)
@@ -175,7 +174,7 @@ class Task:
     memory: int = 0
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Load the model, scale it, and find its creases."""
+        """Load the model, change its resolution, and find its creases."""
         first: Case = self.pieces[0].subject
         model = load_model(first.source)
         subject = SCALES[first.scale](Subject(model.mesh, model.ground_truths))

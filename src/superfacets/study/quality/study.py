@@ -1,4 +1,4 @@
-"""The whole quality study: run what is missing, and write the results."""
+"""The quality study: carry out missing runs, and write the results."""
 
 from __future__ import annotations
 
@@ -17,47 +17,39 @@ from ..tasks import memory_of_tasks, outcome_of, read_piece, run_tasks
 from .measure import KS, RESOLUTION_VARIANTS, SCALES, VARIANTS, Case, Task
 from .tables import Row, render_quality
 
-_RUN = ("model", "scale", "variant", "k")
-"""Columns of a row that identify its run."""
+_RUN = ("model", "scale", "variant", "k")  # columns that identify the run of a row
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Choice of runs, and folders."""
+    """Options of the study."""
 
     benchmark: Path
     output: Path
-    models: tuple[int, ...] | None = None
-    """Numbers of models; None means all models in the folder."""
-    every: int = 1
-    """Step through the models: 2 selects every second model."""
+    models: tuple[int, ...] | None = None  # numbers of models; None means all models in the folder
+    every: int = 1  # step through the models: 2 selects every second model
     ks: tuple[int, ...] = KS
-    n_finer: int = 10
-    """Number of models that are measured at all scales."""
-    n_jobs: int = 1
-    """Number of worker processes."""
+    n_finer: int = 10  # number of models that are measured at all scales
+    n_jobs: int = 1  # number of worker processes
 
 
 @dataclass(frozen=True)
 class Report:
     """Results of the study."""
 
-    rows: list[Row]
-    """Results at the models' own resolution."""
-    resolution: list[Row]
-    """Results at all scales."""
+    rows: list[Row]  # results at the original resolution of the models
+    resolution: list[Row]  # results at all scales
     tables: str
-    problems: tuple[str, ...]
-    """A line for each file that is not used, and for each failed run."""
+    problems: tuple[str, ...]  # a message for each file that is not used, and for each failed run
 
 
 def study(options: Options) -> Report:
     """Measure all variants on the models, and some variants on some models at all scales.
 
     Rows are written to ``runs.csv`` in the output folder, and tables to ``tables.md``. If a run
-    fails, its model is left out at that scale, so that all means are over the same models. A
-    MeshError if no model could be measured; a ValueError if a model does not exist, or another
-    process uses the output folder; a MissingExtraError without tabulate.
+    fails, its model is left out at that scale, so that all means are over the same models. Raises
+    MeshError if no model could be measured; ValueError if a model does not exist, or another
+    process uses the output folder; MissingExtraError if tabulate is not installed.
     """
     if importlib.util.find_spec("tabulate") is None:
         raise MissingExtraError("quality without tabulate", "reproduce")
@@ -78,10 +70,10 @@ def study(options: Options) -> Report:
         rows, failures = _collect(main, lost)
         resolution, more_failures = _collect(finer, lost)
         if not rows:
-            raise MeshError(f"every model failed; the first: {failures[0]}")
+            raise MeshError(f"all models failed; the first failure: {failures[0]}")
         tables = render_quality({"rows": rows, "resolution": resolution, "ks": options.ks})
         runs = {tuple(row[name] for name in _RUN): row for row in rows + resolution}
-        write_csv(files[0], list(runs.values()))  # each run once, even if it is in both parts
+        write_csv(files[0], list(runs.values()))  # a run that is in both lists is written once
         with atomic_outputs([files[1]]) as (partial,):
             partial.write_text(tables + "\n", encoding="utf-8")
     said = (*sources.problems, *problems, *failures, *more_failures)
@@ -89,11 +81,11 @@ def study(options: Options) -> Report:
 
 
 def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
-    """Return the scales that the installed packages allow, and a note if one scale is missing."""
+    """Return the scales that installed packages support, and a note if a scale is left out."""
     if all(importlib.util.find_spec(name) for name in ("pyvista", "scipy")):
         return list(SCALES), ()
     finer = [scale for scale in SCALES if scale != "x1/4"]
-    return finer, ("no coarser meshes: they need PyVista and SciPy",)
+    return finer, ("coarser meshes are left out: PyVista and SciPy are not installed",)
 
 
 def _tasks(

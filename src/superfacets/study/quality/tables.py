@@ -1,4 +1,4 @@
-"""Tables of the quality study in Markdown: means, and comparisons with the plain variant."""
+"""Markdown tables of the quality study: means, and comparisons with the variant `PLAIN`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Means = dict[tuple[str, int], tuple[float, float]]
 
 
 def means(rows: Iterable[Row]) -> Means:
-    """Return the means of UE and compactness over models, by variant and k."""
+    """Return the means of UE and compactness over models, for each variant and k."""
     values: dict[tuple[str, int], list[tuple[float, float]]] = {}
     for row in rows:
         values.setdefault((row["variant"], row["k"]), []).append((row["ue"], row["compactness"]))
@@ -26,7 +26,7 @@ def means(rows: Iterable[Row]) -> Means:
 
 
 def dominators(found: Means) -> list[str]:
-    """Return the variants that dominate plain: at each k better in a measure, and worse in none."""
+    """Return the variants that are better than plain in a measure, and never worse, for each k."""
     ks = [k for variant, k in found if variant == PLAIN]
 
     def is_better(variant: str, k: int) -> bool:
@@ -44,7 +44,7 @@ def render_quality(results: Mapping[str, Any]) -> str:
     """
     sections = [
         ("UE / compactness by k", _frontier(results)),
-        ("Against plain", _comparison(results)),
+        ("Comparison with plain", _comparison(results)),
         ("UE / compactness by category", _categories(results)),
         ("UE / compactness / in valleys by number of faces", _resolution(results)),
     ]
@@ -94,7 +94,7 @@ def _share(cases: Iterable[bool]) -> str:
 
 
 def _mean_share(shares: Iterable[float | None]) -> str:
-    """Return the mean share over the models that have creases; "-" if there are none."""
+    """Return the mean fraction over models with creases as text; "-" if no model has creases."""
     found = [share for share in shares if share is not None]
     return f"{100 * np.mean(found):.0f} %" if found else "-"
 
@@ -118,7 +118,7 @@ def _resolution(results: Mapping[str, Any]) -> str:
 
 
 def _categories(results: Mapping[str, Any]) -> str:
-    """Return the means over k of some variants by category, the largest gain in UE first."""
+    """Return the means over k of some variants, by category, sorted by gain in UE."""
     names = (PLAIN, CREASES, NO_RIDGES, DEFAULT)
     rows = [
         row | {"variant": f"{row['variant']} {category_of(row['model'])}", "k": 0}

@@ -5,5 +5,6 @@
 - `gallery`: pictures of meshes. `plan`: all runs for the requested figures.
 - `results`: curves and means of the records. `figures`: plots.
 - `page`: one page with all results, from the templates in the same folder.
-- `reproduction`: all stages in order. Options: `superfacets.cli.studies`.
+- `reproduction`: all stages in order.
+- The command-line options are in `superfacets.cli.studies`.
 """

@@ -1,4 +1,4 @@
-"""Plots like the paper's Figures 4 to 7, for all models and for each category."""
+"""Plots that correspond to the paper's Figures 4 to 7, for all models and for each category."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _LIGHTEST = 0.62  # fraction of white in the color of a method's smallest alpha
 
 
 def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
-    """Plot both measures over k, and error over compactness at the usual k."""
+    """Plot both measures over k, and the error over compactness for a fixed k."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots(1, 3)
@@ -81,7 +81,7 @@ def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
 
 
 def plot_categories(path: Path, results: Results, comparison: Comparison, quantity: str) -> None:
-    """Plot a measure over k: a panel for each category, with a curve for each method."""
+    """Plot a measure over k, with one panel per category, and one curve per method."""
     curves = [
         curve for curve in comparison.curves if curve.alpha == METHODS[curve.method].usual_alpha
     ]
@@ -145,7 +145,7 @@ def _add_legend(
 
 
 def _looks(curves: Sequence[Curve]) -> dict[Curve, dict[str, Any]]:
-    """Styles of curves: smaller alphas are lighter, and the usual alpha has a thick line."""
+    """Style of each curve: smaller alphas are lighter, and the usual alpha has a thick line."""
     looks = {}
     for curve in curves:
         method = METHODS[curve.method]

@@ -1,4 +1,4 @@
-"""Pictures like the paper's Figures 1, 2, 3 and 8. They are redrawn only if labels change."""
+"""Pictures that correspond to the paper's Figures 1, 2, 3 and 8, redrawn only if labels change."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ from ..tasks import Key
 from .measure import Run, unpack_labels
 from .methods import METHODS
 
-TABLE_METHODS = ("default", "superfacets", "paper")
-"""Methods in Table 1."""
+TABLE_METHODS = ("default", "superfacets", "paper")  # methods in Table 1
 
 _ALPHA = 200.0
 
@@ -37,7 +36,7 @@ _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture of a mesh with its regions, and the place of the picture in a figure."""
+    """A picture of a mesh with its regions, and its row and column in a figure."""
 
     figure: str
     row: str
@@ -52,7 +51,7 @@ class Picture:
 
 
 def view_of(mesh: FaceMesh) -> View:
-    """Return a view of the broad side of a mesh; models have no common axis that points up."""
+    """Return a view of the broad side of a mesh, because models have no common up axis."""
     x, y, z = mesh.bounds[1] - mesh.bounds[0]
     if y <= min(x, z):
         return View(azimuth=20, elevation=60, up="y")
@@ -71,7 +70,7 @@ def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
 
 
 def _shown(models: tuple[Source, ...], categories: tuple[str, ...]) -> list[Source]:
-    """Return the smallest model of each category; other categories replace missing ones."""
+    """Return the smallest model of each category; other categories replace missing categories."""
     smallest: dict[str, Source] = {}
     for model in models:
         smallest.setdefault(model.category, model)
@@ -79,16 +78,12 @@ def _shown(models: tuple[Source, ...], categories: tuple[str, ...]) -> list[Sour
     return [*wanted, *smallest.values()][: len(categories)]
 
 
-def _title(model: Source) -> str:
-    return f"{model.name} ({model.category})"
-
-
 _ROWS: Mapping[str, tuple[tuple[tuple[str, float | None], ...], tuple[str, ...]]] = {
     "2": (tuple(("superfacets", alpha) for alpha in (0.0, 200.0, 1000.0)), _ALPHA_CATEGORIES),
     "3": ((("ncuts", _ALPHA), ("ncuts-sparse", _ALPHA), *_OURS), _CUTS_CATEGORIES),
     "8": ((*((vsa, None) for vsa in _VSA), *_OURS), _VSA_CATEGORIES),
 }
-"""Method and alpha of each row, and categories, of the figures that show models."""
+"""For each figure with models: method and alpha of each row, and category of each column."""
 
 GALLERY = ("1", *_ROWS)
 """Figures of pictures: large meshes, the effect of alpha, normalized cuts, and variants of VSA."""
@@ -102,21 +97,20 @@ def pictures_of(
         return [Picture("1", "", mesh.name, Run(mesh, "superfacets", _ALPHA, k)) for mesh in meshes]
     rows, categories = _ROWS[figure]
     return [
-        Picture(figure, _row_title(figure, *row), _title(model), Run(model, *row, k))
-        for row in rows
+        Picture(
+            figure, f"alpha = {alpha:g}" if figure == "2" else METHODS[method].title,
+            f"{model.name} ({model.category})", Run(model, method, alpha, k),
+        )
+        for method, alpha in rows
         for model in _shown(models, categories)
-    ]
-
-
-def _row_title(figure: str, method: str, alpha: float | None) -> str:
-    return f"alpha = {alpha:g}" if figure == "2" else METHODS[method].title
+    ]  # fmt: skip
 
 
 _SIZE = (640, 480)
 
-_LOOK = 1  # version of the style: another version makes older pictures stale
+_LOOK = 1  # version of the style; pictures of another version are drawn again
 
-_KEY = "superfacets"  # name of the text in a PNG file that identifies the input
+_KEY = "superfacets"  # name of the text entry of a PNG file that identifies the input
 
 
 @dataclass(frozen=True)
@@ -124,8 +118,7 @@ class Drawing:
     """A picture that a worker draws."""
 
     picture: Picture
-    labels: str
-    """Packed as in the record of the run."""
+    labels: str  # labels as packed by `pack_labels`
     key: str
     folder: Path
     memory: int = 0
@@ -138,7 +131,7 @@ class Drawing:
         return cls(picture, labels, digest, folder)
 
     def run(self) -> str | None:
-        """Draw and write the picture; return the cause if this fails, otherwise None."""
+        """Draw and write the picture; return the reason if this fails, otherwise None."""
         try:
             mesh, _ = load(self.picture.run.source)
             pixels = render(mesh, unpack_labels(self.labels), size=_SIZE, view=view_of(mesh))

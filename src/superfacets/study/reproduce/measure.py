@@ -21,17 +21,16 @@ from ..sources import Source, load
 from ..tasks import Piece, Record
 from .methods import METHODS, Setting
 
-_RECORD_VERSION = 2  # raised when the content of records changes
+_RECORD_VERSION = 2  # increased when the content of records changes
 
 
 @dataclass(frozen=True)
 class Run:
-    """One method on one mesh with one alpha and one number of regions. A run makes one record."""
+    """One method on one mesh, with one alpha and one number of regions. A run has one record."""
 
     source: Source
     method: str
-    alpha: float | None
-    """None for methods without an alpha."""
+    alpha: float | None  # None for methods without an alpha
     k: int
 
     def setting(self, most_segments: int, max_memory: int) -> Setting:
@@ -42,7 +41,7 @@ class Run:
         )
 
     def key(self, most_segments: int) -> dict[str, Any]:
-        """Return all inputs that the result depends on; a record with another key is stale."""
+        """Return all inputs that the result depends on; records with other keys are out of date."""
         method = METHODS[self.method]
         setting = self.setting(most_segments, max_memory=0)
         return {
@@ -55,7 +54,7 @@ class Run:
         }
 
     def piece(self, folder: Path, most_segments: int) -> Piece:
-        """Return the run with its record: ``METHOD/MESH/alpha-A_k-K.json`` in the folder."""
+        """Return the run with the path of its record, ``METHOD/MESH/alpha-A_k-K.json``."""
         alpha = "none" if self.alpha is None else f"{self.alpha:g}"
         path = folder / self.method / self.source.name / f"alpha-{alpha}_k-{self.k}.json"
         return Piece(self, path, self.key(most_segments))
@@ -66,8 +65,7 @@ class Task:
     """Runs that differ only in the number of regions, and share a part of the work."""
 
     pieces: tuple[Piece, ...]
-    pictured: frozenset[Run]
-    """Runs whose labels are kept in the records, for pictures."""
+    pictured: frozenset[Run]  # runs whose labels are stored in the records, for pictures
     setting: Setting
 
     @property
@@ -139,5 +137,5 @@ def pack_labels(labels: Ints) -> str:
 
 
 def unpack_labels(text: str) -> Ints:
-    """Return the labels from a text of `pack_labels`."""
+    """Return the labels that `pack_labels` has packed."""
     return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<i4").astype(np.int32)

@@ -24,12 +24,9 @@ class Setting:
     """Settings of a method, except for the mesh and the number of regions."""
 
     alpha: float | None
-    most_segments: int
-    """Largest number of regions in all runs."""
-    seed: int
-    """Random seed: one per mesh."""
-    max_memory: int
-    """Memory limit in bytes; labels do not depend on it."""
+    most_segments: int  # maximum number of regions in all runs
+    seed: int  # random seed: one per mesh
+    max_memory: int  # memory limit in bytes, which does not change the labels
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,38 +35,32 @@ class Method:
 
     title: str
     prepare: Callable[[FaceMesh, Setting], Segmenter]
-    """Function that does the work that all numbers of regions share, and returns the segmenter."""
+    """Function that does the work common to all numbers of regions, and returns the segmenter."""
     color: str
-    line: str = "-"
-    """Line style of curves, to distinguish methods of similar colors."""
-    figures: tuple[str, ...]
-    """Figures with curves or dots of this method."""
-    depends_on: tuple[str, ...] = ("alpha",)
-    """Fields of `Setting` that labels depend on."""
+    line: str = "-"  # line style of curves, to distinguish methods of similar colors
+    figures: tuple[str, ...]  # figures with curves or dots of this method
+    depends_on: tuple[str, ...] = ("alpha",)  # fields of `Setting` that labels depend on
     alphas: tuple[float | None, ...] = (None,)
     subset_alphas: tuple[float | None, ...] = (None,)
     usual_alpha: float | None = None
     """Alpha for pictures, times, and figures with one curve per method."""
-    packages: tuple[str, ...] = ()
-    """Names of required packages."""
+    packages: tuple[str, ...] = ()  # names of required packages
     bytes_per_pair: int = 0
     """Bytes per pair of faces for methods with quadratic memory; 0 for other methods."""
     max_faces: int | None = None
-    """Models with more faces are left out, except for the `least_models` smallest per category."""
-    least_models: int = 2
-    """Number of models of each category that are run regardless of their size."""
-    subset_max_faces: int | None = None
-    """With ``--subset``, models with more faces are left out."""
+    """Models with more faces are left out, except the `least_models` smallest per category."""
+    least_models: int = 2  # number of models of each category that are run regardless of their size
+    subset_max_faces: int | None = None  # with ``--subset``, models with more faces are left out
     version: int = 1
-    """Version of the way to run the method. A new version makes older records stale."""
+    """Version of the settings of the method. Records of other versions are not used."""
 
 
 _OUR_ALPHAS = (0.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 _FEW_ALPHAS = (0.0, 100.0, 200.0)
 
 
-# The paper's weights and seeds with a tolerance as stop rule. Expansions are not halted, so that
-# each face belongs to its nearest center.
+# The paper's weights and seeds, with a tolerance as stop criterion. Expansions are not halted, so
+# that each face belongs to its nearest center.
 _EXACT = dict(PAPER) | {"radius_factor": None, "tol": 0.02}
 
 

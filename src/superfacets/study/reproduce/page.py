@@ -1,6 +1,6 @@
 """The page with all results: runs, meshes, times and figures.
 
-Templates hold the text and the layout; this module computes their values. Images are embedded.
+Templates contain the text and the layout; this module computes their values. Images are embedded.
 """
 
 from __future__ import annotations
@@ -27,8 +27,7 @@ _TEMPLATES = Path(__file__).parent / "templates"
 
 _MEDIA_TYPES = {".png": "image/png", ".svg": "image/svg+xml"}
 
-Section = dict[str, Any]
-"""Title, name of the template, and values of a section of the page."""
+Section = dict[str, Any]  # title, name of the template, and values of a section of the page
 
 # Seconds in the paper's Table 1, by number of faces.
 _TIMES_2014 = {
@@ -38,7 +37,7 @@ _TIMES_2014 = {
 
 _PICTURE_TEXTS = {
     "1": "Large meshes",
-    "2": "What alpha does",
+    "2": "The effect of alpha",
     "3": "Normalized cuts and superfacets",
     "8": "Variational Shape Approximation and superfacets",
 }
@@ -65,21 +64,18 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class Files:
-    """Results of the stages before the page."""
+    """Plots, times and messages that the page shows."""
 
     folder: Path
-    plots: dict[str, list[Path]]
-    """Plots of each figure: the main plot, then the plots by category."""
+    plots: dict[str, list[Path]]  # plots of each figure: the main plot, then the plots by category
     comparisons: dict[str, Comparison]
-    seconds: float
-    """Wall time in seconds until now."""
-    n_before: int
-    """Number of runs that were done before."""
+    seconds: float  # wall time in seconds until the page is written
+    n_before: int  # number of runs that were done by earlier starts
     picture_problems: tuple[str, ...]
 
 
 def write_page(path: Path, results: Results, files: Files) -> None:
-    """Write the page. Needs Jinja2."""
+    """Write the page of results. Needs Jinja2."""
     sections = [
         _summary(results),
         *(_figure(figure, results, files) for figure in results.plan.choice.figures),
@@ -133,7 +129,7 @@ def _lead(results: Results) -> str:
 
 
 def _summary(results: Results) -> Section:
-    """Return the section with the means over models of each curve, at the usual k."""
+    """Return the section with the means over models of each curve, for a fixed k."""
     k = results.plan.choice.k
     curves = dict.fromkeys(
         Curve(run.method, run.alpha) for run in results.done if run.source.is_model and run.k == k
@@ -219,7 +215,7 @@ def _curve_section(figure: str, results: Results, files: Files) -> Section:
 
 
 def _times_section(results: Results, files: Files) -> Section:
-    head = ["method", "models", "median seconds", "times superfacets' (median over models)"]
+    head = ["method", "models", "median seconds", "time / superfacets' time (median over models)"]
     ours = METHODS["superfacets"].title
     return {
         "title": "Figure 5",
@@ -254,14 +250,14 @@ def _time_rows(results: Results) -> list[list[str]]:
 
 def _missing_section(results: Results, files: Files) -> Section:
     lists = (
-        (f"{len(results.missing):,} runs not started within the budget:", results.not_started()),
+        (f"{len(results.missing):,} runs not started in time:", results.not_started()),
         (f"{len(results.failed):,} runs failed:", results.reasons()),
         ("Files that are missing or not used:", results.plan.problems),
         ("Pictures that could not be drawn:", files.picture_problems),
         ("Models that are too large for a method:", _too_large(results)),
     )
     return {
-        "title": "What is missing",
+        "title": "Missing results",
         "template": "missing.html",
         "lists": [(title, lines) for title, lines in lists if lines],
     }

@@ -15,14 +15,13 @@ from .methods import METHODS
 KS = (50, 100, 150, 200, 250, 300)
 SUBSET_KS = (50, 150, 300)
 
-CURVES = ("4", "6", "7")
-"""Figures with a curve over k for each method and alpha."""
+CURVES = ("4", "6", "7")  # figures with a curve over k for each method and alpha
 
 FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
 """The paper's figures. "rivals" is an additional figure, with a curve for each method that runs on
 most models."""
 
-_USUAL_K = 150  # in the paper's pictures and times
+_USUAL_K = 150  # number of regions in the paper's pictures and time measurements
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,14 +65,13 @@ class Plan:
     models: tuple[Source, ...]
     meshes: tuple[Source, ...]
     runs: tuple[Run, ...]
-    """Without duplicates, in the order of work: the smallest models of all categories first."""
+    """Runs without duplicates, in execution order: smallest models of all categories first."""
     pictures: tuple[Picture, ...]
-    problems: tuple[str, ...]
-    """A line for each file that is missing or not used."""
+    problems: tuple[str, ...]  # a message for each file that is missing or not used
 
 
 def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
-    """Return the runs and pictures for the chosen figures; a ValueError if there are none."""
+    """Return the runs and pictures for the chosen figures; a ValueError if there are no runs."""
     ranks = _ranks(models.found)
     chosen = tuple(m for m in models.found if not choice.is_subset or ranks[m] == 0)
     pictures = tuple(

@@ -31,12 +31,12 @@ from .results import (
 )
 
 _QUANTITIES = ("undersegmentation_error", "compactness")
-"""Measures that are also plotted by category."""
+"""Measures that are also plotted for each category."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Choice of runs, folders, and limits."""
+    """Options of the reproduction."""
 
     benchmark: Path
     output: Path
@@ -44,8 +44,7 @@ class Options:
     choice: Choice
     budget_seconds: float | None
     """Number of seconds after which no task is started; None means no limit."""
-    n_jobs: int
-    """Number of worker processes."""
+    n_jobs: int  # number of worker processes
 
 
 @dataclass(frozen=True)
@@ -59,10 +58,10 @@ class Report:
 
 
 def reproduce(options: Options) -> Report:
-    """Do the missing runs, and write tables, plots, pictures and the page.
+    """Carry out missing runs, and write tables, plots, pictures and the page.
 
-    A MeshError if no run succeeded; a ValueError if another process uses the output folder; a
-    MissingExtraError or RenderError, before any run, if a requirement of the figures is missing.
+    Raises MeshError if no run succeeded; ValueError if another process uses the output folder;
+    MissingExtraError or RenderError, before any run, if a figure cannot be drawn.
     """
     start = time.monotonic()
     plan = _plan(options)
@@ -70,7 +69,7 @@ def reproduce(options: Options) -> Report:
     most_segments = max(plan.choice.ks)
     pieces = {run: run.piece(options.output / "records", most_segments) for run in plan.runs}
     with locked(options.output):
-        # Temporary files of killed processes. No other process is running, because of the lock.
+        # Remove temporary files of killed processes; the lock excludes other processes.
         remove_leftovers(_outputs(plan, pieces, options.output), older_than=0.0)
         results, n_before = _measure(plan, pieces, options, start)
         if not results.done:
@@ -110,7 +109,7 @@ def _check_needs(plan: Plan) -> None:
 def _measure(
     plan: Plan, pieces: Mapping[Run, Piece], options: Options, start: float
 ) -> tuple[Results, int]:
-    """Do the missing runs; also return the number of runs that were done before."""
+    """Carry out missing runs; also return the number of runs that earlier starts have done."""
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, pieces, pictured, {})
     memory = memory_of_tasks()
@@ -146,7 +145,7 @@ def _tasks(
 def _draw_pictures(
     results: Results, pieces: Mapping[Run, Piece], options: Options
 ) -> tuple[str, ...]:
-    """Draw the missing pictures; return a line for each failure."""
+    """Draw missing pictures; return a message for each failure."""
     folder = options.output / "pictures"
     folder.mkdir(exist_ok=True)
     drawings = [
@@ -172,7 +171,7 @@ def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path
 
 
 def _plots(folder: Path, figure: str) -> list[Path]:
-    """Return the paths of the plots of a figure: the main plot, then the plots by category."""
+    """Return the paths of the plots of a figure: the main plot, then plots for each category."""
     endings = ["", *(f"-{quantity.replace('_', '-')}" for quantity in _QUANTITIES)]
     return [folder / "plots" / f"figure-{figure}{ending}.svg" for ending in endings]
 
@@ -196,7 +195,7 @@ def _write_files(
 
 
 def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: Path) -> list[Path]:
-    """Plot a figure, and the same curves by category; without common models, plot nothing."""
+    """Plot a figure, and its curves for each category; nothing if no model has all curves."""
     from .figures import plot_categories, plot_curves
 
     if not comparison.models:

@@ -20,7 +20,7 @@ from .plan import Plan
 
 @dataclass(frozen=True)
 class Curve:
-    """A method with one alpha, which makes a curve in a figure."""
+    """A curve in a figure: a method with one alpha."""
 
     method: str
     alpha: float | None
@@ -40,8 +40,7 @@ class Results:
 
     plan: Plan
     done: dict[Run, Record] = field(default_factory=dict)
-    failed: dict[Run, str] = field(default_factory=dict)
-    """Cause of each failure."""
+    failed: dict[Run, str] = field(default_factory=dict)  # reason of each failure
     missing: tuple[Run, ...] = ()
 
     def value(self, run: Run, quantity: str) -> float:
@@ -61,7 +60,7 @@ class Results:
         }
 
     def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
-        """Return the mean over models of a quantity, which is a mean over ground truths."""
+        """Return the mean of a quantity over models."""
         values = [
             self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
         ]
@@ -83,7 +82,7 @@ class Results:
 
 
 def _grouped(keys: Mapping[Run, Any]) -> dict[Any, list[Run]]:
-    """The runs of each key."""
+    """Group the runs by their keys."""
     groups: dict[Any, list[Run]] = defaultdict(list)
     for run, key in keys.items():
         groups[key].append(run)
@@ -100,8 +99,8 @@ def collect(
 ) -> Results:
     """Read the records of all runs of a plan, given the piece of each run.
 
-    Records of `pictured` runs must contain labels. `lost` holds the reasons why records could not
-    be written, by path.
+    Records of `pictured` runs must contain labels. `lost` maps the paths of records that could not
+    be written to the reasons.
     """
     done: dict[Run, Record] = {}
     failed: dict[Run, str] = {}
@@ -117,13 +116,11 @@ def collect(
 
 @dataclass(frozen=True)
 class Comparison:
-    """Curves over the same models, which makes them comparable."""
+    """Curves that are comparable, because they are means over the same models."""
 
     curves: tuple[Curve, ...]
-    models: tuple[Source, ...]
-    """Models with a result for every point of every curve."""
-    left_out: tuple[Curve, ...]
-    """Planned curves without a model in common with the other curves."""
+    models: tuple[Source, ...]  # models with a result for every point of every curve
+    left_out: tuple[Curve, ...]  # planned curves without a model in common with the other curves
 
 
 def compare(results: Results, figure: str) -> Comparison:
@@ -152,7 +149,7 @@ _FACTS = ("model", "category", "faces", "ground_truths", "method", "alpha", "k")
 
 
 def write_runs(path: Path, results: Results) -> None:
-    """Write a row for each planned run: its status, and numbers or the cause of failure."""
+    """Write a row for each planned run: its status, and results or the reason of failure."""
     write_csv(path, [_row_of_run(results, run) for run in results.plan.runs])
 
 
