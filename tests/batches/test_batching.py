@@ -382,4 +382,4 @@ def test_cells_that_the_format_cannot_hold_are_refused_before_the_work(tmp_path,
     house = sf.PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
     sf.write_mesh(tmp_path / "house.ply", house)
     result = sf.batch(tmp_path / "house.ply", out, formats=["sstk.json"], n_segments=1)
-    assert ".sstk.json holds labels of triangles" in result.records[0]["error"]
+    assert ".sstk.json needs labels of triangles" in result.records[0]["error"]

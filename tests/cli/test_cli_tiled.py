@@ -89,7 +89,7 @@ def test_a_viewpoint_of_a_mesh_is_one_line(run, bear):
     status, _, err = run("segment", bear, "-n", 9, "--tiled", "--viewpoint", 0, 0, 1)
     assert (status, err.count("\n")) == (1, 1)
     assert err.endswith(
-        "a viewpoint is for point clouds that have neither normals nor viewpoints\n"
+        "omit viewpoint: it is only for point clouds without normals or viewpoints\n"
     )
     assert files_in(bear.parent) == ["bear.ply"]
 
@@ -152,7 +152,7 @@ def test_labels_that_would_have_one_name_are_refused(run, city, bear, tmp_path):
     (folder / "a.off").touch()
     status, _, err = run("segment", folder, "--tiled", "-o", out)
     assert (status, err.count("\n")) == (2, 1)
-    assert f"a.off and a.ply in {folder} would both have their labels in a.npy: rename one" in err
+    assert f"a.off and a.ply in {folder} would both be written to a.npy: rename one" in err
     assert files_in(tmp_path) == ["bear.ply", "city", "other"]
 
 

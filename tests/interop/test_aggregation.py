@@ -111,7 +111,7 @@ def test_objects_from_elsewhere_are_not_replaced(scene):
         lambda: regroup_segments(scene / "s.aggregation.json", new, scene / "t.aggregation.json"),
     ):
         (scene / "t.aggregation.json").write_bytes(before)
-        with pytest.raises(FileExistsError, match="holds objects from another program"):
+        with pytest.raises(FileExistsError, match="this file was written by another program"):
             write()
         assert path.read_bytes() == before
     with pytest.raises(ValueError, match="would overwrite the input aggregation"):

@@ -279,7 +279,7 @@ def test_attributes_that_no_file_can_hold_are_refused(arguments, error, message)
 def test_attributes_of_another_mesh_are_refused(tmp_path):
     mesh = Mesh(VERTICES, FACES)
     path = tmp_path / "a.ply"
-    with pytest.raises(ValueError, match=r"^the face property a has 3 values instead of 2$"):
+    with pytest.raises(ValueError, match=r"^the face property a must have 2 values, got 3$"):
         write_mesh(path, mesh, attributes=MeshAttributes(face={"a": [1, 2, 3]}))
     with pytest.raises(TypeError, match=r"^attributes must be MeshAttributes, got dict$"):
         write_mesh(path, mesh, attributes={"a": [1, 2]})
