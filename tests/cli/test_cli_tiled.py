@@ -205,7 +205,9 @@ def test_a_damaged_file_and_a_scheduler_that_is_not_there_are_one_line(run, bear
     monkeypatch.setattr("superfacets.batches.cluster.CONNECT_TIMEOUT", 0.3)
     status, _, err = run("segment", bear, "--tiled", "--scheduler", "tcp://127.0.0.1:9")
     assert status == 1
-    assert err.startswith("superfacets: error: no scheduler at tcp://127.0.0.1:9: ")
+    assert err.startswith(
+        "superfacets: error: cannot connect to a Dask scheduler at tcp://127.0.0.1:9: "
+    )
     faces = np.array(sample_mesh(20_000).faces)
     content = bear.read_bytes()
     bear.write_bytes(content.replace(faces[-1].tobytes(), np.int32([0, 1, 10**9]).tobytes()))
@@ -306,5 +308,5 @@ def test_point_clouds(run, tmp_path):
     write_mesh(folder / "a.ply", PointCloud(points))
     write_mesh(folder / "b.ply", sample_mesh(3_000))
     status, _, err = run("segment", folder, "-n", 9, "--tiled", "-o", out)
-    message = "the folder holds meshes and point clouds: use one kind at a time"
+    message = "the folder has both meshes and point clouds: use separate folders"
     assert (status, err) == (1, f"superfacets: error: {folder}: {message}\n")

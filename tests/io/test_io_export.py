@@ -281,15 +281,15 @@ class TestPyTorchGeometric:
             ),
             (
                 {**GRAPH, "edge_attr": [[1]]},
-                "edge_attr must have one row per edge: there are 4 edges, edge_attr has 1",
+                "edge_attr must have one row per edge, 4 rows",
             ),
             (
                 {**GRAPH, "super_index": [3]},
-                "super_index must be from -1 to 2, got values from 3 to 3",
+                "super_index must be regions from -1 to 2",
             ),
             (
                 {**GRAPH, "edge_index": [[-1], [0]], "edge_attr": [1]},
-                "edge_index must be from 0 to 2",
+                "edge_index must be regions from 0 to 2",
             ),
             (
                 [GRAPH, {**COARSE, "super_index": [0]}],
@@ -567,12 +567,17 @@ class TestNamesAndVertices:
                 r"classes needs an output with the ending \.glb or \.stl or \.aggregation\.json",
             ),
             ("a.glb", {"classes": [1.5, 2]}, TypeError, "strings or integers, got 1.5"),
-            ("a.glb", {"classes": [1]}, MeshError, "there are 2 regions, classes has 1 values"),
+            (
+                "a.glb",
+                {"classes": [1]},
+                MeshError,
+                "classes must have one value per region, 2, got 1",
+            ),
             (
                 "a.aggregation.json",
                 {"classes": ["a"]},
                 MeshError,
-                "there are 2 regions, classes has 1",
+                "classes must have one value per region, 2, got 1",
             ),
         ],
     )
@@ -609,7 +614,7 @@ def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, monkeypatch):
     size = path.stat().st_size
     for limit in (size - 1, 100):  # the file, and what is in it
         monkeypatch.setattr(glb, "MAX_BYTES", limit)
-        with pytest.raises(MeshError, match="a GLB file has at most 4 GiB"):
+        with pytest.raises(MeshError, match="GLB has at most 4 GiB"):
             write_mesh(tmp_path / "b.glb", square, [0, 1])
         assert [*tmp_path.iterdir()] == [path]
     monkeypatch.setattr(glb, "MAX_BYTES", size)

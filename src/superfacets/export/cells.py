@@ -109,10 +109,7 @@ class FormatOptions:
             ("scores", scores is not None, (".aggregation.json",)),
         ):
             if is_given and not {*endings} & {*fitting}:
-                raise ValueError(
-                    f"{name} needs an output with the ending {' or '.join(fitting)}: the outputs"
-                    f" have {' and '.join(endings) or 'none'}"
-                )
+                raise ValueError(f"{name} needs an output with the ending {' or '.join(fitting)}")
         names = None if classes is None else tuple(map(_checked_class, classes))
         return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
 
@@ -126,8 +123,7 @@ class FormatOptions:
             n_regions = len(np.unique(labels[labels >= 0]))
             if len(given) != n_regions:
                 raise MeshError(
-                    f"{name} must have one value per region: there are {n_regions} regions,"
-                    f" {name} has {len(given)} values"
+                    f"{name} must have one value per region, {n_regions}, got {len(given)}"
                 )
 
 

@@ -74,8 +74,6 @@ def write_glb(file: IO[bytes], content: Content) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Regions:
-    """Regions numbered with ids 0 to `count` - 1; the id `count` means no region."""
-
     names: npt.NDArray[np.int32]  # distinct labels, ascending; may include -1
     ids: npt.NDArray[np.int64]  # region id of each face
     count: int
@@ -214,9 +212,7 @@ def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
 
 def _check_size(n_bytes: int) -> None:
     if n_bytes > MAX_BYTES:
-        raise MeshError(
-            f"the mesh needs {n_bytes} bytes, but a GLB file has at most 4 GiB: write .ply or .obj"
-        )
+        raise MeshError("the mesh is too large, as GLB has at most 4 GiB: write .ply or .obj")
 
 
 @dataclass

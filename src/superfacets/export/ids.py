@@ -85,7 +85,6 @@ class IdWriter:
             _write(file, ending, path, labels, self.options)
 
     def _write_cortex(self, file: IO[bytes], ending: str) -> None:
-        """Write labels of vertices, with the colors of the regions."""
         from ..pictures.colors import face_colors
         from ..regions.vertices import vertex_labels
 
@@ -129,7 +128,6 @@ def _write(
     labels: npt.NDArray[np.integer[Any]],
     options: FormatOptions,
 ) -> None:
-    """Write checked labels in the format of `ending`."""
     if ending == ".segs.json":
         write_segments(file, labels, scene_of(path, ending))
     elif ending == ".aggregation.json":

@@ -72,7 +72,6 @@ def write_cloud_ply(file: IO[bytes], content: Content) -> None:
 def _write_elements(
     file: IO[bytes], elements: list[_Element], comments: Sequence[str], *, ascii: bool
 ) -> None:
-    """Write the header and the rows of all elements."""
     lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0", *comments]
     for element in elements:
         lines += [f"element {element.name} {element.n_rows}"]
@@ -189,7 +188,6 @@ def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
 
 
 def _fill_rows(columns: list[_Column], n_rows: int) -> Array:
-    """Pack columns into a structured array."""
     fields: list[Any] = []
     for column in columns:
         if column.length is None:
@@ -206,7 +204,6 @@ def _fill_rows(columns: list[_Column], n_rows: int) -> Array:
 
 
 def _declaration(column: _Column) -> str:
-    """Return the header line that declares a property."""
     kind = PLY_TYPES[column.dtype[-2:]]
     if column.length is not None or column.longest:
         kind = f"list {PLY_TYPES[column.length_dtype[-2:]]} {kind}"

@@ -124,10 +124,7 @@ def _check_graph(graph: Mapping[str, Array], prefix: str, n_below: int | None) -
     if edges.ndim != 2 or len(edges) != 2:
         raise MeshError(f"{prefix}edge_index must have shape (2, E), got {edges.shape}")
     if "edge_attr" in graph and len(graph["edge_attr"]) != edges.shape[1]:
-        raise MeshError(
-            f"{prefix}edge_attr must have one row per edge: there are {edges.shape[1]} edges,"
-            f" edge_attr has {len(graph['edge_attr'])} rows"
-        )
+        raise MeshError(f"{prefix}edge_attr must have one row per edge, {edges.shape[1]} rows")
     members = graph.get("super_index", np.empty(0, np.int64))
     if n_below is not None and len(members) != n_below:
         raise MeshError(
@@ -136,8 +133,5 @@ def _check_graph(graph: Mapping[str, Array], prefix: str, n_below: int | None) -
         )
     for name, indices, lowest in (("edge_index", edges, 0), ("super_index", members, -1)):
         if indices.size and not lowest <= indices.min() <= indices.max() < n_regions:
-            raise MeshError(
-                f"{prefix}{name} must be from {lowest} to {n_regions - 1}, got values from"
-                f" {indices.min()} to {indices.max()}"
-            )
+            raise MeshError(f"{prefix}{name} must be regions from {lowest} to {n_regions - 1}")
     return n_regions

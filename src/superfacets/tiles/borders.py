@@ -242,7 +242,6 @@ def _write_band(
 
 
 def _load_band(store: TileStore, ends: str, tile: int) -> Part:
-    """Load the cells of the band that belong to a tile."""
     names = "places", *_names(store, ends, "sides", "lengths")
     return Part.load(store.scratch, f"tile{tile}/band", names)
 

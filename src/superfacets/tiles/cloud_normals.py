@@ -120,7 +120,6 @@ def _turn_to(store: TileStore, sets: _core.TurnedSets, roots: Ints, viewpoint: V
 
 
 def _flip(store: TileStore, sets: _core.TurnedSets, roots: Ints, is_flipped: Bools) -> None:
-    """Flip the normals of the components where `is_flipped` is true."""
     for tile in range(store.n_tiles):
         own, _, (_, _, normals) = _read_apart(store, tile, sets, roots)
         normals[is_flipped[own]] *= -1.0

@@ -89,7 +89,6 @@ def _noise_of(found: list[_Noise]) -> float:
 
 
 def _link_vertices(store: TileStore, tile: int, others: list[int], n_threads: int) -> None:
-    """Write the graph of the vertices of a tile and of its halo."""
     faces, graph = _faces_around(store, tile, others, n_threads)
     store.write(tile, "around/ids", faces.vertices["ids"])
     store.write(tile, "around/offsets", graph.offsets)
@@ -99,7 +98,6 @@ def _link_vertices(store: TileStore, tile: int, others: list[int], n_threads: in
 def _faces_around(
     store: TileStore, tile: int, others: list[int], n_threads: int
 ) -> tuple[Part, VertexGraph]:
-    """Return the faces of a tile and of its halo, and the graph of their vertices."""
     faces = faces_with_halo(store, Part.of_tile(store, tile, OF_FACES), others)
     own_numbers = np.arange(len(faces.vertices["ids"]), dtype=np.int32)
     return faces, vertex_graph(faces.mesh(store), own_numbers, n_threads)

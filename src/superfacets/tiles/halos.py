@@ -63,7 +63,6 @@ def _touching(faces: Part, vertex_ids: Longs) -> Part:
 
 
 def _shared_vertices(store: TileStore) -> Longs:
-    """Return the vertices that are in more than one tile, ascending."""
     tiles = range(store.n_tiles)
     ends = np.array([store.read(tile, "vertices/ids")[[0, -1]] for tile in tiles])
     shared = []

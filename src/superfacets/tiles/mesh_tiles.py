@@ -72,7 +72,6 @@ def tiles_of_chunks(chunks: Chunks, scratch: Scratch, run: Run) -> TileStore:
 
 
 def _measured(faces: Part, n_threads: int) -> tuple[Floats, Floats]:
-    """Return centroids and areas of faces."""
     points = _points(faces).astype(np.float64)
     corners = np.arange(len(points), dtype=np.int32)
     if not faces.lists:
@@ -81,7 +80,6 @@ def _measured(faces: Part, n_threads: int) -> tuple[Floats, Floats]:
 
 
 def _points(faces: Part) -> Array:
-    """Return the positions of all corners, shape (C, 3)."""
     if faces.lists:
         return faces.lists["corners"].entries["points"]
     return faces.columns["points"].reshape(-1, 3)

@@ -261,7 +261,6 @@ def _run(
     source: TiledSource, options: Options, place: Place, on_tile: OnDone | None,
     viewpoint: Viewpoint | None,
 ) -> Segmentation:  # fmt: skip
-    """Run all stages."""
     timings: dict[str, float] = {}
     at_once = place.tiles_at_once(options.loop)
     # A worker processes one tile at a time, on one thread.
@@ -308,7 +307,6 @@ def _make_tiles(
 
 
 def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> Segmentation:
-    """Run stages 2 to 5 on a tiled graph."""
     store, diagonal = graph.store, box_diagonal(graph.store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
     plan = Plan(None, size, options.size, cast("Init | None", options.init))
@@ -376,7 +374,6 @@ def _cluster(
 
 
 def _in_input_order(store: TileStore, result: Segmentation) -> Segmentation:
-    """Return the result with labels and centers in the order of the input points."""
     labels, centers = np.empty_like(result.labels), np.empty_like(result.centers)
     for tile in range(store.n_tiles):
         numbers = store.read(tile, "numbers")

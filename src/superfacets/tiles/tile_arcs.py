@@ -123,7 +123,6 @@ def _centroid(store: TileStore, run: Run) -> Origin:
 def _weigh_faces(
     store: TileStore, tile: int, others: list[int], rule: WeightRule, origin: Origin
 ) -> _TileSums:
-    """Write the arcs of the faces of a tile, and their weights."""
     own = Part.of_tile(store, tile, OF_FACES)
     faces = faces_with_halo(store, own, others)
     mesh = faces.mesh(store)
@@ -157,7 +156,6 @@ def _weigh_faces(
 def _weigh_points(
     store: TileStore, tile: int, _: list[int], rule: WeightRule, __: Origin
 ) -> _TileSums:
-    """Write the arcs of the points of a tile, and their weights."""
     points = in_order_of_cells(points_with_halo(store, tile))
     surface = surface_of(store, points, rule.n_threads)
     weights = np.asarray(arc_weights(surface, surface, rule.radius, rule.options).weights)

@@ -424,7 +424,6 @@ def _link_pieces(store: TileStore, tile: int, firsts: Longs, centers: Ints) -> t
 
 
 def _loose_cells(store: TileStore, tile: int, is_loose: Bools) -> Part:
-    """Return the cells of a tile that are in loose pieces, with their arcs."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(is_loose[store.read(tile, "pieces")[:n_own]])
     around, (offsets, targets, lengths) = store.cells_and_ghosts(tile), store.arcs(tile)
