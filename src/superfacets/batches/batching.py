@@ -34,8 +34,8 @@ MANIFEST = "manifest.jsonl"
 """Name of the manifest in the output folder."""
 
 MEMORY_SHARE = 0.8
-"""Fraction of a worker's memory up to which the estimated memory of a file counts as small. The
-remaining memory covers errors of the estimate."""
+"""A file is large if its estimated memory exceeds this fraction of a worker's memory per thread.
+The remaining memory covers errors of the estimate."""
 
 START_CELLS = 2_000
 """Fixed time per file, expressed as the number of cells that are processed in this time."""

@@ -124,7 +124,7 @@ def _below(folder: Path) -> Iterator[Source]:
 
 
 def _shown_by(path: Path, above: str) -> Iterator[Source]:
-    """Yield the models of a tileset, or itself if it cannot be read; `above` prefixes names."""
+    """Yield a tileset's models, or its file if it cannot be read; names begin with `above`."""
     file = tileset_at(path)
     assert file is not None
     try:

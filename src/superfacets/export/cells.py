@@ -114,7 +114,7 @@ class FormatOptions:
         return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
 
     def check_classes(self, labels: Ints | None) -> None:
-        """Raise a MeshError if the number of classes or scores differs from that of regions."""
+        """Raise a MeshError if classes or scores are given, but not one per region."""
         for name, given in (("classes", self.classes), ("scores", self.scores)):
             if given is None:
                 continue

@@ -202,7 +202,7 @@ def _surface_scene(
 
 
 def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
-    """Return the color of each new face: the only color of its region, or that of its old face."""
+    """Return the color of each new face: the color of its region if unique, or of its old face."""
     old, new = labels + 1, cut.labels + 1  # 0 means no region
     firsts = np.zeros(old.max() + 1, dtype=np.int64)
     firsts[old[::-1]] = np.arange(len(old))[::-1]

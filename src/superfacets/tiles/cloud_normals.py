@@ -47,7 +47,7 @@ def has_open_cloud(store: TileStore, run: Run) -> bool:
 
 
 def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]:
-    """Arguments for methods of `_core.TurnedSets`: see `NormalTile` in the core."""
+    """Return the arguments that describe a tile to `_core.TurnedSets`; see C++ `NormalTile`."""
     rows, ghosts = store.rows_of(tile, store.read(tile, "near"))
     own = np.arange(*store.starts[tile : tile + 2], dtype=np.int32)
     numbers, normals = (

@@ -124,7 +124,7 @@ def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Lon
     for chunk in range(len(counts)):
         found[:-1, chunk] = np.searchsorted(scratch.load(f"runs/{chunk}/codes"), wanted)
     found[-1] = cuts[-1]
-    firsts, at = np.unique(found.sum(axis=1), return_index=True)  # without empty blocks
+    firsts, at = np.unique(found.sum(axis=1), return_index=True)  # omits empty blocks
     kept = [0]
     for cut in range(1, len(firsts) - 1):
         if firsts[cut + 1] - firsts[kept[-1]] > size:

@@ -246,7 +246,7 @@ class Place:
 
     @property
     def is_remote(self) -> bool:
-        """Whether other processes than this one process the tiles."""
+        """Whether tiles are processed in worker processes."""
         return self.workers > 1 or self.scheduler is not None
 
     def tiles_at_once(self, loop: LoopOptions) -> int:

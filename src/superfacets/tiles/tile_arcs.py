@@ -44,7 +44,7 @@ class WeightRule:
     n_threads: int
     spare: float = 1.0  # factor by which the unit of lengths exceeds the default unit
     is_turned: bool = False  # whether normals point inwards and must be flipped
-    evened: float = 0.0  # result of `evened_share`
+    evened: float = 0.0  # result of `evened_share`, which is larger for hollow shapes
     of_machine_part: bool = False  # whether to use the weights of machine parts
 
     @property

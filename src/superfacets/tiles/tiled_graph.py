@@ -149,11 +149,11 @@ class TiledCoarseGraph:
     firsts: Longs  # index of the first coarse cell of each tile
 
     def add_far_arcs(self, n_threads: int) -> None:
-        """See `_core.OrderedGraph`."""
+        """Add long arcs, as `_core.OrderedGraph.add_far_arcs` does."""
         self.graph.add_far_arcs(n_threads)
 
     def add_part_prices(self, rows: Singles, factor: float, n_threads: int) -> None:
-        """See `_core.OrderedGraph`."""
+        """Add part costs to arc lengths, as `_core.OrderedGraph.add_part_prices` does."""
         self.graph.add_part_prices(rows, factor, n_threads)
 
     def coarse_cells(self, n_threads: int) -> Ints:

@@ -143,7 +143,7 @@ class Pool(Team):
     def _lost(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """Return the calls of a dead worker to the queue, unless its call is to be abandoned."""
+        """Put the calls of a dead worker back into the queue, or abandon the running call."""
         self._processes.remove(process)
         process.end()
         waiting.extendleft(reversed(process.places))

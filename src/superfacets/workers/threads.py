@@ -60,7 +60,7 @@ class ThreadTeam:
     def _wait(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
         wait([job for job in self._given if not job.cancelled()])
-        self._pool.shutdown()  # joins the threads, because Ctrl-C at the end of a thread is lost
+        self._pool.shutdown()  # joins all threads, because Python loses Ctrl-C while a thread ends
 
 
 @contextlib.contextmanager
@@ -81,7 +81,7 @@ def in_turn(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> Iterat
 
 
 def despite_interrupts(work: Callable[[], object]) -> None:
-    """Call `work`, again after each Ctrl-C, until it returns; then raise KeyboardInterrupt."""
+    """Repeat `work` until Ctrl-C does not interrupt it; then raise the last KeyboardInterrupt."""
     interrupt: KeyboardInterrupt | None = None
     is_done = False
     while not is_done:

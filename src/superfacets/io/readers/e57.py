@@ -37,9 +37,9 @@ _CHECKSUM = 4
 class _Scan(NamedTuple):
     """Valid points of a scan."""
 
-    points: Floats  # (n, 3)
-    colors: Singles | None  # (n, 3), 0 to 1
-    intensity: Singles | None  # (n,)
+    points: Floats  # (n, 3) positions
+    colors: Singles | None  # (n, 3) red, green and blue, 0 to 1
+    intensity: Singles | None  # (n,) intensity of each point
     records: Ints  # (n,) index of each point's record in the scan
     frame: Floats | None  # (4, 3) `_AT_REST` transformed by the pose; None if there is no pose
 

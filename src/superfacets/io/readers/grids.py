@@ -1,4 +1,4 @@
-"""Shared by readers of volume meshes: `Cursor` reads blocks of numbers; `Grid` stores cells."""
+"""Helpers for readers of volume meshes: `Cursor` reads blocks of numbers, `Grid` stores cells."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _NAMES = {
 class Grid:
     """Vertices and cells, in the order of the file."""
 
-    vertices: Floats  # (V, 3)
+    vertices: Floats  # (V, 3) positions of the vertices
     kinds: Array  # (C,) VTK type of each cell
     sizes: Array  # (C,) number of corners of each cell
     corners: Array  # (S,) vertices of the corners of all cells, one cell after the other

@@ -98,7 +98,7 @@ def read_tri(data: Content) -> Arrays:
 def _read_block(
     lines: Lines, thing: str, dtype: type[np.float64] | type[np.int64]
 ) -> tuple[Array, Lines]:
-    """Read a count, then this number of lines of three numbers; return them, and other lines."""
+    """Read a count, and as many lines of three numbers; return the numbers and remaining lines."""
     first = lines.content(0).strip() if len(lines) else b""
     if not first.isdigit():
         where = f"line {lines.number(0)}" if len(lines) else "the end of the file"

@@ -43,7 +43,7 @@ class _Field(NamedTuple):
 class _Header(NamedTuple):
     fields: list[_Field]
     n_points: int
-    viewpoint: Floats | None  # (3,)
+    viewpoint: Floats | None  # (3,) position of the scanner; None if it is unknown
     form: str  # "ascii", "binary" or "binary_compressed"
     begin: int  # offset of the first point
 

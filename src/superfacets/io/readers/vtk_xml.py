@@ -196,7 +196,7 @@ class XmlFile:
         return np.frombuffer(content, stored.newbyteorder(self._order)).astype(stored)
 
     def _content(self, data: Any, is_base64: bool, n_bytes: int) -> bytes | bytearray:
-        """Return the decompressed bytes of an array; a MeshError if their number is wrong."""
+        """Return `n_bytes` decompressed bytes of an array; a MeshError if the number differs."""
         assert self._order is not None
         header, size = self._header.newbyteorder(self._order), self._header.itemsize
         first = int(np.frombuffer(_first_bytes(data, size, is_base64), header)[0])
