@@ -298,7 +298,7 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         (
             {"workers": 2, "scheduler": "tcp://a:1"},
             ValueError,
-            "scheduler and workers cannot be combined",
+            "pass scheduler or workers, not both",
         ),
         ({"progress": 1}, TypeError, "progress"),
     ],

@@ -79,7 +79,7 @@ def test_quiet_prints_nothing(run, sheet, out):
         (["--workers", "0"], "is not a whole number of 1 or more"),
         (
             ["--workers", "2", "--scheduler", "tcp://a:1"],
-            "scheduler and workers cannot be combined",
+            "pass scheduler or workers, not both",
         ),
         (["--paper", "--init", "flood"], "--paper has init of its own"),
         (["-n", 5, "-r", 0.1], "give -n or -r, not both"),

@@ -63,7 +63,7 @@ def test_labels_of_vertices_are_told_apart(run, folder, command):
         status, _, error = run(command, "a.ply", *labels, "-o", output)
         assert status == 1
         assert (
-            "of vertices: give labels" if "segs" in name else "vertices, and superfacets.tr"
+            "of vertices: pass labels" if "segs" in name else "vertices, and superfacets.tr"
         ) in error
         assert error.startswith(f"superfacets: error: {name}: ")
 

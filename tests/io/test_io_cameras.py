@@ -244,7 +244,9 @@ def test_wrong_poses_and_names_are_refused(tmp_path):
     with pytest.raises(sf.MeshError, match="refers to camera 7, which does not exist"):
         sf.read_cameras(tmp_path / "model")
     (tmp_path / "model" / "cameras.txt").write_text("7 PINHOLE 64 48 50\n")
-    with pytest.raises(sf.MeshError, match="camera 7, PINHOLE, has 1 parameters"):
+    with pytest.raises(
+        sf.MeshError, match="camera 7, PINHOLE, has a wrong number of parameters: 1"
+    ):
         sf.read_cameras(tmp_path / "model")
     (tmp_path / "poses").mkdir()
     (tmp_path / "poses" / "1.txt").write_text("1 2\n3")

@@ -261,7 +261,7 @@ def changed(content, place, number, size=4):
         (100, 9, 4, "overlaps the points"),
         (104, 99, 1, "expected point format 0 to 10, got 35"),
         (104, 128 + 63, 1, "expected point format 0 to 10, got 63"),
-        (105, 20, 2, "points of format 6 must have 30 bytes, got 20"),
+        (105, 20, 2, "points of format 6 need 30 or more bytes, got 20"),
         (105, 42, 2, "the extra dimensions of a point do not fit in 42 bytes"),
         (247, 0, 8, "the file has no points"),
         (247, 10**8, 8, "declares 100000000 points of 50 bytes but 2500 bytes follow"),
@@ -279,7 +279,7 @@ def test_a_header_of_las_that_is_wrong_is_named(laspy, place, number, size, mess
     [
         ("points", 10**8, "more than 1000 times the"),
         ("points", 51, "chunks of the file do not add up to 51 points|cannot be read"),
-        ("format", 128 + 7, "points of format 7 must have|does not match their format"),
+        ("format", 128 + 7, "points of format 7 need|does not match their format"),
         ("compressor", 1, "does not match their format"),
         ("item", 77, "does not match their format"),
         ("chunk size", 0, "chunks of the file do not add up|cannot be read"),

@@ -191,7 +191,7 @@ def test_draco_data_that_lies_is_refused(refuse, change, message):
         ),
         (
             lambda d: d["accessors"][1].update(count=6),
-            "the Draco data has other numbers than the accessors declare",
+            "the sizes of the Draco data differ from the declared sizes",
         ),
         (
             lambda d: d["accessors"][1].update(componentType=5123),

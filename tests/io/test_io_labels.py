@@ -142,7 +142,7 @@ def test_npy_of_something_else_is_refused(refuse, array, message):
         (b"hello", "the header of the .npy file cannot be read: "),
         (npy(LABELS)[:7], "cannot be read: expected the magic bytes"),
         (npy(LABELS)[:9], "the header of the .npy file cannot be read: "),
-        (npy(LABELS)[:60], "cannot be read: it declares 118 bytes, at most 10000 allowed"),
+        (npy(LABELS)[:60], "cannot be read: its 118 bytes exceed the file or 10000"),
         (npy(LABELS).replace(b"(3,)", b"(3,,"), "the header of the .npy file cannot be read: "),
         (npy(LABELS).replace(b"(3,)", b"(-) "), "the header of the .npy file cannot be read: "),
         (npy(LABELS).replace(b"(3,)", b"True"), "shape must be a tuple of integers, got True"),
@@ -164,7 +164,7 @@ def test_npy_of_something_else_is_refused(refuse, array, message):
         (b"\x93NUMPY\2\0\x58\x1b\0\0" + 7_000 * b"[", "the header of the .npy file cannot be read"),
         (
             b"\x93NUMPY\2\0\xff\xff\xff\xff" + 90_000 * b" ",
-            "it declares 4294967295 bytes, at most 10000 allowed",
+            "its 4294967295 bytes exceed the file or 10000",
         ),
         (npy(np.array([1, None]), allow_pickle=True), "integers: the .npy header declares object"),
         (npy(LABELS)[:-1], "declares 12 bytes of labels but 11 follow: the file may be truncated"),

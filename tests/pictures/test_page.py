@@ -252,7 +252,7 @@ def test_the_first_view_is_that_of_pictures():
         ({"labels": [0, 0], "features": {"a": []}}, ValueError,
          r"one value per cell, \(2,\), or one value per region, \(1,\); got shape \(0,\)"),
         ({"features": {"a": ["x", "y"]}}, TypeError, "feature 'a' must be numbers"),
-        ({"features": {"a": [0, np.inf]}}, ValueError, "feature 'a' must be finite, but"),
+        ({"features": {"a": [0, np.inf]}}, ValueError, "feature 'a' has infinite values"),
         ({"camera": "front"}, TypeError, "camera must be a superfacets.View, got 'front'"),
     ],
 )  # fmt: skip

@@ -224,7 +224,7 @@ def batch(
         force, viewpoint, min_opacity,
     )  # fmt: skip
     if scheduler is not None and workers is not None:
-        raise ValueError("scheduler and workers cannot be combined: a scheduler has its workers")
+        raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")
     n_workers = checked_threads(None) if workers is None else checked_count(workers, "workers")
     checked_callable(progress, "progress")
     began = time.perf_counter()

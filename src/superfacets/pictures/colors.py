@@ -276,7 +276,7 @@ def checked_values(
         )
     values = array.astype(np.float64)
     if np.isinf(values).any():
-        raise ValueError(f"{name} must be finite, but has infinite values: use NaN if missing")
+        raise ValueError(f"{name} has infinite values: use NaN for missing values")
     return values, "cell" if len(values) == n_cells else "region"
 
 

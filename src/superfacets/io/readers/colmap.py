@@ -101,7 +101,9 @@ def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
     if known is None or not known.is_central:
         raise MeshError(f"camera {camera} has the model {model}: {UNDISTORT}")
     if len(params) != known.n_focal + 2 + known.n_distortion:
-        raise MeshError(f"camera {camera}, {model}, must not have {len(params)} parameters")
+        raise MeshError(
+            f"camera {camera}, {model}, has a wrong number of parameters: {len(params)}"
+        )
     if any(params[known.n_focal + 2 :]):
         raise MeshError(f"camera {camera}, {model}, has distortion: {UNDISTORT}")
     focal, center = params[: known.n_focal], params[known.n_focal : known.n_focal + 2]

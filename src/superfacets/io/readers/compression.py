@@ -48,7 +48,7 @@ def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, 
     except Exception as error:  # the library raises exceptions of many classes
         raise MeshError(f"the Draco data is damaged: {shortened(str(error))}") from None
     if len(corners) != 3 * n_faces or any(len(rows) != n_vertices for rows in found.values()):
-        raise MeshError("broken glTF: the Draco data has other numbers than the accessors declare")
+        raise MeshError("broken glTF: the sizes of the Draco data differ from the declared sizes")
     return corners, found
 
 

@@ -128,7 +128,7 @@ def _header_of(data: Content) -> _Header:
         raise MeshError(f"expected point format 0 to {len(_FORMATS) - 1}, got {point_format}")
     least = sum(_size_of(_PARTS[part].fields) for part in _FORMATS[point_format])
     if size < least:
-        raise MeshError(f"points of format {point_format} must have {least} bytes, got {size}")
+        raise MeshError(f"points of format {point_format} need {least} or more bytes, got {size}")
     if not n_points:
         raise MeshError("the file has no points")
     (header_size,) = struct.unpack_from("<H", data, 94)

@@ -64,7 +64,7 @@ def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int
         begin = 8 + _SIZES[bytes(data[6:8])]
         end = begin + int.from_bytes(data[8:begin], "little")
         if end > min(len(data), begin + MAX_NPY_HEADER):
-            raise ValueError(f"it declares {end - begin} bytes, at most {MAX_NPY_HEADER} allowed")
+            raise ValueError(f"its {end - begin} bytes exceed the file or {MAX_NPY_HEADER} bytes")
         return *_parsed(bytes(data[begin:end]).decode("latin-1")), end
     except (ValueError, TypeError, RecursionError) as error:
         why = shortened(str(error))
